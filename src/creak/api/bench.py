@@ -161,7 +161,7 @@ class Bench:
         """
         found = compare_spectra(self.setup, {run.name: run}, self.window)
         if found is None:
-            where = self.setup.study.where("verification", "pairs")
+            where = self.setup.study.places.where("verification", "pairs")
             raise InputError("the study names no pairs of nodes", where=where, expected="one or two node sets")
         return found.freq, found.spectra[run.name]
 

@@ -107,7 +107,7 @@ def _check_method(study: Study) -> None:
     if method not in ("craig-bampton", "guyan"):
         raise InputError(
             f"method = {method!r} makes no superelements",
-            where=study.where("reduction", "method"),
+            where=study.places.where("reduction", "method"),
             expected='"craig-bampton" or "guyan"',
             fix="`creak run` reduces the whole assembly with it.",
         )

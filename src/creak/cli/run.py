@@ -172,9 +172,9 @@ def results_name(study: Study | Path) -> str:
     from creak.studies.file.changes import change_words, short_keys
     from creak.studies.sweep.cases import folder_names
 
-    if isinstance(study, Path) or not study.changes:
+    if isinstance(study, Path) or not study.places.changes:
         return "results"
-    return folder_names([f"results_{change_words(study.changes, short_keys([*study.changes]))}"])[0]
+    return folder_names([f"results_{change_words(study.places.changes, short_keys([*study.places.changes]))}"])[0]
 
 
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:

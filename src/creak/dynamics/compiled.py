@@ -19,7 +19,8 @@ DONE, NOT_FINITE = 0, -1
 _ALONE: dict[str, Any] = {"cache": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True, "_nrt": False}
 inner = numba.njit(**_ALONE)
 inner_fast = numba.njit(**_ALONE, fastmath=FAST)
-outer = numba.njit(cache=True, no_cfunc_wrapper=True, nogil=True, _nrt=False)
+_CALLED: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True, "nogil": True, "_nrt": False}
+outer = numba.njit(**_CALLED)
 """For the one that Python calls. A function around it would have all of it compiled twice."""
 _MAKING: dict[str, Any] = {"cache": True, "_nrt": True}
 with_arrays = numba.njit(**_MAKING)

@@ -315,7 +315,7 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
     """Name and value, for a table: files with their digests, versions, machine."""
     study = result.setup.study
     source = Path(result.setup.model.source)
-    deck = study.sibling(study.config.model.deck)
+    deck = study.places.sibling(study.config.model.deck)
     rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
     for path in dict.fromkeys((deck, source)):
         if path.is_file():
