@@ -247,7 +247,7 @@ def test_the_deck_is_named_from_where_the_study_lies(creak, tmp_path):
     path = tmp_path / "mine" / "first.toml"
     assert creak("new", tmp_path / "strips.inp", "--out", path, "--quiet").status == 0
     assert tomllib.loads(path.read_text())["model"]["deck"] == "../strips.inp"
-    assert read_study(path).sibling("../strips.inp") == tmp_path / "strips.inp"
+    assert read_study(path).places.sibling("../strips.inp") == tmp_path / "strips.inp"
 
 
 def test_the_door_is_found_out(tmp_path):

@@ -37,8 +37,8 @@ def clips_of(study: Study) -> list[ClipTable]:
         return list(tables)
     known = _library(OWN, study)
     if study.config.clips is not None:
-        known |= _library(study.sibling(study.config.clips), study)
-    return [t if t.use is None else _completed(t, known, study.where("clip", i)) for i, t in enumerate(tables)]
+        known |= _library(study.places.sibling(study.config.clips), study)
+    return [t if t.use is None else _completed(t, known, study.places.where("clip", i)) for i, t in enumerate(tables)]
 
 
 def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -> ClipTable:

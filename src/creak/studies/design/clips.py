@@ -36,7 +36,7 @@ def with_clips(model: Model, study: Study) -> tuple[Model, list[tuple[Play, str]
     taken = {t.name or "-".join(t.node_sets) for t in study.config.connector} | {*study.config.contact}
     for i, table in enumerate(clips_of(study)):
         name = table.name or f"{study.config.clip[i].use or table.type}.{i + 1}"
-        where = study.where("clip", i)
+        where = study.places.where("clip", i)
         if name in taken:
             raise InputError(
                 f"the name {name!r} is taken by another contact, connector or clip",

@@ -28,7 +28,7 @@ def deck_loads(model: Model, study: Study, place: int) -> StaticLoads | None:
     if name not in model.static_loads:
         raise InputError(
             f"the deck has no static loads {name!r}",
-            where=study.where("static", place, "deck_loads"),
+            where=study.places.where("static", place, "deck_loads"),
             expected=", ".join(model.static_loads) or "a Nastran deck with load sets",
             fix=suggest(name, model.static_loads),
         )

@@ -73,13 +73,13 @@ def _given(model: Model, study: Study, k: int) -> tuple[IntArray, FloatArray]:
     if isinstance(table.temperature, str):
         column = Column("temperature", "of the deck", "a node of the deck", "it without a temperature")
         every = np.arange(model.nodes.count)
-        where = study.where("static", k, "temperature")
-        values = nodal_values(study.sibling(table.temperature), model, every, column, where)
+        where = study.places.where("static", k, "temperature")
+        values = nodal_values(study.places.sibling(table.temperature), model, every, column, where)
         return np.array(list(values), dtype=np.int64), np.array(list(values.values()))
     if table.node_set is not None:
-        nodes = model.node_set(table.node_set, where=study.where("static", k, "node_set"))
+        nodes = model.node_set(table.node_set, where=study.places.where("static", k, "node_set"))
     else:
-        nodes = nodes_of_part(model, table.part, study.where("static", k, "part"))
+        nodes = nodes_of_part(model, table.part, study.places.where("static", k, "part"))
     return nodes, np.full(nodes.size, table.temperature)
 
 
@@ -125,7 +125,7 @@ def check_heat(model: Model, study: Study, superelements: bool) -> list[str]:
     heat = heat_of(model, study)
     if heat is None:
         return []
-    where = study.where(
+    where = study.places.where(
         "static", next(k for k, t in enumerate(study.config.static) if (t.temperature, t.deck_loads) != (None, None))
     )
     rises = []

@@ -27,7 +27,7 @@ def with_named_nodes(model: Model, study: Study) -> tuple[Model, list[str]]:
     """
     sets, notes = dict(model.node_sets), []
     for name, table in study.config.nodes.items():
-        where = study.where("nodes", name)
+        where = study.places.where("nodes", name)
         if name.upper() in sets:
             raise InputError(
                 f"the deck has a node set {name!r} of its own",

@@ -27,11 +27,11 @@ def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
     """
     notes = []
     for name, table in study.config.support.items():
-        where = study.where("support", name)
+        where = study.places.where("support", name)
         freed = _freed(model, table, where)
         added: list[Fixed] = []
         if table.hold:
-            nodes = model.node_set(table.nodes, where=study.where("support", name, "nodes"))
+            nodes = model.node_set(table.nodes, where=study.places.where("support", name, "nodes"))
             added = [Fixed(nodes, tuple(DOFS.index(dof) + 1 for dof in table.hold), where)]
         model = replace(model, fixed=(*without(model.fixed, freed), *added))
         told = [f"{freed.size} dofs of the deck freed"] if freed.size else []
@@ -91,7 +91,7 @@ def check_driven(model: Model, study: Study, driven: Driven) -> None:
         raise InputError(
             f"[excitation.{name}] moves node {model.nodes.label(node_and_dof(int(both[0]))[0])} {table.dof}, which is "
             "held",
-            where=study.where("excitation", name),
+            where=study.places.where("excitation", name),
             expected="dofs that nothing holds",
             fix=f'Free them: [support.NAME] with nodes = "{table.node_set}" and free = ["{table.dof}"].',
         )

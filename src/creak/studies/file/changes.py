@@ -8,7 +8,8 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from creak.errors import InputError, suggest
-from creak.studies.file.reader import Study, checked_study, overlap
+from creak.studies.file.places import overlap
+from creak.studies.file.reader import Study, checked_study
 from creak.studies.file.toml_text import toml_text
 
 NAMED = ("contact", "excitation", "superelement", "nodes", "support")
@@ -34,12 +35,11 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
         clash = next((other for other in changes if other != key and overlap(key, other)), None)
         if clash is not None:
             raise InputError(f"{key} and {clash} change the same", fix="Give one of them.")
-    file_text = study.text if study.file_text is None else study.file_text
     data = changed(tomllib.loads(study.text), changes, None)
-    every = {**study.changes, **changes}
+    every = {**study.places.changes, **changes}
     try:
         text = toml_text(data)
-        return checked_study(study.path, data, text, file_text, every)
+        return checked_study(study.path, data, text, study.places.text, every)
     except InputError as error:
         wrong = next((k for k in changes if _alone_wrong(study, k, changes[k])), None)
         place = str(study.path) if wrong is None else f"the change {wrong} = {changes[wrong]!r} of {study.path}"

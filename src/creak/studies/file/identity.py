@@ -32,7 +32,7 @@ def decks_sha256(study: Study) -> str:
 
     def note(place: tuple[str, ...], name: str) -> str:
         if place in DECKS:
-            decks.append(study.sibling(name))
+            decks.append(study.places.sibling(name))
         return name
 
     map_paths(study.config.model_dump(mode="json"), note)
@@ -44,8 +44,8 @@ def other_files_sha256(study: Study) -> str:
     files: list[Path] = []
 
     def note(place: tuple[str, ...], name: str) -> str:
-        if place not in DECKS and study.sibling(name).is_file():
-            files.append(study.sibling(name))
+        if place not in DECKS and study.places.sibling(name).is_file():
+            files.append(study.places.sibling(name))
         return name
 
     map_paths(study.config.model_dump(mode="json"), note)

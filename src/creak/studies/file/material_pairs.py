@@ -31,7 +31,7 @@ def material_pairs(study: Study) -> dict[str, MaterialPairTable]:
     own, name = study.config.material_pair, study.config.material_pairs
     if name is None:
         return dict(own)
-    path = study.sibling(name)
+    path = study.places.sibling(name)
     data, text = read_toml(path, "material pair")
     try:
         found = MaterialFile.model_validate(data).material_pair
@@ -41,7 +41,7 @@ def material_pairs(study: Study) -> dict[str, MaterialPairTable]:
     if twice:
         raise InputError(
             f"material pair {twice[0]!r} is in the study and in {name}",
-            where=study.where("material-pair", twice[0]),
+            where=study.places.where("material-pair", twice[0]),
             expected="one of both",
             fix="Remove one of them.",
         )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
 
@@ -16,30 +15,27 @@ from creak.formats.deck.command_files import plain_file
 from creak.formats.endings import is_deck
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
+from creak.studies.file.places import Places, dotted, line_of
 
 
 @dataclass(frozen=True)
 class Study:
-    """A study file and where it lies."""
+    """What a study file, or a deck with its own transient step, asks for."""
 
-    path: Path
     config: StudyConfig
     text: str
-    file_text: str | None = None
-    """Text of the file, where the study was changed since it was read: what lines are counted in."""
-    changes: Mapping[str, Any] = field(default_factory=dict)
-    """Dotted key -> value that it was changed to since."""
+    """As TOML, or of a deck as JSON."""
+    places: Places
+    """Where it was written."""
 
-    def where(self, *keys: str | int) -> str:
-        """file:line of a key, for messages; the change that set it, where there is one."""
-        dotted = _dotted(keys)
-        if key := next((k for k in self.changes if overlap(k, dotted)), None):
-            return f"the change {key} = {self.changes[key]!r} of {self.path}"
-        return f"{self.path}:{_line_of(self.text if self.file_text is None else self.file_text, keys)} [{dotted}]"
+    @property
+    def path(self) -> Path:
+        """The study file, or the deck."""
+        return self.places.path
 
-    def sibling(self, name: str) -> Path:
-        """A path of the study, relative to the study file."""
-        return (self.path.parent / name).resolve() if not Path(name).is_absolute() else Path(name)
+    def from_anywhere(self) -> Study:
+        """With the whole path of its file: for a process in another folder."""
+        return replace(self, places=replace(self.places, path=self.path.resolve()))
 
 
 def read_study(path: Path) -> Study:
@@ -67,23 +63,24 @@ def checked_study(
     file_text: str | None = None,
     changes: Mapping[str, Any] | None = None,
 ) -> Study:
-    """A study from its tables; the other parameters are those of `Study`.
+    """A study from its tables.
+
+    Parameters
+    ----------
+    file_text : text of the file, where the study was changed since it was read: what lines are counted in.
+    changes : dotted key -> value that it was changed to since.
 
     Raises
     ------
     InputError : unknown or missing key, wrong value.
     """
     try:
-        study = Study(path, StudyConfig.model_validate(data), text, file_text, changes or {})
+        config = StudyConfig.model_validate(data)
     except ValidationError as error:
         raise explain(path, text, error) from error
-    check_time(study.config.time, data.get("time", {}), study.where)
-    return study
-
-
-def overlap(a: str, b: str) -> bool:
-    """One dotted key is the other, or a table that holds it."""
-    return a == b or a.startswith(f"{b}.") or b.startswith(f"{a}.")
+    places = Places(path, text if file_text is None else file_text, changes or {})
+    check_time(config.time, data.get("time", {}), places.where)
+    return Study(config, text, places)
 
 
 OWN = {"hht": {"alpha"}, "generalised-alpha": {"rho_inf"}}
@@ -165,8 +162,8 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     problem = min(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER))
     loc = problem["loc"]
     keys = tuple(k for k, before in zip(loc, (None, *loc), strict=False) if not _is_tag(k, before))
-    where = f"{path}:{_line_of(text, keys)}"
-    name = _dotted(keys)
+    where = f"{path}:{line_of(text, keys)}"
+    name = dotted(keys)
     if problem["type"] == "extra_forbidden":
         known = _known_keys(problem["loc"][:-1], root)
         return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
@@ -251,30 +248,3 @@ def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
 def _flatten(annotation: Any) -> list[Any]:
     inner = get_args(annotation)
     return [annotation] if not inner else [x for a in inner for x in _flatten(a)]
-
-
-def _dotted(keys: Sequence[str | int]) -> str:
-    return ".".join(str(k) for k in keys)
-
-
-def _line_of(text: str, keys: Sequence[str | int]) -> int:
-    """Line of a key in the TOML text: its table's header, then the key below it (best effort)."""
-    lines = text.splitlines()
-    names = [str(k) for k in keys if not isinstance(k, int)]
-    index = next((k for k in keys if isinstance(k, int)), 0)
-    best, start = 1, 0
-    for depth in range(len(names), 0, -1):
-        header = re.compile(r"^\s*\[\[?\s*" + r"\s*\.\s*".join(f'"?{re.escape(n)}"?' for n in names[:depth]) + r"\s*\]")
-        found = [i for i, line in enumerate(lines) if header.match(line)]
-        if found:
-            start = found[min(index, len(found) - 1)]
-            best = start + 1
-            names = names[depth:]
-            break
-    for name in reversed(names):
-        for i in range(start, len(lines)):
-            if i > start and lines[i].lstrip().startswith("["):
-                break
-            if re.search(rf'(^|[\s,{{."]){re.escape(name)}"?\s*[.=]', lines[i].split("#")[0]):
-                return i + 1
-    return best

@@ -80,7 +80,7 @@ def _interpolated(line: Line, labels: IntArray, n: int) -> Matrix:
 
 def _coarse(setup: Setup, line: Line, labels: IntArray) -> Matrix:
     table = setup.study.config.reduction.interface
-    coarse = read_model(setup.study.sibling(str(table.deck)))
+    coarse = read_model(setup.study.places.sibling(str(table.deck)))
     shapes = coarse_modes(setup, coarse)
     quads = [b.nodes_idx for b in coarse.blocks if b.kind == "quad4"]
     tris = [np.column_stack([b.nodes_idx, np.full(b.ids.size, -1)]) for b in coarse.blocks if b.kind == "tri3"]

@@ -6,7 +6,7 @@ import hashlib
 import json
 import socket
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -70,7 +70,7 @@ def part_jobs(
     ------
     InputError : as `partition`.
     """
-    folder, study, jobs = folder.resolve(), replace(setup.study, path=setup.study.path.resolve()), []
+    folder, study, jobs = folder.resolve(), setup.study.from_anywhere(), []
     for number, sub in enumerate(partition(setup, reference, gaps).substructures):
         wanted = made_from(setup, sub)
         if not sub.stays and not is_saved(folder, sub.part.name, wanted):

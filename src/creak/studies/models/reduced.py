@@ -303,7 +303,7 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
         return
     raise InputError(
         f"f_max = {setup.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
-        where=setup.study.where("reduction", "f_max"),
+        where=setup.study.places.where("reduction", "f_max"),
         expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',
     )
@@ -318,7 +318,7 @@ def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
     if others and np.isin(sub.line, np.concatenate(others)).any():
         raise InputError(
             f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
-            where=setup.study.where("reduction", "interface"),
+            where=setup.study.places.where("reduction", "interface"),
             fix='Use level = "system".',
         )
     columns = np.flatnonzero(np.isin(system.coordinates, sub.line))

@@ -201,7 +201,7 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
         method = setup.study.config.reduction.method
         raise InputError(
             f"method = {method!r} takes the static shape of each force, but only contact holds the structure",
-            where=setup.study.where("reduction", "method"),
+            where=setup.study.places.where("reduction", "method"),
             expected="supports that hold it without contact",
             fix='Use method = "craig-bampton".',
         )

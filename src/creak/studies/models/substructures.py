@@ -145,7 +145,7 @@ def required_labels(setup: Setup, model: Model) -> IntArray:
 
 def _chosen(setup: Setup) -> IntArray:
     """All dofs of the node sets in [reduction] retain; they must be free."""
-    where = setup.study.where("reduction", "retain")
+    where = setup.study.places.where("reduction", "retain")
     sets = [setup.model.node_set(n, where=where) for n in setup.study.config.reduction.retained_sets]
     labels = node_dofs(np.concatenate([np.zeros(0, dtype=np.int64), *sets]))
     held = {label for f in setup.model.fixed for e in fixed_equations(f) for label in e.labels}
@@ -182,7 +182,7 @@ def _check_interface(setup: Setup, shared: IntArray, contact: IntArray) -> None:
     if table.type != "full" and shared.size == 0 and contact.size == 0:
         raise InputError(
             f"the interface has no node: type = {table.type!r} has nothing to work on",
-            where=setup.study.where("reduction", "interface"),
+            where=setup.study.places.where("reduction", "interface"),
             expected="contact channels, or unreduced elements (keep_out), or substructures that share nodes",
             fix='Use interface = { type = "full" }, or check the contact and the pre-check\'s margin.',
         )

@@ -131,7 +131,7 @@ def reduce_substructure(
         except NumericalError as error:
             raise InputError(
                 str(error),
-                where=setup.study.where("reduction"),
+                where=setup.study.places.where("reduction"),
                 expected="retained dofs that hold every part",
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, Poin
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
+from creak.studies.file.places import Keys, Places
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.setup import Setup, set_up_model
@@ -34,18 +35,6 @@ STATIC = "STATIC"
 """Name of the loads that a deck's own run starts under."""
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
-
-
-@dataclass(frozen=True)
-class DeckStudy(Study):
-    """A study that was made from a deck; messages point to the deck's lines."""
-
-    places: Mapping[tuple[str | int, ...], str] = field(default_factory=dict)
-    """Beginning of a key -> file:line in the deck."""
-
-    def where(self, *keys: str | int) -> str:
-        found = (self.places.get(keys[:n]) for n in range(len(keys), 0, -1))
-        return next((place for place in found if place), str(self.path))
 
 
 @none_ignored()
@@ -68,7 +57,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     model = with_held_membranes(model)
     _check_start(model, run.step.moved)
     sets: dict[str, IntArray] = {}
-    places: dict[tuple[str | int, ...], str] = {
+    places: dict[Keys, str] = {
         ("time",): run.step.places["time"],
         ("time", "integrator"): run.step.places["dynamic"],
         ("excitation",): run.step.where,
@@ -89,7 +78,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
         "verification": {"mac_f_max": LOWEST},
     }
     config = _checked(tables, path, places)
-    study = DeckStudy(path, config, config.model_dump_json(indent=2, exclude_defaults=True), places=places)
+    text = config.model_dump_json(indent=2, exclude_defaults=True)
+    study = Study(config, text, Places(path, of_deck=places))
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
@@ -105,7 +95,7 @@ def _jumps(setup: Setup) -> list[str]:
     ]
 
 
-def _checked(tables: dict[str, Any], path: Path, places: Mapping[tuple[str | int, ...], str]) -> StudyConfig:
+def _checked(tables: dict[str, Any], path: Path, places: Mapping[Keys, str]) -> StudyConfig:
     try:
         return StudyConfig.model_validate(tables)
     except ValidationError as error:
@@ -190,9 +180,7 @@ def _watched(model: Model, step: DynamicStep, notes: list[str]) -> list[str]:
     return names
 
 
-def _excitations(
-    run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]
-) -> dict[str, dict[str, Any]]:
+def _excitations(run: DeckRun, sets: dict[str, IntArray], places: dict[Keys, str]) -> dict[str, dict[str, Any]]:
     """Prescribed motion and loads; the nodes of each become a node set of the name of the excitation."""
     result: dict[str, dict[str, Any]] = {}
     entries: list[Prescribed | PointLoad] = [*run.step.moved, *run.step.loads]
@@ -207,7 +195,7 @@ def _excitations(
     return result
 
 
-def _static(run: DeckRun, places: dict[tuple[str | int, ...], str]) -> list[dict[str, Any]]:
+def _static(run: DeckRun, places: dict[Keys, str]) -> list[dict[str, Any]]:
     """Loads of the steps before, which the model has under `STATIC`."""
     if run.static is None:
         return []
@@ -244,9 +232,7 @@ def _scaled(a: Amplitude, factor: float) -> dict[str, Any]:
     return {"type": "table", "values": values, "rounding": a.rounding}
 
 
-def _contacts(
-    model: Model, run: DeckRun, places: dict[tuple[str | int, ...], str], notes: list[str]
-) -> dict[str, dict[str, Any]]:
+def _contacts(model: Model, run: DeckRun, places: dict[Keys, str], notes: list[str]) -> dict[str, dict[str, Any]]:
     """A contact table for each pair, named by its surfaces."""
     result: dict[str, dict[str, Any]] = {}
     for pair in run.pairs:
@@ -263,9 +249,7 @@ def _contacts(
     return result
 
 
-def _connectors(
-    run: DeckRun, sets: dict[str, IntArray], places: dict[tuple[str | int, ...], str]
-) -> list[dict[str, Any]]:
+def _connectors(run: DeckRun, sets: dict[str, IntArray], places: dict[Keys, str]) -> list[dict[str, Any]]:
     """A play connector for each group of stops, between two node sets of its name."""
     result = []
     for k, stop in enumerate(run.stops):

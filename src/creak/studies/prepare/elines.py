@@ -86,7 +86,7 @@ def make_elines(model: Model, study: Study, contacts: GapOperator) -> Elines:
         elif name in config.contact:
             raise InputError(
                 f"[eline.{name}] draws a line and has the name of a contact",
-                where=study.where("eline", name),
+                where=study.places.where("eline", name),
                 fix="Give it another name, or leave out main, secondary and points.",
             )
         else:
@@ -106,7 +106,7 @@ def _line(study: Study, name: str, contact: bool, known: dict[str, MaterialPairT
     if table.material is not None and table.material not in known:
         raise InputError(
             f"unknown material pair {table.material!r}",
-            where=study.where("eline", name, "material"),
+            where=study.places.where("eline", name, "material"),
             expected="a [material-pair.NAME]",
             fix=suggest(table.material, known),
         )
@@ -118,7 +118,7 @@ def _check_contact(study: Study, name: str) -> None:
     if name not in config.contact:
         raise InputError(
             f"[eline.{name}] says nothing of where its points are, and there is no contact of that name",
-            where=study.where("eline", name),
+            where=study.places.where("eline", name),
             expected="main and secondary, points, or the name of a contact",
             fix=suggest(name, config.contact) if config.contact else "Give main and secondary.",
         )
@@ -138,10 +138,10 @@ def _drawn(model: Model, study: Study, name: str) -> GapOperator:
     if isinstance(places, tuple):
         raise InputError(
             "the file of points names nodes, and the line has main and secondary too",
-            where=study.where("eline", name, "points"),
+            where=study.places.where("eline", name, "points"),
             fix="Leave out main and secondary, or give x,y,z.",
         )
-    where = study.where("eline", name)
+    where = study.places.where("eline", name)
     secondary = nodes_of(model, t.secondary, where=f"{where} secondary").rows
     if places is not None:
         tree = cKDTree(model.nodes.coords[secondary])
@@ -160,7 +160,7 @@ def _has_facets(model: Model, name: str) -> bool:
 
 def _faced(model: Model, study: Study, name: str, nodes: IntArray) -> GapOperator:
     """Points at those of the nodes that face the main surface, with shell thickness counted."""
-    t, where = study.config.eline[name], study.where("eline", name)
+    t, where = study.config.eline[name], study.places.where("eline", name)
     assert t.main is not None
     assert t.secondary is not None
     facets_of(model, t.main, where=f"{where} main")
@@ -174,7 +174,7 @@ def _faced(model: Model, study: Study, name: str, nodes: IntArray) -> GapOperato
     if not keep.size:
         raise InputError(
             f"no node of {t.secondary!r} near the points faces {t.main!r}",
-            where=study.where("eline", name, "points"),
+            where=study.places.where("eline", name, "points"),
             expected="points between both sides",
             fix="Check the coordinates.",
         )
@@ -192,14 +192,16 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
             two = [model.nodes.label(int(rows[same[0]])) for rows in (main, secondary)]
             raise InputError(
                 f"nodes {' and '.join(two)} lie in one place: there is no direction across the gap",
-                where=study.where("eline", name),
+                where=study.places.where("eline", name),
                 fix="Give normal, from the main to the secondary side.",
             )
         z = apart / length[:, None]
     else:
         given = np.array(t.normal)
         if not np.linalg.norm(given) > 0.0:
-            raise InputError(f"normal = {list(t.normal)} has no direction", where=study.where("eline", name, "normal"))
+            raise InputError(
+                f"normal = {list(t.normal)} has no direction", where=study.places.where("eline", name, "normal")
+            )
         z = np.tile(given / np.linalg.norm(given), (main.size, 1))
         across = np.einsum("nx,nx->n", apart, z)
         worst = int(np.argmin(across))
@@ -207,7 +209,7 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
             raise InputError(
                 f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
                 f"the normal {list(t.normal)}",
-                where=study.where("eline", name, "normal"),
+                where=study.places.where("eline", name, "normal"),
                 expected="a direction from the main to the secondary side",
                 fix="Turn it round, or exchange main and secondary.",
             )
@@ -229,10 +231,10 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
 
 def _places(model: Model, study: Study, name: str) -> FloatArray | tuple[IntArray, IntArray]:
     """Coordinates (k, 3) of the points that a line lists, or node rows of both its sides."""
-    t, where = study.config.eline[name], study.where("eline", name, "points")
+    t, where = study.config.eline[name], study.places.where("eline", name, "points")
     if not isinstance(t.points, str):
         return np.array(t.points, dtype=np.float64)
-    path = study.sibling(t.points)
+    path = study.places.sibling(t.points)
     header, rows = read_one_of(path, where, "file of points", [BY_PLACE, BY_NODES])
     if not rows:
         raise InputError("the file of points has no rows", where=path, expected=f"{','.join(header)} lines")

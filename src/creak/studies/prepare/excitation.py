@@ -52,14 +52,14 @@ def driven_dofs(model: Model, study: Study) -> Driven:
     labels = {}
     seen: dict[int, str] = {}
     for name, table in _prescribed(study).items():
-        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        nodes = model.node_set(table.node_set, where=study.places.where("excitation", name, "node_set"))
         labels[name] = labels_of(nodes, DOFS.index(table.dof) + 1)
         for label in labels[name].tolist():
             if label in seen and seen[label] != name:
                 node = model.nodes.label(node_and_dof(label)[0])
                 raise InputError(
                     f"node {node} {table.dof} is driven by {seen[label]!r} and {name!r}",
-                    where=study.where("excitation", name),
+                    where=study.places.where("excitation", name),
                     fix="Drive each dof once.",
                 )
             seen[label] = name
@@ -99,9 +99,9 @@ def moved_before(model: Model, study: Study) -> list[StaticMotion]:
     found = []
     for k, table in enumerate(study.config.static):
         if table.displacement is not None:
-            nodes = model.node_set(table.node_set or "", where=study.where("static", k, "node_set"))
+            nodes = model.node_set(table.node_set or "", where=study.places.where("static", k, "node_set"))
             labels = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
-            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, study.where("static", k)))
+            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, study.places.where("static", k)))
     for k, loads in loads_taken(model, study):
         found += [
             StaticMotion(f"static.{k + 1}.{j + 1}", m.labels, m.value, m.where) for j, m in enumerate(loads.moved)
@@ -131,7 +131,7 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
             f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s",
-            where=study.where("time", "step"),
+            where=study.places.where("time", "step"),
             expected=f"two to {MOST_STEPS // parts:,}",
             fix="Change the step or move the end.",
         )
@@ -157,10 +157,12 @@ def end_of(study: Study) -> float:
     period = period_of(study)
     if period is None and table.periods is not None:
         raise InputError(
-            "periods without a periodic excitation", where=study.where("time", "periods"), fix="Give end instead."
+            "periods without a periodic excitation",
+            where=study.places.where("time", "periods"),
+            fix="Give end instead.",
         )
     if period is None:
-        raise InputError("the end of the run is not given", where=study.where("time"), fix="Add end = ... (s).")
+        raise InputError("the end of the run is not given", where=study.places.where("time"), fix="Add end = ... (s).")
     return period * (table.periods if table.periods is not None else 5.0)
 
 
@@ -250,7 +252,7 @@ def sample_loads(model: Model, study: Study, time: FloatArray, store: Path | Non
     force = np.zeros((time.size, len(forced)))
     labels = []
     for j, (name, table) in enumerate(forced.items()):
-        nodes = model.node_set(table.node_set, where=study.where("excitation", name, "node_set"))
+        nodes = model.node_set(table.node_set, where=study.places.where("excitation", name, "node_set"))
         force[:, j] = _sampled(study, name, table, time, store)[0]
         labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
     return Loads(time, support, force, tuple(labels))
@@ -289,8 +291,8 @@ def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
         return made
     assert isinstance(s, TableTable | RecordTable)
     assert s.file is not None
-    where = study.where("excitation", name, "signal")
-    time, value = read_signal(study.sibling(s.file), s.channel, where)
+    where = study.places.where("excitation", name, "signal")
+    time, value = read_signal(study.places.sibling(s.file), s.channel, where)
     value = s.factor * value
     if not isinstance(s, RecordTable):
         return sources.Table(time, value, s.rounding)
@@ -326,11 +328,11 @@ def _density_points(study: Study, s: PsdTable, name: str) -> list[tuple[float, f
     InputError : no such file, wrong header, numbers that are none or that make no density.
     """
     assert s.file is not None
-    where = study.where("excitation", name, "signal")
-    x, y = read_table(study.sibling(s.file), where, ("frequency", "density"))
+    where = study.places.where("excitation", name, "signal")
+    x, y = read_table(study.places.sibling(s.file), where, ("frequency", "density"))
     points = list(zip(x.tolist(), y.tolist(), strict=True))
     try:
         check_density(points, s.duration)
     except ValueError as error:
-        raise InputError(str(error), where=study.sibling(s.file), fix="Correct the table.") from error
+        raise InputError(str(error), where=study.places.sibling(s.file), fix="Correct the table.") from error
     return points

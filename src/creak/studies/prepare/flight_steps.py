@@ -66,7 +66,7 @@ def _resolved(study: Study) -> float:
         if isinstance(signal, TableTable) and signal.values is not None:
             time = np.array([point[0] for point in signal.values])
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
-            path, where = study.sibling(signal.file), study.where("excitation", name, "signal")
+            path, where = study.places.sibling(signal.file), study.places.where("excitation", name, "signal")
             time, _ = read_signal(path, signal.channel, where)
         else:
             continue

@@ -40,9 +40,9 @@ def imported_superelements(model: Model, study: Study, common: Rayleigh, overrid
 
     out = []
     for name, table in study.config.superelement.items():
-        where = study.where("superelement", name)
-        map_file = study.sibling(table.map) if table.map else None
-        superelement = read_superelement(study.sibling(table.file), map_file)
+        where = study.places.where("superelement", name)
+        map_file = study.places.sibling(table.map) if table.map else None
+        superelement = read_superelement(study.places.sibling(table.file), map_file)
         damping = _own_damping(superelement, common, override)
         out.append(superelement_system(superelement, model, name, damping, where))
     return tuple(out)

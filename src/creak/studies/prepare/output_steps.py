@@ -30,7 +30,7 @@ def check_outputs(study: Study, time: FloatArray, pairs: int) -> list[str]:
         if value is not None and value > end * (1.0 + 1e-9):
             raise InputError(
                 f"{key} = {value:g} s is longer than the run, which ends at {end:g} s",
-                where=study.where("output", key),
+                where=study.places.where("output", key),
                 expected="several intervals in a run",
                 fix="Shorten it.",
             )
@@ -40,14 +40,14 @@ def check_outputs(study: Study, time: FloatArray, pairs: int) -> list[str]:
     if (end - start) / interval < 2.0 - 1e-6:
         raise InputError(
             f"interval = {interval:g} s leaves fewer than two outputs in the {end - start:g} s that are compared",
-            where=study.where("output", "interval"),
+            where=study.places.where("output", "interval"),
             expected=f"at most {0.5 * (end - start):g} s",
             fix="Shorten it.",
         )
     if f_max * (end - start) < 1.0 - 1e-6:
         raise InputError(
             f"f_max = {f_max:g} Hz lies below the first line of the spectra of the {end - start:g} s that are compared",
-            where=study.where("verification", "f_max"),
+            where=study.places.where("verification", "f_max"),
             expected=f"{1.0 / (end - start):g} Hz or more",
             fix="Raise it, or make the run longer.",
         )
@@ -87,7 +87,7 @@ def field_steps(study: Study, time: FloatArray) -> IntArray:
     if first >= time.size:
         raise InputError(
             f"field_start = {table.field_start:g} s",
-            where=study.where("output", "field_start"),
+            where=study.places.where("output", "field_start"),
             expected=f"a time within the run, which ends at {time[-1]:g} s",
             fix="Start earlier.",
         )
@@ -100,7 +100,7 @@ def _steps(study: Study, key: str, interval: float) -> int:
     if every < 1 or abs(every * step - interval) > 1e-6 * interval:
         raise InputError(
             f"{key} = {interval:g} s",
-            where=study.where("output", key),
+            where=study.places.where("output", key),
             expected=f"a multiple of the step, {step:g} s",
             fix=f"Use {max(every, 1) * step:g}.",
         )

@@ -35,7 +35,7 @@ def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
         _clearance(model, study, name),
         t.normal,
         t.per_area,
-        contact_law(t, study.where("contact", name)),
+        contact_law(t, study.places.where("contact", name)),
         press_fit=any(s.press_fit for s in study.config.static),
     )
 
@@ -62,8 +62,8 @@ def _clearance(model: Model, study: Study, name: str) -> float | dict[int, float
     if not isinstance(t.clearance, str):
         return t.clearance
     rows = nodes_of(model, t.secondary, where=f"[contact.{name}] secondary").rows
-    where = study.where("contact", name, "clearance")
-    return read_clearances(study.sibling(t.clearance), model, rows, t.secondary, where)
+    where = study.places.where("contact", name, "clearance")
+    return read_clearances(study.places.sibling(t.clearance), model, rows, t.secondary, where)
 
 
 def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, where: str) -> dict[int, float]:

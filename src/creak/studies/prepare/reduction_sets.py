@@ -21,14 +21,16 @@ def check_reduction(model: Model, study: Study) -> None:
         for name in names:
             reduction_set(model, study, key, name)
     for name in table.retained_sets:
-        model.node_set(name, where=study.where("reduction", "retain"))
+        model.node_set(name, where=study.places.where("reduction", "retain"))
     coarse = table.interface.deck
     if table.interface.type == "coarse-mesh" and coarse is not None:
-        where = study.where("reduction", "interface")
+        where = study.places.where("reduction", "interface")
         try:
-            plain_file(study.sibling(coarse), where)
+            plain_file(study.places.sibling(coarse), where)
         except OSError as error:
-            raise InputError(f"there is no deck {study.sibling(coarse)}", where=where, fix="Check the path.") from error
+            raise InputError(
+                f"there is no deck {study.places.sibling(coarse)}", where=where, fix="Check the path."
+            ) from error
 
 
 def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
@@ -42,7 +44,7 @@ def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
     if found is None or found.size == 0:
         raise InputError(
             f"unknown or empty element set {name!r}",
-            where=study.where("reduction", key),
+            where=study.places.where("reduction", key),
             fix=suggest(name, model.element_sets),
         )
     return found

@@ -140,7 +140,7 @@ def set_up(study: Study, ignore: Sequence[str] = (), store: Path | None = None) 
     ------
     InputError : anything wrong in the study or the deck.
     """
-    model = read_model(study.sibling(study.config.model.deck))
+    model = read_model(study.places.sibling(study.config.model.deck))
     setup = replace(set_up_model(study, model, ignore, store=store), deck_sha256=decks_sha256(study))
     c = study.config
     if any((c.excitation, c.connector, c.clip, c.static, setup.model.initial_velocity)):
@@ -215,14 +215,14 @@ def check_frequencies(study: Study) -> None:
     if c.reduction.method != "none" and f_max != "auto" and f_max <= highest:
         raise InputError(
             f"f_max = {f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
-            where=study.where("reduction", "f_max"),
+            where=study.places.where("reduction", "f_max"),
             expected="5 to 15 times the excitation",
             fix=f"Raise f_max to {15 * highest:g}.",
         )
     if highest > 0.5 / c.time.step:
         raise InputError(
             f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz",
-            where=study.where("time", "step"),
+            where=study.places.where("time", "step"),
             expected=f"at most {0.1 / highest:g} s",
             fix="Shorten the step.",
         )
@@ -247,7 +247,7 @@ def _in_file(study: Study, name: str, error: InputError) -> InputError:
     table, _, key = error.where.partition("] ")
     if table.rstrip("]") != f"[contact.{name}":
         return error
-    where = f"{study.where('contact', name)} {key}".strip()
+    where = f"{study.places.where('contact', name)} {key}".strip()
     return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
@@ -257,7 +257,7 @@ def plays_of(study: Study) -> list[tuple[Play, str]]:
     for i, t in enumerate(study.config.connector):
         name = t.name or "-".join(t.node_sets)
         dof = DOFS.index(t.dof) + 1
-        where = study.where("connector", i)
+        where = study.places.where("connector", i)
         law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
         out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
     return out
@@ -291,7 +291,7 @@ def _check_held(
 def _pairs(model: Model, study: Study) -> IntArray:
     """Verification node pairs (n, 2)."""
     named = study.config.verification.pairs
-    where = study.where("verification", "pairs")
+    where = study.places.where("verification", "pairs")
     if named is None:
         return np.zeros((0, 2), dtype=np.int64)
     if isinstance(named, str):
@@ -322,7 +322,7 @@ def _pairs(model: Model, study: Study) -> IntArray:
 
 
 def _watched(model: Model, study: Study, pairs: IntArray) -> IntArray:
-    where = study.where("output", "nodes")
+    where = study.places.where("output", "nodes")
     sets = [model.node_set(name, where=where) for name in study.config.output.node_sets]
     return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets]).tolist())), dtype=np.int64)
 

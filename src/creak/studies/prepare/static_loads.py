@@ -52,8 +52,8 @@ def static_forces(model: Model, study: Study, *, spread: bool = True) -> list[tu
     found = []
     for k, t in enumerate(study.config.static):
         if t.force is not None:
-            nodes = model.node_set(t.node_set or "", where=study.where("static", k, "node_set"))
-            found.append((study.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
+            nodes = model.node_set(t.node_set or "", where=study.places.where("static", k, "node_set"))
+            found.append((study.places.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
     for _, loads in loads_taken(model, study):
         mine = [p for p in loads.forces if p.value and (spread or not p.spread)]
         found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in mine]
@@ -121,7 +121,7 @@ def gravity_warnings(model: Model, study: Study) -> list[str]:
 
 def press_fit_warnings(study: Study, contacts: GapOperator, connectors: GapOperator) -> list[str]:
     """A press fit without anything that overlaps."""
-    where = next((study.where("static", k) for k, t in enumerate(study.config.static) if t.press_fit), None)
+    where = next((study.places.where("static", k) for k, t in enumerate(study.config.static) if t.press_fit), None)
     if where is None or min(contacts.gap0.min(initial=0.0), connectors.gap0.min(initial=0.0)) < 0.0:
         return []
     return [Warned(f"{where} press_fit: no surfaces overlap and no stop is squeezed, so nothing is pressed apart")]

@@ -58,7 +58,7 @@ def summarise(
         "run": result.identity.as_dict(),
         "study": setup.study.path.name,
         "title": c.title,
-        "changes": dict(setup.study.changes),
+        "changes": dict(setup.study.places.changes),
         "units": c.model.units,
         "model": _model(result),
         "precheck": {

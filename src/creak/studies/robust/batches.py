@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -62,7 +62,7 @@ class Batch:
 
 def batches(study: Study, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None) -> list[Batch]:
     """The draws of one model, `SIZE` to a batch; `of` as there."""
-    study = replace(study, path=study.path.resolve())
+    study = study.from_anywhere()
     where, files = None if store is None else store.resolve(), (decks_sha256(study), other_files_sha256(study))
     every = of if isinstance(of, np.ndarray) else tuple(of)
     model = uuid.uuid4().hex

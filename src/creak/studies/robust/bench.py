@@ -145,7 +145,7 @@ def make_bench(
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
-            where=setup.study.where("time" if not c.time.exact else "reduction"),
+            where=setup.study.places.where("time" if not c.time.exact else "reduction"),
             expected="[time] without step, integrator, alpha or substeps, and a [reduction] method",
             fix="Leave them out.",
         )
@@ -154,12 +154,15 @@ def make_bench(
     kept, notes = setup.contacts, list[str]()
     if reference.linear_gaps is not None:
         enough = c.precheck.near(setup.contacts.gap0 + lowest)
-        can_close = np.flatnonzero(reference.linear_gaps + lowest <= enough)
-        kept = setup.contacts.select(can_close)
+        left = reference.linear_gaps + lowest
+        can_close = np.flatnonzero(left <= enough)
+        # Where nothing comes near, the closest channel tells how much more load it would take.
+        watched = can_close if can_close.size or setup.connectors.presses else np.argsort(left)[:1]
+        kept = setup.contacts.select(watched)
         notes.append(f"pre-check: {can_close.size} of {setup.contacts.m} channels can close in some draw")
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
-        raise NumericalError("no channel can close in any draw under this load: there is nothing to rattle")
+        raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
     reduced = reduce_model(setup, reference, gaps, progress, store)
     for made in reduced.superelements if keep else ():
         if not made.reused:

@@ -112,7 +112,7 @@ def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, fa
     piece = replace(piece, gap0=gap0, stiffness=factor * piece.stiffness)
     if new == old:
         return piece
-    law, where = contact_law(new, study.where("contact", name)), study.where("contact", name)
+    law, where = contact_law(new, study.places.where("contact", name)), study.places.where("contact", name)
     before = contact_law(old, where)
     scale = piece.area if new.method == "surface-to-surface" or new.per_area else np.ones(piece.m)
     stiffness, curves = piece.stiffness, piece.curves

@@ -128,7 +128,7 @@ def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArra
     if not table.vary:
         raise InputError(
             "nothing scatters",
-            where=study.where("scatter"),
+            where=study.places.where("scatter"),
             expected='[scatter.vary] with "contact.NAME.clearance" = { type = "field", tolerance = 0.6, length = 100 }',
             fix="Add it.",
         )
@@ -136,7 +136,7 @@ def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArra
     given = tomllib.loads(study.text)
     causes: list[Cause] = []
     for key, of in table.vary.items():
-        where = study.where("scatter", "vary", key)
+        where = study.places.where("scatter", "vary", key)
         at = causes[-1].columns.stop if causes else 0
         if of.type == "field":
             causes.append(_field(key, of, at, fields, where))

@@ -41,7 +41,7 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
     if linear is None:
         raise InputError(
             "the verification window is too long for the modes to be kept",
-            where=study.where("time"),
+            where=study.places.where("time"),
             fix="Shorten the run.",
         )
     return findings(setup, linear, None, None, f"modes up to {highest:.4g} Hz", "")

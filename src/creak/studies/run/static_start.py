@@ -59,7 +59,7 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
         raise InputError(
             "a static load on a model that can move freely: supports, links and springs do not hold every part; "
             "contact and stops with play alone do not count",
-            where=setup.study.where("static"),
+            where=setup.study.places.where("static"),
             expected="supports, links or springs that hold every part",
             fix="Hold it, by a weak spring if need be, or leave out [[static]].",
         )
@@ -119,7 +119,7 @@ def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArra
             raise InputError(
                 f"gravity on superelement {given.name!r}: its matrices have generalised coordinates, and do not say "
                 "how they take part in a uniform acceleration",
-                where=setup.study.where("superelement", given.name),
+                where=setup.study.places.where("superelement", given.name),
                 expected="matrices on physical dofs alone",
                 fix="Export it without modes, or give its weight as [[static]] forces.",
             )

@@ -40,8 +40,8 @@ def background_of(study: Study) -> FloatArray | None:
     table = study.config.background
     if table is None:
         return None
-    path = study.sibling(table.file)
-    freq, level = read_table(path, study.where("background", "file"), ("frequency", "level"))
+    path = study.places.sibling(table.file)
+    freq, level = read_table(path, study.places.where("background", "file"), ("frequency", "level"))
     band = np.rint(10.0 * np.log10(np.maximum(freq, 1e-3) / 1000.0)).astype(np.int64)
     off = (np.abs(freq / _middle(band) - 1.0) > NEAR) | (band < LOWEST) | (band > HIGHEST)
     if off.any():

@@ -56,11 +56,11 @@ def _listener(model: Model, skin: Skin, study: Study, name: str) -> Listener:
         wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
         raise InputError(
             f"listener {name!r} hears nothing: no shell and no solid {wanted}radiates".replace("  ", " "),
-            where=study.where("listener", name),
+            where=study.places.where("listener", name),
             expected="a part with shells or solids",
             fix="Name such parts, or leave the listener out.",
         )
-    position, where = np.array(table.position), study.where("listener", name, "position")
+    position, where = np.array(table.position), study.places.where("listener", name, "position")
     if skin.holds(position):
         raise InputError(
             f"listener {name!r} at {list(table.position)} is inside the structure",
@@ -89,7 +89,7 @@ def _of_parts(model: Model, skin: Skin, study: Study, name: str) -> BoolArray:
     if unknown is not None:
         raise InputError(
             f"listener {name!r}: unknown part {unknown!r}",
-            where=study.where("listener", name, "parts"),
+            where=study.places.where("listener", name, "parts"),
             fix=suggest(unknown, [p.name for p in model.parts]),
         )
     if not wanted:

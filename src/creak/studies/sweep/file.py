@@ -12,7 +12,8 @@ from pydantic import Field, ValidationError, model_validator
 
 from creak.errors import InputError
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.reader import explain, overlap, read_study, read_toml
+from creak.studies.file.places import overlap
+from creak.studies.file.reader import explain, read_study, read_toml
 from creak.studies.file.table import Table
 
 OF_THE_SWEEP = ("title", "base", "seeds")

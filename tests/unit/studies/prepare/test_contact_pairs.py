@@ -11,6 +11,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.setup import _contacts, plays_of
@@ -23,12 +24,12 @@ def study(tmp_path: Path, lines: str = "", table: str | None = None) -> Study:
     path = write_strips(tmp_path, study=text)
     if table is not None:
         (tmp_path / "gaps.csv").write_text(table, encoding="utf-8")
-    return Study(path, StudyConfig.model_validate(tomllib.loads(text)), text)
+    return Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(path, text))
 
 
 def pair_of(tmp_path: Path, lines: str, table: str | None = None):
     s = study(tmp_path, lines, table)
-    return contact_pair(read_model(s.sibling("strips.inp")), s, "tip")
+    return contact_pair(read_model(s.places.sibling("strips.inp")), s, "tip")
 
 
 def test_defaults(tmp_path):
@@ -56,7 +57,7 @@ def test_laws_are_passed_on(tmp_path):
 
 def test_clearances_of_a_table_reach_the_channels(tmp_path):
     s = study(tmp_path, 'clearance = "gaps.csv"\n', "node,clearance,tolerance\n35,0.25,0.1\n\n37, 0.5 ,0.1\n")
-    model = read_model(s.sibling("strips.inp"))
+    model = read_model(s.places.sibling("strips.inp"))
     gaps, notes = _contacts(model, s)
     at = {model.nodes.label(int(i)): g for i, g in zip(gaps.nodes_idx, gaps.gap0, strict=True)}
     assert (at["35"], at["37"]) == (0.25, 0.5)
@@ -93,5 +94,5 @@ def test_preload_of_a_connector_reaches_the_play(tmp_path):
     text = (
         s.text + '\n[[connector]]\ntype = "play"\nnodes = "PAIRS"\ndof = "z"\nupper = 0\nstiffness = 10\npreload = 2\n'
     )
-    ((play, _),) = plays_of(Study(s.path, StudyConfig.model_validate(tomllib.loads(text)), text))
+    ((play, _),) = plays_of(Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(s.path, text)))
     assert (play.upper, play.lower, play.law.preload) == (0.0, None, 2.0)

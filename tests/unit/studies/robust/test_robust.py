@@ -403,3 +403,14 @@ def test_records_survive_and_damage_is_seen(tmp_path):
     with record_log(path, made, 3, used) as log:
         log.add(9, np.zeros(3))
     assert sorted(read_records(path, made, 3)[0]) == [0, 1, 9]
+
+
+def test_a_load_that_closes_nothing_is_an_answer(tmp_path):
+    """No draw has an event, and the figures say so; the closest channel is marched for its slack."""
+    text = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.02") + (
+        '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.4, high = 0.6 }\n'
+    )
+    found = creak.robust(write_strips(tmp_path, None, text), 4, indices=False, threads=1).draws
+    assert found.figures.shape[0] == 4
+    assert not found.figures.any()
+    assert any("0 of 39 channels can close" in note for note in found.notes)

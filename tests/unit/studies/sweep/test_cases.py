@@ -141,7 +141,7 @@ def test_studies_of_cases_read_back_from_the_folder_of_the_sweep(tmp_path):
     out.mkdir(parents=True)
     (out / "case.toml").write_text(case.text)
     study = read_study(out / "case.toml")
-    assert study.sibling(study.config.model.deck) == tmp_path / "strips.inp"
+    assert study.places.sibling(study.config.model.deck) == tmp_path / "strips.inp"
     assert study.config.excitation["root"].signal.seed == 9
 
 
