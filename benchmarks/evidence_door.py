@@ -78,7 +78,9 @@ class Bench:
         data = setup.study.config.model_dump(exclude_unset=True)
         data = changed(data, {f"{SIGNAL}.amplitude": amplitude, f"{SIGNAL}.seed": seed}, None)
         study = replace(setup.study, config=StudyConfig.model_validate(data))
-        return replace(setup, study=study, loads=sample_loads(setup.model, study, time_axis(study)))
+        return replace(
+            setup, study=study, loads=sample_loads(setup.model, study.driving, time_axis(study.driving, study.course))
+        )
 
     def model(self, table: Mapping[str, Any]) -> ReducedModel:
         """A reduced model, made once."""
@@ -110,8 +112,8 @@ class Bench:
         if end is not None:
             table = setup.study.config.time.model_copy(update={"periods": None, "end": end})
             setup = setup.with_tables(time=table)
-            axis = time_axis(setup.study)
-            setup = replace(setup, loads=sample_loads(setup.model, setup.study, axis))
+            axis = time_axis(setup.study.driving, setup.study.course)
+            setup = replace(setup, loads=sample_loads(setup.model, setup.study.driving, axis))
         return march_run("unreduced", setup, self.reference.system, self.gaps if gaps is None else gaps, silent, None)
 
     def forced(self, time: Mapping[str, Any]) -> Setup:

@@ -95,7 +95,7 @@ def main() -> None:
         full,
         reduced,
         setup.study.config.verification.event_tolerance,
-        excitation_window(setup.study, output_times(setup)),
+        excitation_window(setup.study.course, output_times(setup)),
     ):
         table.add_row(*row)
     console.print(table)

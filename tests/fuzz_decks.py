@@ -32,7 +32,6 @@ from creak.formats.abaqus.writer import write_deck
 from creak.formats.nastran.reader import read_nastran, read_nastran_run
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.excitation import period_of
 from creak.studies.prepare.setup import set_up
 from creak.studies.sweep.cases import checked, variants
 from creak.studies.sweep.file import read_sweep
@@ -302,7 +301,7 @@ def _read_study(path: Path) -> str:
     """Set up, but for runs of very many steps, which are right and take their time."""
     study = read_study(path)
     table = study.config.time
-    end = table.end if table.end is not None else (period_of(study) or 0.0) * (table.periods or 5.0)
+    end = study.course.end
     if end / table.step * table.substeps > MANY_STEPS:
         return "study of a long run"
     set_up(study)

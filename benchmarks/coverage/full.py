@@ -113,7 +113,7 @@ def full_model(setup: Setup, fastest: float) -> Full:
     end = float(setup.loads.time[-1])
     spacing = min(1.0 / (OF_LOADS * fastest), end / 100.0)
     time = spacing * np.arange(int(np.ceil(end / spacing)) + 2)
-    loads = sample_loads(setup.model, setup.study, time)
+    loads = sample_loads(setup.model, setup.study.driving, time)
     signals = np.concatenate([loads.support[0].T, loads.support[1].T, loads.support[2].T, loads.force.T])
     B = np.zeros((system.n, len(loads.force_labels)))
     for j, labels in enumerate(loads.force_labels):

@@ -76,7 +76,7 @@ class Bench:
     @property
     def window(self) -> tuple[float, float]:
         """s, first and last instant of the stretch that is compared: the last period, or the whole run."""
-        return excitation_window(self.setup.study, output_times(self.setup))
+        return excitation_window(self.setup.study.course, output_times(self.setup))
 
     @property
     def positions(self) -> FloatArray:
@@ -101,8 +101,8 @@ class Bench:
         other = with_flight_steps(change_study(self.setup.study, changes))
         changed = {key: getattr(other.config, key) for key in ("excitation", "time", "output")}
         study = replace(other, config=self.setup.study.config.model_copy(update=changed))
-        check_frequencies(study)
-        loads = sample_loads(self.setup.model, study, time_axis(study))
+        check_frequencies(study.config.reduction, study.config.time, study.driving)
+        loads = sample_loads(self.setup.model, study.driving, time_axis(study.driving, study.course))
         return replace(self, setup=replace(self.setup, study=study, loads=loads))
 
     def reduced(self, table: Mapping[str, Any]) -> Bench:
@@ -120,8 +120,8 @@ class Bench:
         study = self.setup.study
         data = {**tomllib.loads(study.text), "reduction": plain(table)}
         setup = self.setup.with_tables(reduction=checked_study(study.path, data, study.text).config.reduction)
-        check_frequencies(setup.study)
-        check_reduction(setup.model, setup.study)
+        check_frequencies(setup.study.config.reduction, study.config.time, study.driving)
+        check_reduction(setup.model, setup.study.config.reduction, setup.study.places)
         return replace(self, setup=setup, model=reduce_model(setup, self.reference, self.gaps, self.progress))
 
     def run(self, name: str = "reduced", *, keep: str | Path | None = None) -> Run:

@@ -45,7 +45,7 @@ def setup_detail(output: Output, setup: Setup) -> None:
         )
     if setup.connectors.m:
         output.detail(f"connectors: {setup.connectors.m} channels")
-    highest = highest_frequency(setup.study)
+    highest = highest_frequency(setup.study.driving)
     known = f" up to {highest:g} Hz" if highest else ""
     output.detail(f"excitation: {', '.join(config.excitation) or 'none'}{known}")
     method = config.reduction.method

@@ -149,7 +149,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
     setup = setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
-    excitation = excitation_of(setup.study, setup.loads)
+    excitation = excitation_of(setup.study.driving, setup.loads, setup.study.config.verification.mac_f_max)
     by_parts = _without_the_whole(setup)
     reference = reference_that_fits(by_parts, assembled(setup, progress), progress)
     setup = setup if reference.of_parts is None else by_parts
@@ -217,7 +217,7 @@ def _options(
 ) -> tuple[Option, ...]:
     """Ways to reduce; those that take modes of the whole where these were counted."""
     rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
-    observed = 6.0 * setup.watched.size / output_every(setup.study)
+    observed = 6.0 * setup.watched.size / output_every(setup.study.course)
     out = [_by_parts(found, f_max, f, rows, cube, observed) for f_max in fixed]
     if counted is None:
         return tuple(out)
@@ -260,7 +260,7 @@ def _by_parts(found: Sizes, f_max: float, f: float, rows: int, cube: float, obse
 
 def _sound(setup: Setup, found: Sizes, band: float, f: float, gaps: GapOperator) -> SoundCost:
     """What a band that ends at `band` (Hz) takes."""
-    rows, observed = gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(setup.study)
+    rows, observed = gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(setup.study.course)
     model, metre = setup.model, METRES[setup.study.config.model.units]
     skin = skin_of(model)
     option = _by_parts(found, PER_MODE * band, f, rows, eigen_cube_s(), observed)
@@ -325,5 +325,5 @@ def step_for(setup: Setup, rate: float) -> float:
         return rounded_step(1.0 / rate)
     shortest = min(intervals)
     if len(intervals) == 2:
-        shortest = own * output_every(setup.study) if table.interval == shortest else own
+        shortest = own * output_every(setup.study.course) if table.interval == shortest else own
     return float(shortest / np.ceil(shortest * rate * (1.0 - 1e-9)))

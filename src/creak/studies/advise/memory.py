@@ -250,7 +250,7 @@ def _runs(
 ) -> Iterator[Stage]:
     """The reduced run, the check of the parts, and the unreduced run beside it where the study has one."""
     c, system = setup.study.config, reference.system
-    instants = setup.loads.time.size / output_every(setup.study)
+    instants = setup.loads.time.size / output_every(setup.study.course)
     history = 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows)
     held += KERNELS + history
     yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)

@@ -120,7 +120,7 @@ def tell_the_same(setup: Setup, run: Run, again: Run) -> bool:
     their figures by; so do impulse and force of the whole run. Number and work of slips are the same; and blows last as
     long as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
     """
-    v, window = setup.study.config.verification, shown_window(setup.study, output_times(setup))
+    v, window = setup.study.config.verification, shown_window(setup.study.course, output_times(setup))
     of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
     outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
     c = assess(outcomes, run.name, window, v.event_tolerance)

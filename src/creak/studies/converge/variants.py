@@ -222,7 +222,7 @@ def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
     study = replace(study, config=c.model_copy(update=tables))
-    loads = sample_loads(setup.model, study, time_axis(study))
+    loads = sample_loads(setup.model, study.driving, time_axis(study.driving, study.course))
     return replace(setup, study=study, refined=variant.refined, loads=loads)
 
 

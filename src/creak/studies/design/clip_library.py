@@ -9,8 +9,9 @@ from pydantic import ValidationError
 
 from creak.errors import InputError, suggest
 from creak.model.units import METRES, UnitsName
+from creak.studies.file.case import Touching
 from creak.studies.file.design.clip_tables import ClipTable, ClipValues
-from creak.studies.file.reader import Study, explain, read_toml
+from creak.studies.file.reader import explain, read_toml
 from creak.studies.file.table import Table
 
 OWN = Path(__file__).with_name("clips.toml")
@@ -25,20 +26,20 @@ class ClipFile(Table):
     """[clip.NAME]"""
 
 
-def clips_of(study: Study) -> list[ClipTable]:
+def clips_of(touching: Touching) -> list[ClipTable]:
     """The clips of a study with the values that they take from the library.
 
     Raises
     ------
     InputError : no such file, or something wrong in it; an unknown name; a clip that is not complete.
     """
-    tables = study.config.clip
+    tables, where = touching.clips, touching.places.where
     if not any(t.use for t in tables):
         return list(tables)
-    known = _library(OWN, study)
-    if study.config.clips is not None:
-        known |= _library(study.places.sibling(study.config.clips), study)
-    return [t if t.use is None else _completed(t, known, study.places.where("clip", i)) for i, t in enumerate(tables)]
+    known = _library(OWN, touching.units)
+    if touching.library is not None:
+        known |= _library(touching.places.sibling(touching.library), touching.units)
+    return [t if t.use is None else _completed(t, known, where("clip", i)) for i, t in enumerate(tables)]
 
 
 def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -> ClipTable:
@@ -57,14 +58,14 @@ def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -
         raise InputError(f"clip {name!r} with these values: {message}", where=where, fix="Correct them.") from error
 
 
-def _library(path: Path, study: Study) -> dict[str, dict[str, Any]]:
+def _library(path: Path, units: UnitsName) -> dict[str, dict[str, Any]]:
     """Name -> values in the units of the study."""
     data, text = read_toml(path, "clip library")
     try:
         found = ClipFile.model_validate(data)
     except ValidationError as error:
         raise explain(path, text, error, ClipFile) from error
-    by = METRES[found.units] / METRES[study.config.model.units]
+    by = METRES[found.units] / METRES[units]
     return {name: _in_units(values.model_dump(exclude_unset=True), by) for name, values in found.clip.items()}
 
 

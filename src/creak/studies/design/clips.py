@@ -13,30 +13,30 @@ from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
 from creak.model.mesh import ElementBlock, Model, Own
 from creak.studies.design.named_nodes import nearest_nodes
+from creak.studies.file.case import Touching
 from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.reader import Study
 
 ENDS = ("first", "second")
 BETWEEN = -1
 """The part of a clip: none, so that no part is reduced again when it changes."""
 
 
-def with_clips(model: Model, study: Study) -> tuple[Model, list[tuple[Play, str]], list[str]]:
+def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play, str]], list[str]]:
     """The model with the bushings of a study, the connectors that its other clips are with their places, and notes.
 
     Raises
     ------
     InputError : unknown sets, parts or library names; no node near a place; values that are no law.
     """
-    if not study.config.clip:
+    if not touching.clips:
         return model, [], []
     from creak.studies.design.clip_library import clips_of  # its tables take time to make
 
     blocks, plays, notes = [], [], []
-    taken = {t.name or "-".join(t.node_sets) for t in study.config.connector} | {*study.config.contact}
-    for i, table in enumerate(clips_of(study)):
-        name = table.name or f"{study.config.clip[i].use or table.type}.{i + 1}"
-        where = study.places.where("clip", i)
+    taken = {t.name or "-".join(t.node_sets) for t in touching.connectors} | {*touching.contacts}
+    for i, table in enumerate(clips_of(touching)):
+        name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
+        where = touching.places.where("clip", i)
         if name in taken:
             raise InputError(
                 f"the name {name!r} is taken by another contact, connector or clip",

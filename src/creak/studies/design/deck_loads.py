@@ -11,24 +11,24 @@ from creak.errors import InputError, suggest
 from creak.model.constraints import without
 from creak.model.mesh import Model
 from creak.model.steps import StaticLoads
-from creak.studies.file.reader import Study
+from creak.studies.file.case import Driving
 
 
-def deck_loads(model: Model, study: Study, place: int) -> StaticLoads | None:
+def deck_loads(model: Model, driving: Driving, place: int) -> StaticLoads | None:
     """The loads of the deck that a [[static]] table names; None where it names none.
 
     Raises
     ------
     InputError : the deck has none of that name, or creak cannot read them.
     """
-    given = study.config.static[place].deck_loads
+    given = driving.statics[place].deck_loads
     if given is None:
         return None
     name = str(given)
     if name not in model.static_loads:
         raise InputError(
             f"the deck has no static loads {name!r}",
-            where=study.places.where("static", place, "deck_loads"),
+            where=driving.places.where("static", place, "deck_loads"),
             expected=", ".join(model.static_loads) or "a Nastran deck with load sets",
             fix=suggest(name, model.static_loads),
         )
@@ -38,17 +38,17 @@ def deck_loads(model: Model, study: Study, place: int) -> StaticLoads | None:
     return loads
 
 
-def loads_taken(model: Model, study: Study) -> Iterator[tuple[int, StaticLoads]]:
+def loads_taken(model: Model, driving: Driving) -> Iterator[tuple[int, StaticLoads]]:
     """Place of each [[static]] table that names loads of the deck, and these."""
-    for k in range(len(study.config.static)):
-        loads = deck_loads(model, study, k)
+    for k in range(len(driving.statics)):
+        loads = deck_loads(model, driving, k)
         if loads is not None:
             yield k, loads
 
 
-def freed_where_moved(model: Model, study: Study) -> Model:
+def freed_where_moved(model: Model, driving: Driving) -> Model:
     """The model without the supports at dofs that loads of the deck move: they hold them at another place."""
-    labels = [m.labels for _, loads in loads_taken(model, study) for m in loads.moved]
+    labels = [m.labels for _, loads in loads_taken(model, driving) for m in loads.moved]
     if not labels:
         return model
     freed = np.unique(np.concatenate(labels))

@@ -18,7 +18,7 @@ from creak.model.steps import NodeTemperatures
 from creak.studies.design.deck_loads import deck_loads
 from creak.studies.design.named_nodes import nodes_of_part
 from creak.studies.design.nodal_table import Column, nodal_values
-from creak.studies.file.reader import Study
+from creak.studies.file.case import Driving
 from creak.studies.warned import Warned
 
 UNUSUAL = 200.0
@@ -36,7 +36,7 @@ class Heat:
     """Where neither study nor material says it."""
 
 
-def heat_of(model: Model, study: Study) -> Heat | None:
+def heat_of(model: Model, driving: Driving) -> Heat | None:
     """What the [[static]] tables heat; None where they heat nothing.
 
     Raises
@@ -47,13 +47,13 @@ def heat_of(model: Model, study: Study) -> Heat | None:
     heat = Heat(nothing, nothing.copy(), nothing.copy())
     _put(heat.otherwise, model.initial_temperature)
     found, of_deck = False, np.zeros(model.nodes.count, dtype=bool)
-    for k, table in enumerate(study.config.static):
+    for k, table in enumerate(driving.statics):
         if table.temperature is not None:
-            nodes, value = _given(model, study, k)
+            nodes, value = _given(model, driving, k)
             heat.value[nodes] = value
             heat.reference[nodes] = np.nan if table.reference is None else table.reference
             of_deck[nodes], found = False, True
-        loads = deck_loads(model, study, k)
+        loads = deck_loads(model, driving, k)
         if loads is not None and loads.temperature is not None:
             _put(heat.value, loads.temperature)
             heat.reference[loads.temperature.nodes_idx] = np.nan
@@ -67,19 +67,19 @@ def _put(into: FloatArray, given: NodeTemperatures | None) -> None:
         into[given.nodes_idx] = given.value
 
 
-def _given(model: Model, study: Study, k: int) -> tuple[IntArray, FloatArray]:
+def _given(model: Model, driving: Driving, k: int) -> tuple[IntArray, FloatArray]:
     """Nodes of a table and their temperatures."""
-    table = study.config.static[k]
+    table = driving.statics[k]
     if isinstance(table.temperature, str):
         column = Column("temperature", "of the deck", "a node of the deck", "it without a temperature")
         every = np.arange(model.nodes.count)
-        where = study.places.where("static", k, "temperature")
-        values = nodal_values(study.places.sibling(table.temperature), model, every, column, where)
+        where = driving.places.where("static", k, "temperature")
+        values = nodal_values(driving.places.sibling(table.temperature), model, every, column, where)
         return np.array(list(values), dtype=np.int64), np.array(list(values.values()))
     if table.node_set is not None:
-        nodes = model.node_set(table.node_set, where=study.places.where("static", k, "node_set"))
+        nodes = model.node_set(table.node_set, where=driving.places.where("static", k, "node_set"))
     else:
-        nodes = nodes_of_part(model, table.part, study.places.where("static", k, "part"))
+        nodes = nodes_of_part(model, table.part, driving.places.where("static", k, "part"))
     return nodes, np.full(nodes.size, table.temperature)
 
 
@@ -114,7 +114,7 @@ def _rise(block: ElementBlock, heat: Heat) -> FloatArray:
     return np.where(np.isnan(heat.value), 0.0, rise)[block.nodes_idx]
 
 
-def check_heat(model: Model, study: Study, superelements: bool) -> list[str]:
+def check_heat(model: Model, driving: Driving, superelements: bool) -> list[str]:
     """Notes on what is heated.
 
     Raises
@@ -122,11 +122,11 @@ def check_heat(model: Model, study: Study, superelements: bool) -> list[str]:
     InputError : as `heat_of`; a temperature that strains nothing, without one that it is counted from, or on a material
         whose expansion creak cannot use.
     """
-    heat = heat_of(model, study)
+    heat = heat_of(model, driving)
     if heat is None:
         return []
-    where = study.places.where(
-        "static", next(k for k, t in enumerate(study.config.static) if (t.temperature, t.deck_loads) != (None, None))
+    where = driving.places.where(
+        "static", next(k for k, t in enumerate(driving.statics) if (t.temperature, t.deck_loads) != (None, None))
     )
     rises = []
     for block, rise in _heated(model, heat):
@@ -146,7 +146,7 @@ def check_heat(model: Model, study: Study, superelements: bool) -> list[str]:
                 fix="Give the mean coefficient between both temperatures.",
             )
         rises.append(rise)
-    if not rises and all(t.temperature is None for t in study.config.static):
+    if not rises and all(t.temperature is None for t in driving.statics):
         return [Warned("the temperature of the deck strains nothing: no material that it reaches expands")]
     if not rises:
         raise InputError(

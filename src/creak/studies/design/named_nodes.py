@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
-from creak.studies.file.reader import Study
+from creak.studies.file.design.node_tables import NodesTable
+from creak.studies.file.places import Places
 
 REACH = 0.01
 """Of the model's size: how far a node may lie from its point where the study does not say."""
@@ -18,7 +19,7 @@ SAME = 1e-9
 """Of the model's size: two nodes nearer to each other than this are at one place."""
 
 
-def with_named_nodes(model: Model, study: Study) -> tuple[Model, list[str]]:
+def with_named_nodes(model: Model, tables: Mapping[str, NodesTable], places: Places) -> tuple[Model, list[str]]:
     """The model with the node sets of the study beside its own, and how far nodes lie from their points.
 
     Raises
@@ -26,8 +27,8 @@ def with_named_nodes(model: Model, study: Study) -> tuple[Model, list[str]]:
     InputError : a set of the deck has the name; an unknown label or part; no node near enough, or two at one place.
     """
     sets, notes = dict(model.node_sets), []
-    for name, table in study.config.nodes.items():
-        where = study.places.where("nodes", name)
+    for name, table in tables.items():
+        where = places.where("nodes", name)
         if name.upper() in sets:
             raise InputError(
                 f"the deck has a node set {name!r} of its own",
@@ -43,7 +44,7 @@ def with_named_nodes(model: Model, study: Study) -> tuple[Model, list[str]]:
         sets[name.upper()] = rows
         labels = ", ".join(model.nodes.label(int(row)) for row in rows[:4]) + (", ..." if rows.size > 4 else "")
         notes.append(f"[nodes.{name}]: node {labels}, {off:.3g} from the given place" + (" at most" * (rows.size > 1)))
-    return (replace(model, node_sets=sets), notes) if study.config.nodes else (model, notes)
+    return (replace(model, node_sets=sets), notes) if tables else (model, notes)
 
 
 def _by_label(model: Model, labels: list[str], where: str) -> IntArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +13,13 @@ from creak.errors import InputError
 from creak.model.constraints import Equation, Fixed, held_labels, without
 from creak.model.dofs import node_and_dof, node_dofs
 from creak.model.mesh import Model
+from creak.studies.file.case import Driving
 from creak.studies.file.design.node_tables import SupportTable
-from creak.studies.file.reader import Study
+from creak.studies.file.places import Places
 from creak.studies.file.table import DOFS
 
 
-def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
+def with_supports(model: Model, tables: Mapping[str, SupportTable], places: Places) -> tuple[Model, list[str]]:
     """The model held as the study says, and what was freed and held.
 
     Raises
@@ -26,12 +28,12 @@ def with_supports(model: Model, study: Study) -> tuple[Model, list[str]]:
         global ones.
     """
     notes = []
-    for name, table in study.config.support.items():
-        where = study.places.where("support", name)
+    for name, table in tables.items():
+        where = places.where("support", name)
         freed = _freed(model, table, where)
         added: list[Fixed] = []
         if table.hold:
-            nodes = model.node_set(table.nodes, where=study.places.where("support", name, "nodes"))
+            nodes = model.node_set(table.nodes, where=places.where("support", name, "nodes"))
             added = [Fixed(nodes, tuple(DOFS.index(dof) + 1 for dof in table.hold), where)]
         model = replace(model, fixed=(*without(model.fixed, freed), *added))
         told = [f"{freed.size} dofs of the deck freed"] if freed.size else []
@@ -80,18 +82,18 @@ def _check_axes(model: Model, nodes: IntArray, table: SupportTable, where: str) 
             )
 
 
-def check_driven(model: Model, study: Study, driven: Driven) -> None:
+def check_driven(model: Model, driving: Driving, driven: Driven) -> None:
     """Raise InputError where an excitation moves what is held."""
     held = held_labels(model.fixed)
     for name, labels in driven.labels.items():
         both = labels[np.isin(labels, held)]
-        if not both.size or name not in study.config.excitation:
+        if not both.size or name not in driving.excitations:
             continue
-        table = study.config.excitation[name]
+        table = driving.excitations[name]
         raise InputError(
             f"[excitation.{name}] moves node {model.nodes.label(node_and_dof(int(both[0]))[0])} {table.dof}, which is "
             "held",
-            where=study.places.where("excitation", name),
+            where=driving.places.where("excitation", name),
             expected="dofs that nothing holds",
             fix=f'Free them: [support.NAME] with nodes = "{table.node_set}" and free = ["{table.dof}"].',
         )

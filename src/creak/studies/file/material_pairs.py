@@ -7,8 +7,9 @@ from typing import Annotated
 from pydantic import ConfigDict, Field, ValidationError
 
 from creak.errors import InputError
+from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import MaterialPairTable
-from creak.studies.file.reader import Study, explain, read_toml
+from creak.studies.file.reader import explain, read_toml
 from creak.studies.file.table import Table
 
 
@@ -21,17 +22,17 @@ class MaterialFile(Table):
     """[material-pair.NAME]: as in a study."""
 
 
-def material_pairs(study: Study) -> dict[str, MaterialPairTable]:
+def material_pairs(lines: Lines) -> dict[str, MaterialPairTable]:
     """Name -> material pair.
 
     Raises
     ------
     InputError : no such file, or something wrong in it; a pair that is in the study and in the file.
     """
-    own, name = study.config.material_pair, study.config.material_pairs
+    own, name = lines.materials, lines.library
     if name is None:
         return dict(own)
-    path = study.places.sibling(name)
+    path = lines.places.sibling(name)
     data, text = read_toml(path, "material pair")
     try:
         found = MaterialFile.model_validate(data).material_pair
@@ -41,7 +42,7 @@ def material_pairs(study: Study) -> dict[str, MaterialPairTable]:
     if twice:
         raise InputError(
             f"material pair {twice[0]!r} is in the study and in {name}",
-            where=study.places.where("material-pair", twice[0]),
+            where=lines.places.where("material-pair", twice[0]),
             expected="one of both",
             fix="Remove one of them.",
         )

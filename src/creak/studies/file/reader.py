@@ -13,6 +13,7 @@ from pydantic import BaseModel, ValidationError
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.endings import is_deck
+from creak.studies.file.case import Course, Driving, Lines, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
 from creak.studies.file.places import Places, dotted, line_of
@@ -32,6 +33,33 @@ class Study:
     def path(self) -> Path:
         """The study file, or the deck."""
         return self.places.path
+
+    @property
+    def touching(self) -> Touching:
+        """What may touch."""
+        c, press_fit = self.config, any(table.press_fit for table in self.config.static)
+        return Touching(c.contact, c.connector, c.clip, c.clips, press_fit, c.model.units, self.places)
+
+    @property
+    def driving(self) -> Driving:
+        """What drives the model."""
+        c = self.config
+        return Driving(c.excitation, c.static, c.model.units, self.places)
+
+    @property
+    def course(self) -> Course:
+        """How long the run is, and what of it is kept."""
+        c = self.config
+        until = c.reference.until if c.proof == "whole" and c.reduction.method != "none" else None
+        return Course(c.time, c.output, c.verification.f_max, self.driving.period, until, self.places)
+
+    @property
+    def lines(self) -> Lines:
+        """Between which parts relative motion is looked at."""
+        c = self.config
+        return Lines(
+            c.eline, c.contact.keys(), c.material_pair, c.material_pairs, c.limit.tolerance, c.model.units, self.places
+        )
 
     def from_anywhere(self) -> Study:
         """With the whole path of its file: for a process in another folder."""

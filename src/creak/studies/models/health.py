@@ -57,7 +57,7 @@ def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | 
 
     part, made_from = reduced.substructure.part, list[str]()
     if store is not None:
-        asked = [part.name, setup.f_max, highest_frequency(setup.study), own_modes]
+        asked = [part.name, setup.f_max, highest_frequency(setup.study.driving), own_modes]
         matters = (setup.model.nodes.coords, part.labels, part.rows(part.labels)[0])
         made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest_of, matters)]
     found = solved(store, f"health_{file_stem(part.name)}", made_from, make)
@@ -74,6 +74,6 @@ def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> H
         reduced.system,
         reduced.inside,
         setup.model.nodes.coords,
-        f_excitation=highest_frequency(setup.study) or None,
+        f_excitation=highest_frequency(setup.study.driving) or None,
         own_modes=own_modes,
     )

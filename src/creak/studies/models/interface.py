@@ -67,7 +67,7 @@ def thinned(setup: Setup, reference: ReferenceModel, line: Line, part: System) -
 
 def _participating(setup: Setup, reference: ReferenceModel, line: Line, eta: float) -> IntArray:
     """Positions of the dofs that take part in the modes of the assembly within the excitation (thesis 3.5.1)."""
-    band = reference.modes.frequencies <= highest_frequency(setup.study)
+    band = reference.modes.frequencies <= highest_frequency(setup.study.driving)
     shapes = np.asarray(reference.system.rows(line.labels)[0] @ reference.modes.shapes[:, band])
     return np.flatnonzero(participating(shapes, eta))
 
@@ -93,8 +93,8 @@ def coarse_modes(setup: Setup, coarse: Model) -> FloatArray:
     """(6 n_node, n_mode) modes of the coarse assembly, held and linked like the fine one."""
     from creak.studies.models.deck_modes import model_modes  # full interfaces do without
 
-    band = COARSE_BAND * highest_frequency(setup.study)
-    system, found = model_modes(coarse, driven_dofs(coarse, setup.study), f_max=band)
+    band = COARSE_BAND * highest_frequency(setup.study.driving)
+    system, found = model_modes(coarse, driven_dofs(coarse, setup.study.driving), f_max=band)
     out = np.zeros((PER_NODE * coarse.nodes.count, found.omega2.size))
     out[system.labels] = system.recover(found.shapes)
     return out

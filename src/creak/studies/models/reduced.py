@@ -299,7 +299,7 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
 
     first = min((r.system.stats.first_left_out for r in superelements), default=np.inf)
-    if first > RULE * highest_frequency(setup.study):
+    if first > RULE * highest_frequency(setup.study.driving):
         return
     raise InputError(
         f"f_max = {setup.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",

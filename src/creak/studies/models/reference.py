@@ -179,7 +179,7 @@ def modal_band(setup: Setup, n: int) -> float:
     With modal damping the modes that the reduction keeps need it too, in models where they cost little.
     """
     c = setup.study.config
-    driven = PRECHECK_BAND * highest_frequency(setup.study) if c.precheck.enabled else 0.0
+    driven = PRECHECK_BAND * highest_frequency(setup.study.driving) if c.precheck.enabled else 0.0
     band = max(1.1 * c.verification.mac_f_max, driven)
     if c.damping.modal is None:
         return band

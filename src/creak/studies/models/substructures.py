@@ -84,7 +84,7 @@ def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
     chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
     for k, name in chosen:
         where = "unreduced" if k == last else "substructures"
-        for block, row in reduction_set(model, setup.study, where, name).tolist():
+        for block, row in reduction_set(model, where, name, setup.study.places).tolist():
             groups[block][row] = k
     if table.keep_out > 0.0 and gaps.m:
         for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):

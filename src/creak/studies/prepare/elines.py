@@ -19,11 +19,11 @@ from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels
-from creak.studies.file.config import StudyConfig
+from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
+from creak.studies.file.places import Places
 from creak.studies.file.quantities import length_in
-from creak.studies.file.reader import Study
 from creak.studies.file.tables import Rows, read_one_of
 
 BY_NODES, BY_PLACE = ["main", "secondary"], ["x", "y", "z"]
@@ -65,7 +65,7 @@ class Elines:
 NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)))
 
 
-def make_elines(model: Model, study: Study, contacts: GapOperator) -> Elines:
+def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
     """The lines of a study.
 
     Parameters
@@ -77,80 +77,77 @@ def make_elines(model: Model, study: Study, contacts: GapOperator) -> Elines:
     InputError : an [eline] with unknown sets, with a name that is no contact and no points, of a material pair that
         there is not; sides that do not face each other; a file of points that cannot be used.
     """
-    config, known = study.config, material_pairs(study)
-    lines = [_line(study, name, True, known) for name in dict.fromkeys(contacts.group)]
+    known = material_pairs(given)
+    lines = [_line(given, name, True, known) for name in dict.fromkeys(contacts.group)]
     operators = [contacts.without_force()] if contacts.m else []
-    for name, table in config.eline.items():
+    for name, table in given.elines.items():
         if not table.drawn:
-            _check_contact(study, name)
-        elif name in config.contact:
+            _check_contact(given, name)
+        elif name in given.contacts:
             raise InputError(
                 f"[eline.{name}] draws a line and has the name of a contact",
-                where=study.places.where("eline", name),
+                where=given.places.where("eline", name),
                 fix="Give it another name, or leave out main, secondary and points.",
             )
         else:
-            lines.append(_line(study, name, False, known))
-            operators.append(_drawn(model, study, name).without_force())
+            lines.append(_line(given, name, False, known))
+            operators.append(_drawn(model, given.elines[name], name, given.places).without_force())
     if not operators:
         return NO_ELINES
     points, frames = _with_frames(model, join(operators))
     return Elines(tuple(lines), points, frames)
 
 
-def _line(study: Study, name: str, contact: bool, known: dict[str, MaterialPairTable]) -> Eline:
-    config = study.config
-    table = config.eline.get(name, ElineTable())
-    given = table.tolerance if table.tolerance is not None else config.limit.tolerance
-    tolerance = 0.0 if given is None else length_in(given, config.model.units)
+def _line(given: Lines, name: str, contact: bool, known: dict[str, MaterialPairTable]) -> Eline:
+    table = given.elines.get(name, ElineTable())
+    words = given.tolerance if table.tolerance is None else table.tolerance
+    tolerance = 0.0 if words is None else length_in(words, given.units)
     if table.material is not None and table.material not in known:
         raise InputError(
             f"unknown material pair {table.material!r}",
-            where=study.places.where("eline", name, "material"),
+            where=given.places.where("eline", name, "material"),
             expected="a [material-pair.NAME]",
             fix=suggest(table.material, known),
         )
     return Eline(name, contact, tolerance, table.material, known.get(table.material or ""))
 
 
-def _check_contact(study: Study, name: str) -> None:
-    config: StudyConfig = study.config
-    if name not in config.contact:
+def _check_contact(given: Lines, name: str) -> None:
+    if name not in given.contacts:
         raise InputError(
             f"[eline.{name}] says nothing of where its points are, and there is no contact of that name",
-            where=study.places.where("eline", name),
+            where=given.places.where("eline", name),
             expected="main and secondary, points, or the name of a contact",
-            fix=suggest(name, config.contact) if config.contact else "Give main and secondary.",
+            fix=suggest(name, given.contacts) if given.contacts else "Give main and secondary.",
         )
 
 
-def _drawn(model: Model, study: Study, name: str) -> GapOperator:
+def _drawn(model: Model, t: ElineTable, name: str, at: Places) -> GapOperator:
     """Points of a line that the study draws."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    t = study.config.eline[name]
     places = None
     if t.points is not None:
-        places = _places(model, study, name)
+        places = _places(model, t, name, at)
     if t.main is None or t.secondary is None:
         assert isinstance(places, tuple)
-        return _node_pairs(model, study, name, *places)
+        return _node_pairs(model, t, name, at, *places)
     if isinstance(places, tuple):
         raise InputError(
             "the file of points names nodes, and the line has main and secondary too",
-            where=study.places.where("eline", name, "points"),
+            where=at.where("eline", name, "points"),
             fix="Leave out main and secondary, or give x,y,z.",
         )
-    where = study.places.where("eline", name)
+    where = at.where("eline", name)
     secondary = nodes_of(model, t.secondary, where=f"{where} secondary").rows
     if places is not None:
         tree = cKDTree(model.nodes.coords[secondary])
         secondary = secondary[np.array(list(dict.fromkeys(tree.query(places)[1].tolist())), dtype=np.int64)]
     if _has_facets(model, t.main):
-        return _faced(model, study, name, secondary)
+        return _faced(model, t, name, at, secondary)
     main = nodes_of(model, t.main, where=f"{where} main").rows
     nearest = cKDTree(model.nodes.coords[main]).query(model.nodes.coords[secondary])[1]
-    return _node_pairs(model, study, name, main[nearest], secondary)
+    return _node_pairs(model, t, name, at, main[nearest], secondary)
 
 
 def _has_facets(model: Model, name: str) -> bool:
@@ -158,9 +155,9 @@ def _has_facets(model: Model, name: str) -> bool:
     return not surface.is_node_based if surface is not None else name.upper() in model.element_sets
 
 
-def _faced(model: Model, study: Study, name: str, nodes: IntArray) -> GapOperator:
+def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray) -> GapOperator:
     """Points at those of the nodes that face the main surface, with shell thickness counted."""
-    t, where = study.config.eline[name], study.places.where("eline", name)
+    where = at.where("eline", name)
     assert t.main is not None
     assert t.secondary is not None
     facets_of(model, t.main, where=f"{where} main")
@@ -174,16 +171,16 @@ def _faced(model: Model, study: Study, name: str, nodes: IntArray) -> GapOperato
     if not keep.size:
         raise InputError(
             f"no node of {t.secondary!r} near the points faces {t.main!r}",
-            where=study.places.where("eline", name, "points"),
+            where=at.where("eline", name, "points"),
             expected="points between both sides",
             fix="Check the coordinates.",
         )
     return every.select(keep)
 
 
-def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary: IntArray) -> GapOperator:
+def _node_pairs(model: Model, t: ElineTable, name: str, at: Places, main: IntArray, secondary: IntArray) -> GapOperator:
     """Points between pairs of nodes: z along the line between them, or the study's normal."""
-    t, X = study.config.eline[name], model.nodes.coords
+    X = model.nodes.coords
     apart = X[secondary] - X[main]
     length = np.linalg.norm(apart, axis=1)
     if t.normal is None:
@@ -192,16 +189,14 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
             two = [model.nodes.label(int(rows[same[0]])) for rows in (main, secondary)]
             raise InputError(
                 f"nodes {' and '.join(two)} lie in one place: there is no direction across the gap",
-                where=study.places.where("eline", name),
+                where=at.where("eline", name),
                 fix="Give normal, from the main to the secondary side.",
             )
         z = apart / length[:, None]
     else:
         given = np.array(t.normal)
         if not np.linalg.norm(given) > 0.0:
-            raise InputError(
-                f"normal = {list(t.normal)} has no direction", where=study.places.where("eline", name, "normal")
-            )
+            raise InputError(f"normal = {list(t.normal)} has no direction", where=at.where("eline", name, "normal"))
         z = np.tile(given / np.linalg.norm(given), (main.size, 1))
         across = np.einsum("nx,nx->n", apart, z)
         worst = int(np.argmin(across))
@@ -209,7 +204,7 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
             raise InputError(
                 f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
                 f"the normal {list(t.normal)}",
-                where=study.places.where("eline", name, "normal"),
+                where=at.where("eline", name, "normal"),
                 expected="a direction from the main to the secondary side",
                 fix="Turn it round, or exchange main and secondary.",
             )
@@ -229,12 +224,12 @@ def _node_pairs(model: Model, study: Study, name: str, main: IntArray, secondary
     )
 
 
-def _places(model: Model, study: Study, name: str) -> FloatArray | tuple[IntArray, IntArray]:
+def _places(model: Model, t: ElineTable, name: str, at: Places) -> FloatArray | tuple[IntArray, IntArray]:
     """Coordinates (k, 3) of the points that a line lists, or node rows of both its sides."""
-    t, where = study.config.eline[name], study.places.where("eline", name, "points")
+    where = at.where("eline", name, "points")
     if not isinstance(t.points, str):
         return np.array(t.points, dtype=np.float64)
-    path = study.places.sibling(t.points)
+    path = at.sibling(t.points)
     header, rows = read_one_of(path, where, "file of points", [BY_PLACE, BY_NODES])
     if not rows:
         raise InputError("the file of points has no rows", where=path, expected=f"{','.join(header)} lines")

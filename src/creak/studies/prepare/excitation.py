@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -21,8 +22,8 @@ from creak.model.units import UNITS
 from creak.signals import sources
 from creak.signals.vibration import RandomVibration
 from creak.studies.design.deck_loads import loads_taken
+from creak.studies.file.case import Course, Driving
 from creak.studies.file.excitation_tables import ExcitationTable
-from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
@@ -42,7 +43,7 @@ START = 11.0
 """f_max that "auto" begins with over the highest frequency of the excitation (docs/guidelines.md)."""
 
 
-def driven_dofs(model: Model, study: Study) -> Driven:
+def driven_dofs(model: Model, driving: Driving) -> Driven:
     """Dofs with prescribed motion, one coordinate per excitation.
 
     Raises
@@ -51,19 +52,19 @@ def driven_dofs(model: Model, study: Study) -> Driven:
     """
     labels = {}
     seen: dict[int, str] = {}
-    for name, table in _prescribed(study).items():
-        nodes = model.node_set(table.node_set, where=study.places.where("excitation", name, "node_set"))
+    for name, table in driving.moving.items():
+        nodes = model.node_set(table.node_set, where=driving.places.where("excitation", name, "node_set"))
         labels[name] = labels_of(nodes, DOFS.index(table.dof) + 1)
         for label in labels[name].tolist():
             if label in seen and seen[label] != name:
                 node = model.nodes.label(node_and_dof(label)[0])
                 raise InputError(
                     f"node {node} {table.dof} is driven by {seen[label]!r} and {name!r}",
-                    where=study.places.where("excitation", name),
+                    where=driving.places.where("excitation", name),
                     fix="Drive each dof once.",
                 )
             seen[label] = name
-    for moved in moved_before(model, study):
+    for moved in moved_before(model, driving):
         by = {seen.get(label) for label in moved.labels.tolist()}
         whole = next(
             (name for name in by if name is not None and np.array_equal(np.sort(labels[name]), np.sort(moved.labels))),
@@ -94,15 +95,15 @@ class StaticMotion:
     where: str
 
 
-def moved_before(model: Model, study: Study) -> list[StaticMotion]:
+def moved_before(model: Model, driving: Driving) -> list[StaticMotion]:
     """The static displacements, of tables and of the deck's loads that they name."""
     found = []
-    for k, table in enumerate(study.config.static):
+    for k, table in enumerate(driving.statics):
         if table.displacement is not None:
-            nodes = model.node_set(table.node_set or "", where=study.places.where("static", k, "node_set"))
+            nodes = model.node_set(table.node_set or "", where=driving.places.where("static", k, "node_set"))
             labels = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
-            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, study.places.where("static", k)))
-    for k, loads in loads_taken(model, study):
+            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, driving.places.where("static", k)))
+    for k, loads in loads_taken(model, driving):
         found += [
             StaticMotion(f"static.{k + 1}.{j + 1}", m.labels, m.value, m.where) for j, m in enumerate(loads.moved)
         ]
@@ -117,7 +118,7 @@ MOST_STEPS = 100_000_000
 """Steps of a run, substeps counted; the loads of more do not fit into memory."""
 
 
-def time_axis(study: Study, parts: int | None = None) -> FloatArray:
+def time_axis(driving: Driving, course: Course, parts: int | None = None) -> FloatArray:
     """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
 
     Raises
@@ -125,60 +126,32 @@ def time_axis(study: Study, parts: int | None = None) -> FloatArray:
     InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
     OutOfMemory : memory does not hold the loads.
     """
-    table, end = study.config.time, end_of(study)
+    table, end = course.time, course.end
     parts = table.substeps if parts is None else parts
     steps = end / table.step
     if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
             f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s",
-            where=study.places.where("time", "step"),
+            where=course.places.where("time", "step"),
             expected=f"two to {MOST_STEPS // parts:,}",
             fix="Change the step or move the end.",
         )
     n = round(steps)
     require(
-        8.0 * parts * n * (1 + COURSES * len(study.config.excitation)),
+        8.0 * parts * n * (1 + COURSES * len(driving.excitations)),
         f"the loads of {parts * n:,} instants",
         "Move the end of the run, or write fewer outputs.",
     )
     return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 
-def end_of(study: Study) -> float:
-    """Length of the run, s.
-
-    Raises
-    ------
-    InputError : neither end nor a periodic excitation.
-    """
-    table = study.config.time
-    if table.end is not None:
-        return table.end
-    period = period_of(study)
-    if period is None and table.periods is not None:
-        raise InputError(
-            "periods without a periodic excitation",
-            where=study.places.where("time", "periods"),
-            fix="Give end instead.",
-        )
-    if period is None:
-        raise InputError("the end of the run is not given", where=study.places.where("time"), fix="Add end = ... (s).")
-    return period * (table.periods if table.periods is not None else 5.0)
-
-
-def period_of(study: Study) -> float | None:
-    """Longest period of the excitations that have one, s; None when nothing is periodic."""
-    periods = (table.signal.repeats for table in study.config.excitation.values())
-    return max((p for p in periods if p is not None), default=None)
-
-
-def highest_frequency(study: Study) -> float:
+def highest_frequency(driving: Driving) -> float:
     """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
     highest = 0.0
-    for name, table in study.config.excitation.items():
+    for name, table in driving.excitations.items():
         s = table.signal
         if isinstance(s, PsdTable) and s.values is None:
-            highest = max(highest, _density_points(study, s, name)[-1][0])
+            highest = max(highest, _density_points(driving, s, name)[-1][0])
         highest = max(highest, s.highest)
     return highest
 
@@ -190,37 +163,42 @@ class Excitation:
     frequency: float
     """Hz"""
     source: str
-    """"stated", "sampled" (99 % of the power lies below) or "assumed" (the verification's mac_f_max)."""
+    """"stated", "sampled" (99 % of the power lies below) or "assumed"."""
 
 
-def first_f_max(study: Study, loads: Loads) -> float:
-    """[reduction] f_max, Hz; of "auto" the one that it begins with. A run is no shorter than a period of its load."""
-    given = study.config.reduction.f_max
-    if given != "auto":
-        return given
-    return START * max(excitation_of(study, loads).frequency, 1.0 / end_of(study))
+def first_f_max(given: float | Literal["auto"], reach: Callable[[], Excitation], end: float) -> float:
+    """[reduction] f_max, Hz; of "auto" the one that it begins with. A run is no shorter than a period of its load.
+
+    Parameters
+    ----------
+    reach : how high the load reaches. end : of the run, s.
+    """
+    return START * max(reach().frequency, 1.0 / end) if given == "auto" else given
 
 
-def excitation_of(study: Study, loads: Loads) -> Excitation:
+def excitation_of(driving: Driving, loads: Loads, otherwise: float) -> Excitation:
     """The highest frequency of the load: stated, found in its samples, or assumed.
 
     Samples of records, tables and steps: the frequency below which 99 % of the power of the force, of the acceleration
     (where that is given) or of the velocity lies, the mean left out. The acceleration of a displacement given by points
     would show the points themselves.
+
+    Parameters
+    ----------
+    otherwise : Hz, assumed where nothing is stated or found.
     """
-    stated = highest_frequency(study)
-    if all(t.signal.stated for t in study.config.excitation.values()) and stated > 0.0:
+    stated = highest_frequency(driving)
+    if all(t.signal.stated for t in driving.excitations.values()) and stated > 0.0:
         return Excitation(stated, "stated")
-    sampled = max((_reach(x, loads.step) for x in _loads_of(study, loads)), default=0.0)
+    sampled = max((_reach(x, loads.step) for x in _loads_of(driving, loads)), default=0.0)
     if max(stated, sampled) > 0.0:
         return Excitation(max(stated, sampled), "stated" if stated >= sampled else "sampled")
-    return Excitation(study.config.verification.mac_f_max, "assumed")
+    return Excitation(otherwise, "assumed")
 
 
-def _loads_of(study: Study, loads: Loads) -> Iterator[FloatArray]:
+def _loads_of(driving: Driving, loads: Loads) -> Iterator[FloatArray]:
     """(n_time,) of each excitation that moves something, then of each force."""
-    tables = [t for t in study.config.excitation.values() if t.kind != "force"]
-    for j, table in enumerate(tables):
+    for j, table in enumerate(driving.moving.values()):
         given = table.kind == "acceleration" or isinstance(table.signal, RecordTable)
         yield loads.support[2 if given else 1, :, j]
     yield from loads.force.T
@@ -234,7 +212,7 @@ def _reach(x: FloatArray, step: float) -> float:
     return float(np.fft.rfftfreq(x.size, step)[np.searchsorted(total, POWER * total[-1])])
 
 
-def sample_loads(model: Model, study: Study, time: FloatArray, store: Path | None = None) -> Loads:
+def sample_loads(model: Model, driving: Driving, time: FloatArray, store: Path | None = None) -> Loads:
     """All excitations at the steps.
 
     Parameters
@@ -245,22 +223,22 @@ def sample_loads(model: Model, study: Study, time: FloatArray, store: Path | Non
     ------
     InputError : unknown node set, or a table or record that cannot be used.
     """
-    moving, forced = _prescribed(study), _forces(study)
-    support = np.zeros((3, time.size, len(driven_dofs(model, study).names)))
+    moving, forced = driving.moving, driving.forcing
+    support = np.zeros((3, time.size, len(driven_dofs(model, driving).names)))
     for j, (name, table) in enumerate(moving.items()):
-        support[:, :, j] = _sampled(study, name, table, time, store)
+        support[:, :, j] = _sampled(driving, name, table, time, store)
     force = np.zeros((time.size, len(forced)))
     labels = []
     for j, (name, table) in enumerate(forced.items()):
-        nodes = model.node_set(table.node_set, where=study.places.where("excitation", name, "node_set"))
-        force[:, j] = _sampled(study, name, table, time, store)[0]
+        nodes = model.node_set(table.node_set, where=driving.places.where("excitation", name, "node_set"))
+        force[:, j] = _sampled(driving, name, table, time, store)[0]
         labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
     return Loads(time, support, force, tuple(labels))
 
 
-def _sampled(study: Study, name: str, table: ExcitationTable, time: FloatArray, store: Path | None) -> FloatArray:
+def _sampled(driving: Driving, name: str, table: ExcitationTable, time: FloatArray, store: Path | None) -> FloatArray:
     """(3, n_time) prescribed motion and its derivatives, or (1, n_time) force."""
-    signal = _signal(study, name, table)
+    signal = _signal(driving, name, table)
 
     def make() -> dict[str, FloatArray]:
         if table.kind == "force":
@@ -274,25 +252,17 @@ def _sampled(study: Study, name: str, table: ExcitationTable, time: FloatArray, 
     return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 
-def _prescribed(study: Study) -> dict[str, ExcitationTable]:
-    return {name: t for name, t in study.config.excitation.items() if t.kind != "force"}
-
-
-def _forces(study: Study) -> dict[str, ExcitationTable]:
-    return {name: t for name, t in study.config.excitation.items() if t.kind == "force"}
-
-
-def _signal(study: Study, name: str, table: ExcitationTable) -> sources.Signal:
+def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Signal:
     s = table.signal
     if isinstance(s, PsdTable):
-        frequency, density = columns(s.values or _density_points(study, s, name))
-        return RandomVibration(frequency, density * _squared(s.unit, study.config.model.units), s.duration, s.seed)
+        frequency, density = columns(s.values or _density_points(driving, s, name))
+        return RandomVibration(frequency, density * _squared(s.unit, driving.units), s.duration, s.seed)
     if (made := s.made()) is not None:
         return made
     assert isinstance(s, TableTable | RecordTable)
     assert s.file is not None
-    where = study.places.where("excitation", name, "signal")
-    time, value = read_signal(study.places.sibling(s.file), s.channel, where)
+    where = driving.places.where("excitation", name, "signal")
+    time, value = read_signal(driving.places.sibling(s.file), s.channel, where)
     value = s.factor * value
     if not isinstance(s, RecordTable):
         return sources.Table(time, value, s.rounding)
@@ -320,7 +290,7 @@ def _squared(unit: str, units: str) -> float:
     return float({"g2/Hz": (GRAVITY * length) ** 2, "(m/s2)2/Hz": length**2, "unit2/Hz": 1.0}[unit])
 
 
-def _density_points(study: Study, s: PsdTable, name: str) -> list[tuple[float, float]]:
+def _density_points(driving: Driving, s: PsdTable, name: str) -> list[tuple[float, float]]:
     """Points of a density's file.
 
     Raises
@@ -328,11 +298,11 @@ def _density_points(study: Study, s: PsdTable, name: str) -> list[tuple[float, f
     InputError : no such file, wrong header, numbers that are none or that make no density.
     """
     assert s.file is not None
-    where = study.places.where("excitation", name, "signal")
-    x, y = read_table(study.places.sibling(s.file), where, ("frequency", "density"))
+    where = driving.places.where("excitation", name, "signal")
+    x, y = read_table(driving.places.sibling(s.file), where, ("frequency", "density"))
     points = list(zip(x.tolist(), y.tolist(), strict=True))
     try:
         check_density(points, s.duration)
     except ValueError as error:
-        raise InputError(str(error), where=study.places.sibling(s.file), fix="Correct the table.") from error
+        raise InputError(str(error), where=driving.places.sibling(s.file), fix="Correct the table.") from error
     return points

@@ -9,10 +9,12 @@ import numpy as np
 
 from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
+from creak.studies.file.case import Driving
+from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.file.tables import read_signal
-from creak.studies.prepare.excitation import end_of, highest_frequency, period_of
+from creak.studies.prepare.excitation import highest_frequency
 
 WRITTEN_PER_PERIOD = 2.0
 """Instants written in a period of the verification's f_max."""
@@ -39,12 +41,11 @@ def with_flight_steps(study: Study) -> Study:
     c = study.config
     if not c.time.exact:
         return study
-    wanted = _resolved(study)
+    wanted, course = _resolved(study.driving, c.verification), study.course
     interval = c.output.interval
     if interval is None:
-        end = end_of(study)
-        most = min(wanted, end / WRITTEN)
-        whole = c.output.field_interval or min(period_of(study) or end, end)
+        most = min(wanted, course.end / WRITTEN)
+        whole = c.output.field_interval or min(course.period or course.end, course.end)
         interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
     step = interval / math.ceil(interval / wanted * (1.0 - 1e-9))
     tables = {
@@ -54,19 +55,18 @@ def with_flight_steps(study: Study) -> Study:
     return replace(study, config=c.model_copy(update=tables))
 
 
-def _resolved(study: Study) -> float:
+def _resolved(driving: Driving, v: VerificationTable) -> float:
     """s of a flight step that follows what is compared and the excitations: their highest frequency, their samples."""
-    v = study.config.verification
     longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
-    highest = highest_frequency(study)
+    highest = highest_frequency(driving)
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
-    for name, table in study.config.excitation.items():
+    for name, table in driving.excitations.items():
         signal = table.signal
         steps += [] if signal.resolving is None else [signal.resolving]
         if isinstance(signal, TableTable) and signal.values is not None:
             time = np.array([point[0] for point in signal.values])
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
-            path, where = study.places.sibling(signal.file), study.places.where("excitation", name, "signal")
+            path, where = driving.places.sibling(signal.file), driving.places.where("excitation", name, "signal")
             time, _ = read_signal(path, signal.channel, where)
         else:
             continue

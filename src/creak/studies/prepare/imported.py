@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 import numpy as np
 import scipy.sparse as sp
@@ -16,13 +16,16 @@ from creak.errors import InputError
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 from creak.model.superelement import Superelement
-from creak.studies.file.reader import Study
+from creak.studies.file.config import SuperelementTable
+from creak.studies.file.places import Places
 
 PLACE = 1e-3
 """A node may lie this share of the model's size from where the superelement says it is."""
 
 
-def imported_superelements(model: Model, study: Study, common: Rayleigh, override: bool) -> tuple[System, ...]:
+def imported_superelements(
+    model: Model, tables: Mapping[str, SuperelementTable], places: Places, common: Rayleigh, override: bool
+) -> tuple[System, ...]:
     """Every [superelement.NAME] of the study, joined to the deck at the nodes with the same labels.
 
     Parameters
@@ -34,15 +37,15 @@ def imported_superelements(model: Model, study: Study, common: Rayleigh, overrid
     ------
     InputError : a file that cannot be read, or a node that the deck does not have or has elsewhere.
     """
-    if not study.config.superelement:
+    if not tables:
         return ()
     from creak.formats.matrices.superelements import read_superelement
 
     out = []
-    for name, table in study.config.superelement.items():
-        where = study.places.where("superelement", name)
-        map_file = study.places.sibling(table.map) if table.map else None
-        superelement = read_superelement(study.places.sibling(table.file), map_file)
+    for name, table in tables.items():
+        where = places.where("superelement", name)
+        map_file = places.sibling(table.map) if table.map else None
+        superelement = read_superelement(places.sibling(table.file), map_file)
         damping = _own_damping(superelement, common, override)
         out.append(superelement_system(superelement, model, name, damping, where))
     return tuple(out)

@@ -13,30 +13,30 @@ from creak.contact.pair import ContactPair
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.design.nodal_table import Column, nodal_values
+from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
-from creak.studies.file.reader import Study
 
 STIFFNESS = {"auto": None, "hard": math.inf}
 
 
-def contact_pair(model: Model, study: Study, name: str) -> ContactPair:
+def contact_pair(model: Model, touching: Touching, name: str) -> ContactPair:
     """What the study says of one contact, with its table of clearances read.
 
     Raises
     ------
     InputError : an unknown surface or node; a table that cannot be used; a stiffness beside an overclosure curve.
     """
-    t = study.config.contact[name]
+    t = touching.contacts[name]
     return ContactPair(
         name,
         t.secondary,
         t.main,
         t.method,
-        _clearance(model, study, name),
+        _clearance(model, touching, name),
         t.normal,
         t.per_area,
-        contact_law(t, study.places.where("contact", name)),
-        press_fit=any(s.press_fit for s in study.config.static),
+        contact_law(t, touching.places.where("contact", name)),
+        press_fit=touching.press_fit,
     )
 
 
@@ -57,13 +57,13 @@ def contact_law(table: ContactTable, where: str) -> ContactLaw:
     )
 
 
-def _clearance(model: Model, study: Study, name: str) -> float | dict[int, float] | None:
-    t = study.config.contact[name]
+def _clearance(model: Model, touching: Touching, name: str) -> float | dict[int, float] | None:
+    t = touching.contacts[name]
     if not isinstance(t.clearance, str):
         return t.clearance
     rows = nodes_of(model, t.secondary, where=f"[contact.{name}] secondary").rows
-    where = study.places.where("contact", name, "clearance")
-    return read_clearances(study.places.sibling(t.clearance), model, rows, t.secondary, where)
+    where = touching.places.where("contact", name, "clearance")
+    return read_clearances(touching.places.sibling(t.clearance), model, rows, t.secondary, where)
 
 
 def read_clearances(path: Path, model: Model, nodes: IntArray, surface: str, where: str) -> dict[int, float]:

@@ -6,34 +6,34 @@ from creak.arrays import IntArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.model.mesh import Model
-from creak.studies.file.reader import Study
+from creak.studies.file.config import ReductionTable
+from creak.studies.file.places import Places
 
 
-def check_reduction(model: Model, study: Study) -> None:
+def check_reduction(model: Model, table: ReductionTable, places: Places) -> None:
     """Refuse sets that do not exist, and a coarse deck that is not there.
 
     Raises
     ------
     InputError : with the key and the names that there are.
     """
-    table = study.config.reduction
     for key, names in (("substructures", table.substructures), ("unreduced", table.unreduced)):
         for name in names:
-            reduction_set(model, study, key, name)
+            reduction_set(model, key, name, places)
     for name in table.retained_sets:
-        model.node_set(name, where=study.places.where("reduction", "retain"))
+        model.node_set(name, where=places.where("reduction", "retain"))
     coarse = table.interface.deck
     if table.interface.type == "coarse-mesh" and coarse is not None:
-        where = study.places.where("reduction", "interface")
+        where = places.where("reduction", "interface")
         try:
-            plain_file(study.places.sibling(coarse), where)
+            plain_file(places.sibling(coarse), where)
         except OSError as error:
             raise InputError(
-                f"there is no deck {study.places.sibling(coarse)}", where=where, fix="Check the path."
+                f"there is no deck {places.sibling(coarse)}", where=where, fix="Check the path."
             ) from error
 
 
-def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
+def reduction_set(model: Model, key: str, name: str, places: Places) -> IntArray:
     """(n, 2) block and row of the elements of a set that [reduction] `key` names.
 
     Raises
@@ -44,7 +44,7 @@ def reduction_set(model: Model, study: Study, key: str, name: str) -> IntArray:
     if found is None or found.size == 0:
         raise InputError(
             f"unknown or empty element set {name!r}",
-            where=study.places.where("reduction", key),
+            where=places.where("reduction", key),
             fix=suggest(name, model.element_sets),
         )
     return found

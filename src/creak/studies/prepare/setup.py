@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
@@ -32,11 +32,21 @@ from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.heat import check_heat
 from creak.studies.design.named_nodes import with_named_nodes
 from creak.studies.design.supports import check_driven, with_supports
+from creak.studies.file.case import Driving, Touching
+from creak.studies.file.config import DampingTable, ReductionTable, TimeTable
 from creak.studies.file.identity import decks_sha256
+from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS, Table
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
-from creak.studies.prepare.excitation import driven_dofs, first_f_max, highest_frequency, sample_loads, time_axis
+from creak.studies.prepare.excitation import (
+    driven_dofs,
+    excitation_of,
+    first_f_max,
+    highest_frequency,
+    sample_loads,
+    time_axis,
+)
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import imported_superelements, resistance
@@ -91,7 +101,9 @@ class Setup:
     @cached_property
     def first_f_max(self) -> float:
         """[reduction] f_max, Hz; of "auto" the one that it begins with."""
-        return first_f_max(self.study, self.loads)
+        c = self.study.config
+        reach = partial(excitation_of, self.study.driving, self.loads, c.verification.mac_f_max)
+        return first_f_max(c.reduction.f_max, reach, self.study.course.end)
 
     @property
     def f_max(self) -> float:
@@ -163,34 +175,37 @@ def set_up_model(
     InputError : as `set_up`.
     """
     stop_on_unread(model, ignore)
-    model, told = with_named_nodes(model, study)
-    model = freed_where_moved(model, study)
-    model, held = with_supports(model, study)
-    model, clips, placed = with_clips(model, study)
+    places, driving, touching = study.places, study.driving, study.touching
+    model, told = with_named_nodes(model, study.config.nodes, places)
+    model = freed_where_moved(model, driving)
+    model, held = with_supports(model, study.config.support, places)
+    model, clips, placed = with_clips(model, touching)
     study = with_flight_steps(study)
-    check_frequencies(study)
-    time = time_axis(study)
-    driven = driven_dofs(model, study)
-    check_driven(model, study, driven)
-    loads = sample_loads(model, study, time, store)
-    contacts, notes = _contacts(model, study, store)
+    c, course = study.config, study.course
+    highest = highest_frequency(driving)
+    check_frequencies(c.reduction, c.time, driving)
+    time = time_axis(driving, course)
+    driven = driven_dofs(model, driving)
+    check_driven(model, driving, driven)
+    loads = sample_loads(model, driving, time, store)
+    contacts, notes = _contacts(model, touching, store)
     notes += [*told, *held, *placed]
-    notes += start_warnings(model, study.config)
-    plays = [*plays_of(study), *clips]
+    notes += start_warnings(model, touching, c.precheck)
+    plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
-    rayleigh, override = _damping(model, study)
-    notes += drive_warnings(model, study.config, loads, driven, rayleigh, highest_frequency(study))
-    superelements = imported_superelements(model, study, rayleigh, override)
-    check_static(model, study, driven)
-    notes += gravity_warnings(model, study)
-    notes += press_fit_warnings(study, contacts, connectors)
-    notes += check_heat(model, study, bool(superelements))
+    rayleigh, override = _damping(model, c.damping)
+    notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest)
+    superelements = imported_superelements(model, c.superelement, places, rayleigh, override)
+    check_static(model, driving, driven)
+    notes += gravity_warnings(model, driving)
+    notes += press_fit_warnings(driving, contacts, connectors)
+    notes += check_heat(model, driving, bool(superelements))
     if not connectors.has_dampers:
-        notes += undamped_warnings(model, study.config, superelements)
+        notes += undamped_warnings(model, c.damping, touching, superelements)
     notes += _check_held(model, driven, connectors, superelements, free)
-    pairs = _pairs(model, study)
-    notes += check_outputs(study, time[:: study.config.time.substeps], len(pairs))
-    check_reduction(model, study)
+    pairs = _pairs(model, c.verification.pairs, places)
+    notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
+    check_reduction(model, c.reduction, places)
     return Setup(
         study,
         model,
@@ -201,63 +216,62 @@ def set_up_model(
         connectors,
         loads,
         pairs,
-        _watched(model, study, pairs),
+        _watched(model, c.output.node_sets, pairs, places),
         notes,
         superelements,
-        elines=make_elines(model, study, contacts),
+        elines=make_elines(model, study.lines, contacts),
     )
 
 
-def check_frequencies(study: Study) -> None:
+def check_frequencies(reduction: ReductionTable, time: TimeTable, driving: Driving) -> None:
     """Raise InputError where modes or steps do not reach the excitation's highest frequency."""
-    c, highest = study.config, highest_frequency(study)
-    f_max = c.reduction.f_max
-    if c.reduction.method != "none" and f_max != "auto" and f_max <= highest:
+    f_max, highest, places = reduction.f_max, highest_frequency(driving), driving.places
+    if reduction.method != "none" and f_max != "auto" and f_max <= highest:
         raise InputError(
             f"f_max = {f_max:g} Hz is not above the excitation, which reaches {highest:g} Hz",
-            where=study.places.where("reduction", "f_max"),
+            where=places.where("reduction", "f_max"),
             expected="5 to 15 times the excitation",
             fix=f"Raise f_max to {15 * highest:g}.",
         )
-    if highest > 0.5 / c.time.step:
+    if highest > 0.5 / time.step:
         raise InputError(
-            f"step = {c.time.step:g} s cannot follow an excitation of {highest:g} Hz",
-            where=study.places.where("time", "step"),
+            f"step = {time.step:g} s cannot follow an excitation of {highest:g} Hz",
+            where=places.where("time", "step"),
             expected=f"at most {0.1 / highest:g} s",
             fix="Shorten the step.",
         )
 
 
-def _contacts(model: Model, study: Study, store: Path | None = None) -> tuple[GapOperator, list[str]]:
+def _contacts(model: Model, touching: Touching, store: Path | None = None) -> tuple[GapOperator, list[str]]:
     operators: list[GapOperator] = []
     notes: list[str] = []
-    for name, t in study.config.contact.items():
+    for name, t in touching.contacts.items():
         try:
-            pair = contact_pair(model, study, name)
+            pair = contact_pair(model, touching, name)
             operator, more = METHODS[t.method](model, pair, keep_in(store, f"contact_{file_stem(name)}"))
         except InputError as error:
-            raise _in_file(study, name, error) from error
+            raise _in_file(touching.places, name, error) from error
         operators.append(operator)
         notes.extend(map(Warned, more))
     return join(operators), notes
 
 
-def _in_file(study: Study, name: str, error: InputError) -> InputError:
+def _in_file(places: Places, name: str, error: InputError) -> InputError:
     """The error of a contact pair with its line in the study or in the deck that it came from."""
     table, _, key = error.where.partition("] ")
     if table.rstrip("]") != f"[contact.{name}":
         return error
-    where = f"{study.places.where('contact', name)} {key}".strip()
+    where = f"{places.where('contact', name)} {key}".strip()
     return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
-def plays_of(study: Study) -> list[tuple[Play, str]]:
+def plays_of(touching: Touching) -> list[tuple[Play, str]]:
     """The connectors of a study with their places in it."""
     out = []
-    for i, t in enumerate(study.config.connector):
+    for i, t in enumerate(touching.connectors):
         name = t.name or "-".join(t.node_sets)
         dof = DOFS.index(t.dof) + 1
-        where = study.places.where("connector", i)
+        where = touching.places.where("connector", i)
         law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
         out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
     return out
@@ -288,10 +302,9 @@ def _check_held(
     return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
 
 
-def _pairs(model: Model, study: Study) -> IntArray:
+def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> IntArray:
     """Verification node pairs (n, 2)."""
-    named = study.config.verification.pairs
-    where = study.places.where("verification", "pairs")
+    where = places.where("verification", "pairs")
     if named is None:
         return np.zeros((0, 2), dtype=np.int64)
     if isinstance(named, str):
@@ -321,14 +334,13 @@ def _pairs(model: Model, study: Study) -> IntArray:
     return np.column_stack([main, secondary])
 
 
-def _watched(model: Model, study: Study, pairs: IntArray) -> IntArray:
-    where = study.places.where("output", "nodes")
-    sets = [model.node_set(name, where=where) for name in study.config.output.node_sets]
+def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, places: Places) -> IntArray:
+    where = places.where("output", "nodes")
+    sets = [model.node_set(name, where=where) for name in node_sets]
     return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets]).tolist())), dtype=np.int64)
 
 
-def _damping(model: Model, study: Study) -> tuple[Rayleigh, bool]:
-    table = study.config.damping
+def _damping(model: Model, table: DampingTable) -> tuple[Rayleigh, bool]:
     if table.rayleigh is not None:
         return Rayleigh(table.rayleigh.alpha, table.rayleigh.beta), True
     if table.modal is not None:

@@ -15,7 +15,9 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
-from creak.studies.file.config import StudyConfig
+from creak.studies.file.case import Driving, Touching
+from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
+from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.course import TableTable
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned
@@ -35,37 +37,47 @@ WARPED = 0.2
 50 degrees; coarse meshes of sharp bends have less."""
 
 
-def start_warnings(model: Model, config: StudyConfig) -> list[str]:
+def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) -> list[str]:
     """Units of materials and lengths, and the margin of the pre-check, against the model."""
-    units = config.model.units
+    units = touching.units
     texts = [
         *unit_warnings(model, units),
         *_massless(model),
-        *_margin(model, config),
+        *_margin(model, touching, precheck),
         *_warped(model),
-        *_squeezed(config),
+        *_squeezed(touching.connectors),
     ]
     return [Warned(text) for text in texts]
 
 
 def drive_warnings(
-    model: Model, config: StudyConfig, loads: Loads, driven: Driven, rayleigh: Rayleigh, highest: float
+    model: Model,
+    driving: Driving,
+    time: TimeTable,
+    modal: float | None,
+    loads: Loads,
+    driven: Driven,
+    rayleigh: Rayleigh,
+    highest: float,
 ) -> list[str]:
     """Excitations that move nothing, steps too long for them, and damping that lets nothing vibrate.
 
     Parameters
     ----------
+    modal : share of critical that the study asks for.
     highest : frequency that the excitations hold, Hz; 0 where it is not known.
     """
-    texts = [*_idle(config, loads), *_stuck(model, config, loads, driven)]
-    texts += [*_coarse(config, highest), *_damped(config, rayleigh, highest)]
+    texts = [*_idle(driving, loads), *_stuck(model, driving, loads, driven)]
+    texts += [*_coarse(time, highest), *_damped(modal, rayleigh, highest)]
     return [Warned(text) for text in texts]
 
 
-def undamped_warnings(model: Model, config: StudyConfig, superelements: Sequence[System]) -> list[str]:
+def undamped_warnings(
+    model: Model, damping: DampingTable, touching: Touching, superelements: Sequence[System]
+) -> list[str]:
     """A model in which nothing damps: neither the deck nor the study says how, nor that nothing does."""
-    said = config.damping.modal is not None or config.damping.rayleigh is not None
-    laws = [*(t.damping for t in config.connector), *(t.damping for t in config.contact.values())]
+    said = damping.modal is not None or damping.rayleigh is not None
+    laws = [*(t.damping for t in touching.connectors), *(t.damping for t in touching.contacts.values())]
     if said or any(laws) or is_damped(model) or any(s.damping.extra is not None for s in superelements):
         return []
     return [
@@ -116,11 +128,11 @@ def never_closed(gaps: GapOperator, history: History) -> str:
     )
 
 
-def _margin(model: Model, config: StudyConfig) -> list[str]:
-    margin, size = config.precheck.margin, across(model)
-    if margin == "auto" or not (config.precheck.enabled and config.contact and size and margin > WIDE * size):
+def _margin(model: Model, touching: Touching, precheck: PrecheckTable) -> list[str]:
+    margin, size = precheck.margin, across(model)
+    if margin == "auto" or not (precheck.enabled and touching.contacts and size and margin > WIDE * size):
         return []
-    unit = SYSTEMS[config.model.units].words[0]
+    unit = SYSTEMS[touching.units].words[0]
     return [
         f"[precheck] margin = {margin:g} {unit} is {100.0 * margin / size:.0f} % of the model's size: every channel is "
         "kept; leave it out, and it is a share of each gap"
@@ -136,10 +148,10 @@ def _massless(model: Model) -> list[str]:
     ]
 
 
-def _squeezed(config: StudyConfig) -> list[str]:
+def _squeezed(connectors: Sequence[ConnectorTable]) -> list[str]:
     """Play connectors that are not at rest at rest."""
     out = []
-    for number, t in enumerate(config.connector, start=1):
+    for number, t in enumerate(connectors, start=1):
         beyond = max(t.lower or 0.0, -(t.upper or 0.0))
         if beyond > 0.0:
             out.append(
@@ -150,15 +162,13 @@ def _squeezed(config: StudyConfig) -> list[str]:
     return out
 
 
-def _idle(config: StudyConfig, loads: Loads) -> list[str]:
+def _idle(driving: Driving, loads: Loads) -> list[str]:
     """Excitations that are zero at every step."""
-    moving = [name for name, t in config.excitation.items() if t.kind != "force"]
-    forced = [name for name, t in config.excitation.items() if t.kind == "force"]
-    still = [name for j, name in enumerate(moving) if not loads.support[:, :, j].any()]
-    still += [name for j, name in enumerate(forced) if not loads.force[:, j].any()]
+    still = [name for j, name in enumerate(driving.moving) if not loads.support[:, :, j].any()]
+    still += [name for j, name in enumerate(driving.forcing) if not loads.force[:, j].any()]
     texts = [f"[excitation.{name}] is zero throughout the run: look at its amplitude and times" for name in still]
     end = float(loads.time[-1])
-    for name, t in config.excitation.items():
+    for name, t in driving.excitations.items():
         points = (t.signal.values or []) if isinstance(t.signal, TableTable) else []
         if points and end < UNUSED * points[-1][0]:
             texts.append(
@@ -168,9 +178,9 @@ def _idle(config: StudyConfig, loads: Loads) -> list[str]:
     return texts
 
 
-def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> list[str]:
+def _stuck(model: Model, driving: Driving, loads: Loads, driven: Driven) -> list[str]:
     """Forces on supports and prescribed motion alone."""
-    forced = [name for name, t in config.excitation.items() if t.kind == "force"]
+    forced = driving.forcing
     if not forced:
         return []
     held = np.concatenate([*(node_dofs(f.nodes_idx, f.dofs) for f in model.fixed), *driven.labels.values(), []])
@@ -181,10 +191,10 @@ def _stuck(model: Model, config: StudyConfig, loads: Loads, driven: Driven) -> l
     ]
 
 
-def _coarse(config: StudyConfig, highest: float) -> list[str]:
+def _coarse(time: TimeTable, highest: float) -> list[str]:
     """A forced step that cannot follow the vibration."""
-    step = config.time.step
-    if config.time.exact or STEPS * step * highest <= 1.0 + 1e-9:
+    step = time.step
+    if time.exact or STEPS * step * highest <= 1.0 + 1e-9:
         return []
     long = (2.0 * np.pi * highest * step) ** 2 / 12.0
     return [
@@ -194,9 +204,8 @@ def _coarse(config: StudyConfig, highest: float) -> list[str]:
     ]
 
 
-def _damped(config: StudyConfig, rayleigh: Rayleigh, highest: float) -> list[str]:
+def _damped(modal: float | None, rayleigh: Rayleigh, highest: float) -> list[str]:
     """Fraction of critical: alpha / (4 pi f) + pi f beta."""
-    modal = config.damping.modal
     if modal is not None and modal > MODAL:
         return [f"[damping] modal = {modal:g} is {100.0 * modal:g} % of critical; {modal / 100.0:g} is {modal:g} %"]
     if modal is not None or not highest:

@@ -15,7 +15,7 @@ from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.studies.design.deck_loads import loads_taken
-from creak.studies.file.reader import Study
+from creak.studies.file.case import Driving
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.excitation import moved_before
 from creak.studies.prepare.unit_check import SYSTEMS
@@ -47,30 +47,30 @@ class StaticStart:
         return np.where(self.labels[row] == labels, self.displacement[row], 0.0)
 
 
-def static_forces(model: Model, study: Study, *, spread: bool = True) -> list[tuple[str, IntArray, float]]:
+def static_forces(model: Model, driving: Driving, *, spread: bool = True) -> list[tuple[str, IntArray, float]]:
     """Where it stands, physical dof labels and value of each static force; those of a pressure where `spread`."""
     found = []
-    for k, t in enumerate(study.config.static):
+    for k, t in enumerate(driving.statics):
         if t.force is not None:
-            nodes = model.node_set(t.node_set or "", where=study.places.where("static", k, "node_set"))
-            found.append((study.places.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
-    for _, loads in loads_taken(model, study):
+            nodes = model.node_set(t.node_set or "", where=driving.places.where("static", k, "node_set"))
+            found.append((driving.places.where("static", k), labels_of(nodes, DOFS.index(t.dof or "x") + 1), t.force))
+    for _, loads in loads_taken(model, driving):
         mine = [p for p in loads.forces if p.value and (spread or not p.spread)]
         found += [(p.where, labels_of(p.nodes_idx, p.dof), p.value) for p in mine]
     return found
 
 
-def static_gravity(model: Model, study: Study) -> FloatArray:
+def static_gravity(model: Model, driving: Driving) -> FloatArray:
     """(3,) sum of the accelerations of gravity."""
-    of_deck = [loads.gravity for _, loads in loads_taken(model, study)]
-    own = [t.gravity for t in study.config.static if t.gravity is not None]
+    of_deck = [loads.gravity for _, loads in loads_taken(model, driving)]
+    own = [t.gravity for t in driving.statics if t.gravity is not None]
     return np.array([*own, *of_deck]).reshape(-1, 3).sum(axis=0)
 
 
-def static_supports(model: Model, study: Study, driven: Driven) -> FloatArray:
+def static_supports(model: Model, driving: Driving, driven: Driven) -> FloatArray:
     """(n_support,) static displacement of the prescribed coordinates."""
     s = np.zeros(len(driven.names))
-    for moved in moved_before(model, study):
+    for moved in moved_before(model, driving):
         name = moved.name
         if name not in driven.labels:
             own = np.sort(moved.labels)
@@ -79,11 +79,11 @@ def static_supports(model: Model, study: Study, driven: Driven) -> FloatArray:
     return s
 
 
-def check_static(model: Model, study: Study, driven: Driven) -> None:
+def check_static(model: Model, driving: Driving, driven: Driven) -> None:
     """Raise InputError for static loads that do nothing or contradict the supports."""
     held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     moved = {int(x) for labels in driven.labels.values() for x in labels}
-    for where, labels, _ in static_forces(model, study, spread=False):
+    for where, labels, _ in static_forces(model, driving, spread=False):
         if all(int(x) in held | moved for x in labels):
             raise InputError(
                 "this static force acts where the model is held or its motion prescribed: it loads nothing",
@@ -91,7 +91,7 @@ def check_static(model: Model, study: Study, driven: Driven) -> None:
                 expected="nodes that are free to move",
                 fix="Name other nodes, or another dof.",
             )
-    for motion in moved_before(model, study):
+    for motion in moved_before(model, driving):
         taken = [int(x) for x in motion.labels if int(x) in held]
         if taken:
             node, dof = node_and_dof(taken[0])
@@ -103,10 +103,10 @@ def check_static(model: Model, study: Study, driven: Driven) -> None:
             )
 
 
-def gravity_warnings(model: Model, study: Study) -> list[str]:
+def gravity_warnings(model: Model, driving: Driving) -> list[str]:
     """Gravity far from the earth's, as in a wrong unit."""
-    size = float(np.linalg.norm(static_gravity(model, study)))
-    system = SYSTEMS[study.config.model.units]
+    size = float(np.linalg.norm(static_gravity(model, driving)))
+    system = SYSTEMS[driving.units]
     usual = EARTH / system.length
     if not size or usual / UNUSUAL <= size <= usual * UNUSUAL:
         return []
@@ -119,9 +119,9 @@ def gravity_warnings(model: Model, study: Study) -> list[str]:
     ]
 
 
-def press_fit_warnings(study: Study, contacts: GapOperator, connectors: GapOperator) -> list[str]:
+def press_fit_warnings(driving: Driving, contacts: GapOperator, connectors: GapOperator) -> list[str]:
     """A press fit without anything that overlaps."""
-    where = next((study.places.where("static", k) for k, t in enumerate(study.config.static) if t.press_fit), None)
+    where = next((driving.places.where("static", k) for k, t in enumerate(driving.statics) if t.press_fit), None)
     if where is None or min(contacts.gap0.min(initial=0.0), connectors.gap0.min(initial=0.0)) < 0.0:
         return []
     return [Warned(f"{where} press_fit: no surfaces overlap and no stop is squeezed, so nothing is pressed apart")]

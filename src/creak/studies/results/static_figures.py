@@ -36,7 +36,7 @@ def static_figures(setup: Setup) -> dict[str, Any] | None:
             "gap_min": float(state.gap[mine].min()),
         }
     return {
-        "gravity": static_gravity(setup.model, setup.study).tolist(),
+        "gravity": static_gravity(setup.model, setup.study.driving).tolist(),
         "largest": {
             "node": nodes.label(int(nodes_of(start.labels[top]))),
             "dof": AXES[int(dofs_of(start.labels[top])) - 1],

@@ -172,7 +172,7 @@ def make_bench(
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
     resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
     base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup, gaps))
-    window = shown_window(setup.study, output_times(setup))
+    window = shown_window(setup.study.course, output_times(setup))
     silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
     excursion = excursion_of(silent, window)
     return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest)

@@ -53,11 +53,11 @@ def changed_setup(
     whole = _put(setup.contacts, contacts) if contacts else setup.contacts
     connectors = setup.connectors
     if (before.connector, before.clip) != (study.config.connector, study.config.clip):
-        model, clips, _ = with_clips(setup.model, study)
-        connectors = join([play_channels(model, p, where) for p, where in [*plays_of(study), *clips]])
+        model, clips, _ = with_clips(setup.model, study.touching)
+        connectors = join([play_channels(model, p, where) for p, where in [*plays_of(study.touching), *clips]])
     loads = setup.loads
     if before.excitation != study.config.excitation:
-        loads = sample_loads(setup.model, study, setup.loads.time)
+        loads = sample_loads(setup.model, study.driving, setup.loads.time)
     time, output = before.time, before.output
     config = study.config.model_copy(update={"time": time, "output": output})
     return replace(

@@ -139,7 +139,7 @@ def response_fit(
     """
     loads, v = setup.loads, setup.study.config.verification
     f_max = min(
-        v.f_max, highest_frequency(setup.study) or v.f_max, float(reference.modes.frequencies[-1:].sum()) / BAND
+        v.f_max, highest_frequency(setup.study.driving) or v.f_max, float(reference.modes.frequencies[-1:].sum()) / BAND
     )
     rows = slice(*np.searchsorted(loads.time, [window[0], window[1] * (1.0 - 1e-12)]))
     freq, moved = spectrum(loads.support[0, rows], loads.step, f_max)

@@ -53,12 +53,12 @@ def event_statistics(result: HasRuns) -> EventStatistics:
 def compared_setup(setup: Setup) -> Setup:
     """The setup up to where the unreduced model is run for comparison."""
     c, end = setup.study.config, float(setup.loads.time[-1])
-    until = compared_end(setup.study, end)
+    until = compared_end(setup.study.course, end)
     if until == end:
         return setup
     time = c.time.model_copy(update={"end": until, "periods": None})
     study = replace(setup.study, config=c.model_copy(update={"time": time}))
-    n = time_axis(study).size
+    n = time_axis(study.driving, study.course).size
     loads = replace(
         setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
     )

@@ -69,12 +69,12 @@ def line_steps(setup: Setup, n: int) -> IntArray:
     if not setup.elines.points.m:
         return NO_STEPS
     time = output_times(setup)
-    start, end = shown_window(setup.study, time)
+    start, end = shown_window(setup.study.course, time)
     step = float(time[1] - time[0])
     inside = np.flatnonzero((time >= start - 0.5 * step) & (time <= end + 0.5 * step))
     every = max(1, -(-8 * n * inside.size // MEMORY))
-    highest = highest_frequency(setup.study)
-    slowest = max(output_every(setup.study) * step, 1.0 / (PER_PERIOD * highest) if highest else 0.0)
+    highest = highest_frequency(setup.study.driving)
+    slowest = max(output_every(setup.study.course) * step, 1.0 / (PER_PERIOD * highest) if highest else 0.0)
     if every > 1 and every * step > slowest * (1.0 + 1e-9):
         return NO_STEPS
     return inside[::every].astype(np.int64)
@@ -134,7 +134,7 @@ def modal_measures(setup: Setup, reference: ReferenceModel, progress: Progress) 
 
 def touched_points(setup: Setup, gaps: GapOperator, history: History) -> BoolArray:
     """(p,) points of contacts that pressed in the verification window."""
-    start, end = shown_window(setup.study, output_times(setup))
+    start, end = shown_window(setup.study.course, output_times(setup))
     inside = (history.time >= start) & (history.time <= end)
     pressed = {gaps.names[j] for j in np.flatnonzero((history.force[inside] > 0.0).any(axis=0)).tolist()}
     return np.array([name in pressed for name in setup.elines.points.names], dtype=bool)

@@ -214,7 +214,7 @@ def divided_loads(setup: Setup, parts: int) -> Loads:
     """The loads with `parts` samples a step."""
     if parts == setup.study.config.time.substeps:
         return setup.loads
-    return sample_loads(setup.model, setup.study, time_axis(setup.study, parts))
+    return sample_loads(setup.model, setup.study.driving, time_axis(setup.study.driving, setup.study.course, parts))
 
 
 def output_times(setup: Setup) -> FloatArray:

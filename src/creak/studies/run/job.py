@@ -199,7 +199,7 @@ def run_study(
     notes += [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
-    window = shown_window(setup.study, output_times(setup))
+    window = shown_window(setup.study.course, output_times(setup))
     whole = {} if stopped else runs
     main, condensed = main_run(whole), None if reduced is None else reduced.system
     at_lines = None if main is None else (main.lines, main.history)
@@ -334,7 +334,7 @@ def march_run(
     lines : measure at the E-lines. checkpoints : of an unreduced run.
     """
     meter, stopped, how = Meter(), None, ""
-    field = field_steps(setup.study, output_times(setup))
+    field = field_steps(setup.study.course, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     of_lines = line_steps(setup, system.n) if lines else NO_STEPS
     observed, whole_at = observed_labels(setup.watched), np.union1d(np.union1d(field, on_trial), of_lines)
@@ -349,7 +349,7 @@ def march_run(
             system,
             gaps,
             observed=observed,
-            output_every=output_every(setup.study),
+            output_every=output_every(setup.study.course),
             whole_at=whole_at,
             progress=report,
             watched=seen,
@@ -365,7 +365,7 @@ def march_run(
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None
     at_lines = measured(setup, system, history, of_lines) if stopped is None else None
-    squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study, output_times(setup))))
+    squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study.course, output_times(setup))))
     left, told = at_steps(history, field), spacing_words(history.spacing)
     return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
 

@@ -56,7 +56,7 @@ def recorded_steps(setup: Setup, n: int) -> IntArray:
     They are every one, or as many as fit into `MEMORY`; none where that would not follow the motion.
     """
     time, period = output_times(setup), 1.0 / _highest(setup)
-    start, end = shown_window(setup.study, time)
+    start, end = shown_window(setup.study.course, time)
     inside = np.flatnonzero((time >= start - BESIDE * period) & (time <= end))
     every = -(-8 * n * inside.size // MEMORY)
     if every > 1 and every * (time[1] - time[0]) > period / PER_PERIOD:
@@ -72,7 +72,7 @@ def recorded(setup: Setup, system: System, history: History, events: Sequence[Ev
     """
     if system.n != history.coordinates.shape[0] or not history.whole_at.size:
         return Recording((), _why_nothing(system, history))
-    window = shown_window(setup.study, output_times(setup))
+    window = shown_window(setup.study.course, output_times(setup))
     chosen: list[Motion] = []
     for event in _ranked(events_in(events, window)):
         if len(chosen) < MOST_EVENTS and not any(_shows(m, event) for m in chosen):
@@ -101,7 +101,7 @@ def _why_nothing(system: System, history: History) -> str:
 
 def _highest(setup: Setup) -> float:
     """Hz; that of the compared mode shapes where the excitation does not tell."""
-    return highest_frequency(setup.study) or setup.study.config.verification.mac_f_max
+    return highest_frequency(setup.study.driving) or setup.study.config.verification.mac_f_max
 
 
 def _ranked(events: Sequence[Event]) -> list[Event]:

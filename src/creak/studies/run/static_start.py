@@ -71,7 +71,7 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
         reference.stiffness,
         gaps,
         _load(setup, reference),
-        static_supports(setup.model, setup.study, setup.driven),
+        static_supports(setup.model, setup.study.driving, setup.driven),
     )
     progress(STAGE, 1, 1)
     system = reference.system
@@ -94,17 +94,17 @@ def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
     """(n,) forces of the static loads on the coordinates of the unreduced model."""
     system = reference.system
     f = np.zeros(system.n)
-    gravity = static_gravity(setup.model, setup.study)
+    gravity = static_gravity(setup.model, setup.study.driving)
     if gravity.any():
         for labels, M in _carriers(setup, reference):
             f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
-    acting = static_forces(setup.model, setup.study)
+    acting = static_forces(setup.model, setup.study.driving)
     if acting:
         labels, at = np.unique(np.concatenate([labels for _, labels, _ in acting]), return_inverse=True)
         values = np.repeat([value for _, _, value in acting], [labels.size for _, labels, _ in acting])
         total = np.bincount(at.reshape(-1), weights=values, minlength=labels.size)
         f += np.asarray(system.rows(labels)[0].T @ total).ravel()
-    heat = heat_of(setup.model, setup.study)
+    heat = heat_of(setup.model, setup.study.driving)
     if heat is not None:
         forces = heat_forces(setup.model, heat)
         labels = np.flatnonzero(forces)

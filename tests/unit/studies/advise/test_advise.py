@@ -207,7 +207,7 @@ def test_an_unknown_excitation_is_told(tmp_path):
     study = study.replace('kind = "displacement"', 'kind = "force"').replace("ROOT_UPPER", "TIP_UPPER")
     deck = two_strips().replace("ROOT_UPPER, 1, 2\nROOT_UPPER, 4, 6", "ROOT_UPPER, 1, 6")
     loaded = other(tmp_path, study, deck)
-    assert excitation_of(loaded.study, loaded.loads).source == "assumed"
+    assert excitation_of(loaded.study.driving, loaded.loads, 100.0).source == "assumed"
     assert "500 Hz, the verification's mac_f_max" in warnings_of(loaded)
 
 
@@ -219,7 +219,7 @@ def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
         "periods = 2", "end = 0.4"
     )
     setup = other(tmp_path, study)
-    found = excitation_of(setup.study, setup.loads)
+    found = excitation_of(setup.study.driving, setup.loads, 100.0)
     assert found.source == "sampled"
     assert found.frequency == pytest.approx(20.0, abs=5.0)  # lines every 2.5 Hz, and the start bends the record
 

@@ -195,7 +195,7 @@ def test_clips_are_the_same_after_results_or_draws_wrote_them_down(clip, tmp_pat
     config = setup.study.config
     again = StudyConfig.model_validate(config.model_dump(mode="json", by_alias=True))
     assert again == config
-    assert clips_of(replace(setup.study, config=again)) == clips_of(setup.study)
+    assert clips_of(replace(setup.study, config=again).touching) == clips_of(setup.study.touching)
 
 
 @pytest.mark.parametrize(

@@ -29,7 +29,7 @@ def study(tmp_path: Path, lines: str = "", table: str | None = None) -> Study:
 
 def pair_of(tmp_path: Path, lines: str, table: str | None = None):
     s = study(tmp_path, lines, table)
-    return contact_pair(read_model(s.places.sibling("strips.inp")), s, "tip")
+    return contact_pair(read_model(s.places.sibling("strips.inp")), s.touching, "tip")
 
 
 def test_defaults(tmp_path):
@@ -58,7 +58,7 @@ def test_laws_are_passed_on(tmp_path):
 def test_clearances_of_a_table_reach_the_channels(tmp_path):
     s = study(tmp_path, 'clearance = "gaps.csv"\n', "node,clearance,tolerance\n35,0.25,0.1\n\n37, 0.5 ,0.1\n")
     model = read_model(s.places.sibling("strips.inp"))
-    gaps, notes = _contacts(model, s)
+    gaps, notes = _contacts(model, s.touching)
     at = {model.nodes.label(int(i)): g for i, g in zip(gaps.nodes_idx, gaps.gap0, strict=True)}
     assert (at["35"], at["37"]) == (0.25, 0.5)
     plain, _ = _contacts(model, study(tmp_path))
@@ -94,5 +94,5 @@ def test_preload_of_a_connector_reaches_the_play(tmp_path):
     text = (
         s.text + '\n[[connector]]\ntype = "play"\nnodes = "PAIRS"\ndof = "z"\nupper = 0\nstiffness = 10\npreload = 2\n'
     )
-    ((play, _),) = plays_of(Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(s.path, text)))
+    ((play, _),) = plays_of(Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(s.path, text)).touching)
     assert (play.upper, play.lower, play.law.preload) == (0.0, None, 2.0)
