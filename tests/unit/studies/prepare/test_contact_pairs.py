@@ -61,7 +61,7 @@ def test_clearances_of_a_table_reach_the_channels(tmp_path):
     gaps, notes = _contacts(model, s.touching)
     at = {model.nodes.label(int(i)): g for i, g in zip(gaps.nodes_idx, gaps.gap0, strict=True)}
     assert (at["35"], at["37"]) == (0.25, 0.5)
-    plain, _ = _contacts(model, study(tmp_path))
+    plain, _ = _contacts(model, study(tmp_path).touching)
     other = [k for k, i in enumerate(gaps.nodes_idx) if model.nodes.label(int(i)) not in ("35", "37")]
     np.testing.assert_array_equal(gaps.gap0[other], plain.gap0[other])
     assert "have no row in the table of clearances and keep their geometric gap" in notes[0]
