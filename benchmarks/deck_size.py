@@ -22,7 +22,6 @@ from rich.table import Table
 from creak.assembly.part import loose_system, part_system
 from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
-from creak.studies.models.reference import join_parts
 from creak.studies.prepare.setup import set_up_model
 from creak.studies.run.costs import Cost, Meter
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
@@ -66,7 +65,7 @@ def assembly_stage(study: Path) -> tuple[Cost, Cost, tuple[int, ...]]:
     set_up = meter.read()
     meter = Meter()
     parts = [part_system(model, i, setup.rayleigh, override=setup.override_damping) for i in range(len(model.parts))]
-    system = join_parts(setup, parts, loose_system(model, setup.rayleigh))
+    system = setup.structure.joined(parts, loose_system(model, setup.rayleigh))
     sizes = (model.nodes.count, model.n_elements, setup.contacts.m, system.n, int(system.K.nnz))
     return set_up, meter.read(), sizes
 

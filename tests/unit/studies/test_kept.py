@@ -16,10 +16,10 @@ from creak.later import is_made
 from creak.reduction.modal import modal_system
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
-from creak.studies.models import outlines
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference, static_shapes
 from creak.studies.models.superelements import save_superelement
+from creak.studies.prepare import structure
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.integrate import linear_run, resolution_of, scheme_of
 from creak.studies.run.job import march_run
@@ -48,7 +48,8 @@ def folder(tmp_path_factory):
     deck = two_strips()
     cut = deck.index("*SURFACE, NAME=UNDER")
     (here / "surfaces.inc").write_text(deck[cut:], encoding="utf-8")
-    text = f"{STUDY}\n[reference]\nrun = false\n".replace("step = 5e-4\nperiods = 2", 'end = 0.06\naccuracy = "quick"')
+    text = f"{STUDY}\n[reference]\nrun = false\n[precheck]\nmargin = 0.5\n"
+    text = text.replace("step = 5e-4\nperiods = 2", 'end = 0.06\naccuracy = "quick"')
     study = read_study(write_strips(here, f"{deck[:cut]}*INCLUDE, INPUT=surfaces.inc\n", text))
     store = here / "superelements"
     store.mkdir()
@@ -85,7 +86,7 @@ CHANGES: tuple[dict[str, float], ...] = (
 
 def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     study, store = read_study(here / "study.toml"), here / "superelements"
-    monkeypatch.setattr(outlines, "part_system", lambda *a, **k: pytest.fail("assembled"))
+    monkeypatch.setattr(structure, "part_system", lambda *a, **k: pytest.fail("assembled"))
     monkeypatch.setattr(surface_to_surface, "_searched", lambda *a: pytest.fail("searched"))
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)

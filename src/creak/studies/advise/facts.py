@@ -151,7 +151,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     setup = setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
     excitation = excitation_of(setup.study.driving, setup.loads, setup.study.config.verification.mac_f_max)
     by_parts = _without_the_whole(setup)
-    reference = reference_that_fits(by_parts, assembled(setup, progress), progress)
+    reference = reference_that_fits(by_parts, assembled(setup.structure, progress), progress)
     setup = setup if reference.of_parts is None else by_parts
     scheme = scheme_of(setup.study.config.time)
     gaps, channels = _channels(setup, reference, scheme, progress)

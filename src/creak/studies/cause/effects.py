@@ -105,7 +105,7 @@ def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
     setup = change.of_setup(unstarted(result.setup))
     reference = result.reference
     if change.blocks:
-        reference = rejoined(setup, reference, [b.part for b in change.blocks])
+        reference = rejoined(setup.structure, reference, [b.part for b in change.blocks])
     again = started(setup, reference, silent)
     every = join([again.contacts, again.connectors])
     row = {name: i for i, name in enumerate(every.names)}

@@ -17,9 +17,10 @@ from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation
 from creak.reduction.interface.participation import participating
 from creak.reduction.interface.spacing import every_nth
+from creak.studies.file.case import Driving
+from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency
-from creak.studies.prepare.setup import Setup
 
 COARSE_BAND = 5.0
 """Modes of the coarse model up to this multiple of the excitation span its interface."""
@@ -49,25 +50,26 @@ class Chosen:
     """(n_label, n_xi): the labels follow fewer coordinates; None: each is its own."""
 
 
-def thinned(setup: Setup, reference: ReferenceModel, line: Line, part: System) -> Chosen:
+def thinned(table: InterfaceTable, driving: Driving, reference: ReferenceModel, line: Line, part: System) -> Chosen:
     """Apply [reduction.interface] to one interface."""
-    table = setup.study.config.reduction.interface
     if line.labels.size == 0 or table.type in ("full", "characteristic"):
         return Chosen(line.labels, None)
     if table.type == "spacing":
         kept = line.nodes[every_nth(interface_graph(line.model, line.nodes), int(table.n or 1))]
         return Chosen(line.labels[np.isin(nodes_of(line.labels), kept)], None)
     if table.type == "participation":
-        return Chosen(line.labels[_participating(setup, reference, line, float(table.eta or 0.0))], None)
+        return Chosen(
+            line.labels[_participating(highest_frequency(driving), reference, line, float(table.eta or 0.0))], None
+        )
     full = np.intersect1d(node_dofs(line.nodes), part.coordinates)
     if table.type == "interpolation":
         return Chosen(full, _interpolated(line, full, int(table.n or 1)))
-    return Chosen(full, _coarse(setup, line, full))
+    return Chosen(full, _coarse(table, driving, line, full))
 
 
-def _participating(setup: Setup, reference: ReferenceModel, line: Line, eta: float) -> IntArray:
+def _participating(highest: float, reference: ReferenceModel, line: Line, eta: float) -> IntArray:
     """Positions of the dofs that take part in the modes of the assembly within the excitation (thesis 3.5.1)."""
-    band = reference.modes.frequencies <= highest_frequency(setup.study.driving)
+    band = reference.modes.frequencies <= highest
     shapes = np.asarray(reference.system.rows(line.labels)[0] @ reference.modes.shapes[:, band])
     return np.flatnonzero(participating(shapes, eta))
 
@@ -78,10 +80,9 @@ def _interpolated(line: Line, labels: IntArray, n: int) -> Matrix:
     return _used(P[np.isin(node_dofs(line.nodes), labels)])
 
 
-def _coarse(setup: Setup, line: Line, labels: IntArray) -> Matrix:
-    table = setup.study.config.reduction.interface
-    coarse = read_model(setup.study.places.sibling(str(table.deck)))
-    shapes = coarse_modes(setup, coarse)
+def _coarse(table: InterfaceTable, driving: Driving, line: Line, labels: IntArray) -> Matrix:
+    coarse = read_model(driving.places.sibling(str(table.deck)))
+    shapes = coarse_modes(driving, coarse)
     quads = [b.nodes_idx for b in coarse.blocks if b.kind == "quad4"]
     tris = [np.column_stack([b.nodes_idx, np.full(b.ids.size, -1)]) for b in coarse.blocks if b.kind == "tri3"]
     facets = np.vstack([np.zeros((0, 4), dtype=np.int64), *quads, *tris])
@@ -89,12 +90,12 @@ def _coarse(setup: Setup, line: Line, labels: IntArray) -> Matrix:
     return _used(sp.csr_matrix(P[np.isin(node_dofs(line.nodes), labels)]))
 
 
-def coarse_modes(setup: Setup, coarse: Model) -> FloatArray:
+def coarse_modes(driving: Driving, coarse: Model) -> FloatArray:
     """(6 n_node, n_mode) modes of the coarse assembly, held and linked like the fine one."""
     from creak.studies.models.deck_modes import model_modes  # full interfaces do without
 
-    band = COARSE_BAND * highest_frequency(setup.study.driving)
-    system, found = model_modes(coarse, driven_dofs(coarse, setup.study.driving), f_max=band)
+    band = COARSE_BAND * highest_frequency(driving)
+    system, found = model_modes(coarse, driven_dofs(coarse, driving), f_max=band)
     out = np.zeros((PER_NODE * coarse.nodes.count, found.omega2.size))
     out[system.labels] = system.recover(found.shapes)
     return out

@@ -27,7 +27,6 @@ from creak.studies.models.reference import (
     ReferenceModel,
     damped,
     held_factor,
-    join_parts,
     joined_reference,
     modal_band,
     observed_labels,
@@ -73,13 +72,13 @@ def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: P
         raise
     except NumericalError as error:
         raise NumericalError(f"memory does not hold a factor of the whole model, and without it {error}") from error
-    system = join_parts(setup, small, of.loose)
+    system = setup.structure.joined(small, of.loose)
     free = system.n + sum(s.stats.internal - s.stats.modes for s in small)
     regular = regular_factor(system.K)
     stiffness = None if regular is None else LaterFactor(lambda: factor(system.K), regular)
     found = modes(system.K, system.M, f_max=band, free=stiffness is None, stiffness_factor=stiffness)
     R = support_motion(system, stiffness or held_factor(system))
-    system = damped(setup, system, found, R)
+    system = damped(setup.structure.modal, system, found, R)
     kept = (None, store if of.key else None, free, of.marks, of.key)
     return ReferenceModel(tuple(parts), of.loose, system, found, R, stiffness, *kept)
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.part import loose_system, outlined_part, part_system
+from creak.assembly.part import loose_system, outlined_part
 from creak.assembly.system import System
 from creak.elements.free_sides import SHELLS
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.later import is_made
 from creak.model.mesh import Model
 from creak.progress import Progress
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import digest_of, digest_of_record, solved
 
 
@@ -49,24 +49,24 @@ class Assembled:
         return not all(is_made(part) for part in self.parts)
 
 
-def assembled(setup: Setup, progress: Progress, store: Path | None = None) -> Assembled:
+def assembled(structure: Structure, progress: Progress, store: Path | None = None) -> Assembled:
     """The parts of the model; where an earlier run of the same one has left their outlines, matrices come later."""
-    model, loose = setup.model, loose_system(setup.model, setup.rayleigh)
+    model, loose = structure.model, loose_system(structure.model, structure.rayleigh)
     if store is None or not store.is_dir():
-        return Assembled(_assembled(setup, progress), loose)
+        return Assembled(_assembled(structure, progress), loose)
     made: list[System] = []
 
     def make() -> dict[str, FloatArray]:
-        made.extend(_assembled(setup, progress))
+        made.extend(_assembled(structure, progress))
         return {f"{k}.{name}": A for k, part in enumerate(made) for name, A in _outline(part).items()}
 
-    kept = solved(store, "parts", [_key_of_parts(setup.model)], make)
+    kept = solved(store, "parts", [_key_of_parts(model)], make)
     marks = [_marks(kept, k) for k in range(len(model.parts))]
     if not made:
         for k in range(len(model.parts)):
             at, mass = kept[f"{k}.coordinates"].astype(np.int64), float(kept[f"{k}.mass"][0])
-            made.append(outlined_part(model, k, setup.rayleigh, at, mass, override=setup.override_damping))
-    return Assembled(made, loose, tuple(marks), _key(setup))
+            made.append(outlined_part(model, k, structure.rayleigh, at, mass, override=structure.override_damping))
+    return Assembled(made, loose, tuple(marks), _key(structure))
 
 
 def marks_of(part: System) -> Marks:
@@ -74,26 +74,26 @@ def marks_of(part: System) -> Marks:
     return Marks(digest_of(part.K), digest_of(part.M), np.flatnonzero(part.K.diagonal() == 0.0))
 
 
-def _assembled(setup: Setup, progress: Progress) -> list[System]:
-    count, parts = len(setup.model.parts), list[System]()
+def _assembled(structure: Structure, progress: Progress) -> list[System]:
+    count, parts = len(structure.model.parts), list[System]()
     for i in range(count):
         progress("assemble", i, count)
-        parts.append(part_system(setup.model, i, setup.rayleigh, override=setup.override_damping))
+        parts.append(structure.part(i))
     return parts
 
 
 def _key_of_parts(model: Model) -> str:
     """Of what the parts are made of; names, and links of their own such as clips, are not among it."""
     own = tuple(block for block in model.blocks if block.part >= 0 or block.kind in SHELLS)
-    return digest_of_record(_structure(replace(model, blocks=own)))
+    return digest_of_record(_nameless(replace(model, blocks=own)))
 
 
-def _key(setup: Setup) -> str:
-    imported = [_imported(s) for s in setup.superelements]
-    return digest_of_record([_structure(setup.model), setup.driven, imported])
+def _key(structure: Structure) -> str:
+    imported = [_imported(s) for s in structure.superelements]
+    return digest_of_record([_nameless(structure.model), structure.driven, imported])
 
 
-def _structure(model: Model) -> Model:
+def _nameless(model: Model) -> Model:
     """Without the names of nodes, elements and surfaces, and without loads."""
     return replace(
         model, source="", node_sets={}, element_sets={}, surfaces={}, unread=(), prestress=None, static_loads={}

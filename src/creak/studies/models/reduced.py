@@ -5,12 +5,12 @@ from __future__ import annotations
 import time as clock
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.assembly.coupling import couple
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
@@ -24,6 +24,8 @@ from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.interface.characteristic import second_level
 from creak.reduction.modal import support_motion
+from creak.studies.file.config import InterfaceTable
+from creak.studies.file.places import Places
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
@@ -239,11 +241,11 @@ def _together(
         return kept["omega2"], kept["Phi"], kept["N"]
 
     progress("couple and diagonalise", 0, 1)
-    reduced = iter(superelements)
-    systems = [sub.part if sub.stays else _own_interface(setup, cut, next(reduced)) for sub in cut.substructures]
-    systems += [*setup.superelements, *([reference.loose] if reference.loose is not None else [])]
-    coupled = couple(systems, cut.model, setup.driven, setup.rayleigh, override=setup.override_damping)
-    coupled = _shared_interface(setup, cut, coupled)
+    reduced, interface = iter(superelements), setup.study.config.reduction.interface
+    own = partial(_own_interface, interface, setup.study.places, cut)
+    systems = [sub.part if sub.stays else own(next(reduced)) for sub in cut.substructures]
+    coupled = setup.structure.joined(systems, reference.loose, cut.model)
+    coupled = _shared_interface(interface, cut, coupled)
     system = with_damping(setup, diagonalise(coupled, modes_of) if coupled.n <= DIAGONAL_LIMIT else coupled)
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
@@ -309,36 +311,35 @@ def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
     )
 
 
-def _own_interface(setup: Setup, cut: Partition, reduced: Reduced) -> System:
+def _own_interface(table: InterfaceTable, places: Places, cut: Partition, reduced: Reduced) -> System:
     """The superelement with characteristic modes of its own interface, where the study asks for them."""
-    table, sub, system = setup.study.config.reduction.interface, reduced.substructure, reduced.system
+    sub, system = reduced.substructure, reduced.system
     if table.type != "characteristic" or table.level != "local" or not sub.line.size:
         return system
     others = [s.part.labels for s in cut.substructures if s is not sub and not s.stays]
     if others and np.isin(sub.line, np.concatenate(others)).any():
         raise InputError(
             f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
-            where=setup.study.places.where("reduction", "interface"),
+            where=places.where("reduction", "interface"),
             fix='Use level = "system".',
         )
     columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
-    return second_level(system, columns, count=_count(setup, columns.size))
+    return second_level(system, columns, count=_count(table, columns.size))
 
 
-def _shared_interface(setup: Setup, cut: Partition, coupled: System) -> System:
+def _shared_interface(table: InterfaceTable, cut: Partition, coupled: System) -> System:
     """The assembly with characteristic modes of all interfaces together, where the study asks for them."""
-    table = setup.study.config.reduction.interface
     if table.type != "characteristic" or table.level != "system":
         return coupled
     lines = [s.line for s in cut.substructures]
     columns = np.flatnonzero(np.isin(coupled.coordinates, np.concatenate(lines)))
     if not columns.size:
         return coupled
-    return second_level(coupled, columns, count=_count(setup, columns.size))
+    return second_level(coupled, columns, count=_count(table, columns.size))
 
 
-def _count(setup: Setup, size: int) -> int:
-    return min(int(setup.study.config.reduction.interface.n or size), size)
+def _count(table: InterfaceTable, size: int) -> int:
+    return min(int(table.n or size), size)
 
 
 def with_damping(setup: Setup, system: System) -> System:
@@ -347,7 +348,7 @@ def with_damping(setup: Setup, system: System) -> System:
         return system
     every = isinstance(system.K, Diagonal)
     modes = reduced_modes(system, np.inf if every else modal_band(setup, system.n))
-    return damped(setup, system, modes, support_motion(system, held_factor(system)), every=every)
+    return damped(setup.structure.modal, system, modes, support_motion(system, held_factor(system)), every=every)
 
 
 def _own_modes(system: System, f_max: float) -> Modes:

@@ -10,9 +10,8 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.coupling import couple
-from creak.assembly.part import part_system
 from creak.assembly.system import Stats, System
+from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
@@ -23,6 +22,7 @@ from creak.reduction.modal import support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
 PRECHECK_BAND = 3.0
@@ -68,21 +68,22 @@ class ReferenceModel:
 
 def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
-    return joined_reference(setup, assembled(setup, progress, store), progress, store)
+    return joined_reference(setup, assembled(setup.structure, progress, store), progress, store)
 
 
 def joined_reference(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Join the parts and find the modes of the whole; parts that are assembled later are joined later."""
     store = store if of.key else None
-    mass = sum(s.stats.mass for s in (*of.parts, *setup.superelements))
+    structure = setup.structure
+    mass = sum(s.stats.mass for s in (*of.parts, *structure.superelements))
 
     def join() -> System:
-        return join_parts(setup, of.parts, of.loose)
+        return structure.joined(of.parts, of.loose)
 
     system = later(System, join, stats=Stats(mass)) if of.later else join()
     progress("assemble", len(of.parts), len(of.parts))
     stiffness, found, R = _solved(setup, system, of, progress, store)
-    whole = later(System, lambda: damped(setup, system, found, R), stats=system.stats)
+    whole = later(System, lambda: damped(structure.modal, system, found, R), stats=system.stats)
     kept = (None, store, None, of.marks, of.key)
     return ReferenceModel(tuple(of.parts), of.loose, whole, found, R, stiffness, *kept)
 
@@ -136,23 +137,14 @@ def _solved(
     return stiffness, found, kept["R"]
 
 
-def rejoined(setup: Setup, reference: ReferenceModel, parts: Sequence[int]) -> ReferenceModel:
-    """The model joined as another setup has it, with its factor; only some parts are assembled again.
+def rejoined(structure: Structure, reference: ReferenceModel, parts: Sequence[int]) -> ReferenceModel:
+    """The model joined as another structure has it, with its factor; only some parts are assembled again.
 
     Modes and shapes stay those of before.
     """
-    every = [
-        part_system(setup.model, i, setup.rayleigh, override=setup.override_damping) if i in parts else part
-        for i, part in enumerate(reference.parts)
-    ]
-    system = join_parts(setup, every, reference.loose)
+    every = [structure.part(i) if i in parts else part for i, part in enumerate(reference.parts)]
+    system = structure.joined(every, reference.loose)
     return replace(reference, parts=tuple(every), system=system, stiffness=regular_factor(system.K))
-
-
-def join_parts(setup: Setup, parts: Sequence[System], loose: System | None) -> System:
-    """Couple parts, full or reduced, by the model's links and supports."""
-    systems = [*parts, *setup.superelements, *([loose] if loose is not None else [])]
-    return couple(systems, setup.model, setup.driven, setup.rayleigh, override=setup.override_damping)
 
 
 def held_factor(system: System) -> Factor:
@@ -160,14 +152,14 @@ def held_factor(system: System) -> Factor:
     return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
 
 
-def damped(setup: Setup, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
-    """The System with the study's modal damping, if it asks for any.
+def damped(zeta: float | None, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
+    """The System with modal damping.
 
     Parameters
     ----------
+    zeta : share of critical; None: there is none.
     every : `found` are all modes of the System. Else what lies beyond them is damped in proportion to its stiffness.
     """
-    zeta = setup.study.config.damping.modal
     if zeta is None:
         return system
     return with_modal_damping(system, found, R, zeta, beyond=not every)
@@ -194,7 +186,7 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
     ------
     InputError : there are forces, and only contact holds the structure.
     """
-    B = force_columns(setup, reference.system)
+    B = force_columns(setup.loads, reference.system)
     if not B.shape[1]:
         return B
     if reference.stiffness is None:
@@ -208,10 +200,10 @@ def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
     return reference.stiffness.solve(np.asfortranarray(B))
 
 
-def force_columns(setup: Setup, system: System) -> FloatArray:
+def force_columns(loads: Loads, system: System) -> FloatArray:
     """B of the force excitations, (n, n_force)."""
-    B = np.zeros((system.n, len(setup.loads.force_labels)))
-    for j, labels in enumerate(setup.loads.force_labels):
+    B = np.zeros((system.n, len(loads.force_labels)))
+    for j, labels in enumerate(loads.force_labels):
         B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
     return B
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -9,19 +10,22 @@ import scipy.sparse as sp
 
 from creak.arrays import IntArray, Matrix
 from creak.assembly.constraints import fixed_equations, linear_equations
-from creak.assembly.part import part_system, split_constraints
+from creak.assembly.part import split_constraints
 from creak.assembly.partition import Pieces, cut, shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
 from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
+from creak.studies.file.config import InterfaceTable, ReductionTable
+from creak.studies.file.places import Places
 from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.outlines import Marks
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.reduction_sets import reduction_set
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 
 UNREDUCED = "{part} (unreduced)"
 
@@ -58,15 +62,16 @@ def partition(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Par
     ------
     InputError : a set that does not exist, an interface without nodes, a retained dof that is not free.
     """
-    pieces = _cut(setup, gaps)
-    last = len(setup.study.config.reduction.substructures) + 1
-    must, contact = required_labels(setup, pieces.model), _contact_labels(setup, gaps)
+    table, places = setup.study.config.reduction, setup.study.places
+    pieces = _cut(setup.model, table, gaps, places)
+    last = len(table.substructures) + 1
+    must, contact = required_labels(setup, pieces.model), _contact_labels(setup.watched, gaps)
     shared = shared_nodes(pieces.model)
     unreduced = [g == last for g in pieces.group]
-    _check_interface(setup, shared, contact)
+    _check_interface(table.interface, shared, contact, places)
     out = []
     for k, stays in enumerate(unreduced):
-        part, marks = _full_part(setup, reference, pieces, k)
+        part, marks = _full_part(setup.structure, reference, pieces, k)
         if stays:
             every = np.arange(part.n, dtype=np.int64)
             out.append(Substructure(part, every, None, every[:0], True))
@@ -76,15 +81,14 @@ def partition(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Par
     return Partition(pieces.model, tuple(out))
 
 
-def _cut(setup: Setup, gaps: GapOperator) -> Pieces:
+def _cut(model: Model, table: ReductionTable, gaps: GapOperator, places: Places) -> Pieces:
     """Element sets become parts of their own; elements near the contact become unreduced parts."""
-    model, table = setup.model, setup.study.config.reduction
     groups = [np.zeros(b.ids.size, dtype=np.int64) for b in model.blocks]
     last = len(table.substructures) + 1
     chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
     for k, name in chosen:
         where = "unreduced" if k == last else "substructures"
-        for block, row in reduction_set(model, where, name, setup.study.places).tolist():
+        for block, row in reduction_set(model, where, name, places).tolist():
             groups[block][row] = k
     if table.keep_out > 0.0 and gaps.m:
         for of, rows in zip(groups, near_elements(model, gaps.retained_nodes, table.keep_out), strict=True):
@@ -103,22 +107,22 @@ def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArr
     return [np.flatnonzero(near[b.nodes_idx].all(axis=1)) if b.part >= 0 and b.ids.size else none for b in model.blocks]
 
 
-def _full_part(setup: Setup, reference: ReferenceModel, pieces: Pieces, k: int) -> tuple[System, Marks | None]:
+def _full_part(structure: Structure, reference: ReferenceModel, pieces: Pieces, k: int) -> tuple[System, Marks | None]:
     """The part's System; that of the reference where nothing was cut from it, with its marks."""
     if k < len(reference.parts):
-        whole = pieces.model is setup.model or all(
+        whole = pieces.model is structure.model or all(
             a.ids.size == sum(b.ids.size for b in pieces.model.blocks if b.where == a.where and b.part == k)
-            for a in setup.model.blocks
+            for a in structure.model.blocks
             if a.part == k
         )
-        if whole and pieces.model.parts[k].nodes_idx.size == setup.model.parts[k].nodes_idx.size:
+        if whole and pieces.model.parts[k].nodes_idx.size == structure.model.parts[k].nodes_idx.size:
             return reference.parts[k], reference.marks[k] if reference.marks else None
-    return part_system(pieces.model, k, setup.rayleigh, override=setup.override_damping), None
+    return structure.part(k, pieces.model), None
 
 
 def part_alone(setup: Setup, gaps: GapOperator, k: int) -> System:
     """Part k of the model as `partition` cuts it, without the other parts."""
-    return part_system(_cut(setup, gaps).model, k, setup.rayleigh, override=setup.override_damping)
+    return setup.structure.part(k, _cut(setup.model, setup.study.config.reduction, gaps, setup.study.places).model)
 
 
 def required(setup: Setup, model: Model) -> dict[str, IntArray]:
@@ -133,7 +137,7 @@ def required(setup: Setup, model: Model) -> dict[str, IntArray]:
         "loads": np.concatenate([none, *setup.driven.labels.values(), *setup.loads.force_labels]),
         "connectors": setup.connectors.labels,
         "imported parts": np.concatenate([none, *(s.joins for s in setup.superelements)]),
-        "chosen": _chosen(setup),
+        "chosen": _chosen(setup.model, setup.study.config.reduction.retained_sets, setup.study.places),
     }
 
 
@@ -143,27 +147,25 @@ def required_labels(setup: Setup, model: Model) -> IntArray:
     return np.unique(np.concatenate([*required(setup, model).values()])).astype(np.int64)
 
 
-def _chosen(setup: Setup) -> IntArray:
+def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
     """All dofs of the node sets in [reduction] retain; they must be free."""
-    where = setup.study.places.where("reduction", "retain")
-    sets = [setup.model.node_set(n, where=where) for n in setup.study.config.reduction.retained_sets]
+    where = places.where("reduction", "retain")
+    sets = [model.node_set(n, where=where) for n in names]
     labels = node_dofs(np.concatenate([np.zeros(0, dtype=np.int64), *sets]))
-    held = {label for f in setup.model.fixed for e in fixed_equations(f) for label in e.labels}
+    held = {label for f in model.fixed for e in fixed_equations(f) for label in e.labels}
     taken = [int(x) for x in labels if int(x) in held]
     if taken:
         raise InputError(
-            f"cannot retain {dof_name(setup.model, taken[0])}: a boundary condition holds it",
+            f"cannot retain {dof_name(model, taken[0])}: a boundary condition holds it",
             where=where,
             expected="nodes that are free to move",
             fix="Take it out of the set; supports are retained by themselves.",
         )
-    dependent = [
-        x for c in setup.model.constraints for e in linear_equations(c, setup.model.nodes.coords) for x in e.labels[:1]
-    ]
+    dependent = [x for c in model.constraints for e in linear_equations(c, model.nodes.coords) for x in e.labels[:1]]
     tied = np.intersect1d(labels, np.array(dependent, dtype=np.int64))
     if tied.size:
         raise InputError(
-            f"cannot retain {dof_name(setup.model, int(tied[0]))}: a coupling or equation makes it dependent",
+            f"cannot retain {dof_name(model, int(tied[0]))}: a coupling or equation makes it dependent",
             where=where,
             expected="independent nodes",
             fix="Retain the reference node that it follows.",
@@ -171,18 +173,17 @@ def _chosen(setup: Setup) -> IntArray:
     return labels
 
 
-def _contact_labels(setup: Setup, gaps: GapOperator) -> IntArray:
+def _contact_labels(watched: IntArray, gaps: GapOperator) -> IntArray:
     """Translations at the channels and at the nodes whose motion is kept."""
-    nodes = np.union1d(gaps.retained_nodes, setup.watched)
+    nodes = np.union1d(gaps.retained_nodes, watched)
     return np.union1d(node_dofs(nodes, (1, 2, 3)), gaps.labels).astype(np.int64)
 
 
-def _check_interface(setup: Setup, shared: IntArray, contact: IntArray) -> None:
-    table = setup.study.config.reduction.interface
+def _check_interface(table: InterfaceTable, shared: IntArray, contact: IntArray, places: Places) -> None:
     if table.type != "full" and shared.size == 0 and contact.size == 0:
         raise InputError(
             f"the interface has no node: type = {table.type!r} has nothing to work on",
-            where=setup.study.places.where("reduction", "interface"),
+            where=places.where("reduction", "interface"),
             expected="contact channels, or unreduced elements (keep_out), or substructures that share nodes",
             fix='Use interface = { type = "full" }, or check the contact and the pre-check\'s margin.',
         )
@@ -218,7 +219,9 @@ def _substructure(
     line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
     fixed = touched(part, must, marks)
-    chosen = thinned(setup, reference, Line(part.name, model, line), part)
+    chosen = thinned(
+        setup.study.config.reduction.interface, setup.study.driving, reference, Line(part.name, model, line), part
+    )
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
         boundary = np.union1d(fixed, kept)

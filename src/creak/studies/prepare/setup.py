@@ -55,6 +55,7 @@ from creak.studies.prepare.pairs import contact_pair
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
@@ -92,6 +93,12 @@ class Setup:
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
     raised: int = 0
     """How often [reduction] f_max = "auto" has gone half as high again."""
+
+    @property
+    def structure(self) -> Structure:
+        """What stiffness, mass and damping depend on."""
+        of_study = self.study.config.damping.modal
+        return Structure(self.model, self.driven, self.rayleigh, self.override_damping, self.superelements, of_study)
 
     @property
     def auto(self) -> bool:

@@ -41,7 +41,7 @@ def begin(setup: Setup, progress: Progress, store: Path | None = None) -> tuple[
     ------
     OutOfMemory : not even those of its parts, or the study needs the whole.
     """
-    reference = reference_that_fits(setup, assembled(setup, progress, store), progress, store)
+    reference = reference_that_fits(setup, assembled(setup.structure, progress, store), progress, store)
     return started(setup, reference, progress), reference
 
 

@@ -22,11 +22,12 @@ from creak.linalg.pieces.factor import Pieces
 from creak.progress import silent
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
-from creak.studies.models import of_parts, outlines
+from creak.studies.models import of_parts
 from creak.studies.models import room as module
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
 from creak.studies.models.room import Room, only_parts_fit, room
+from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study
 from creak.studies.run.precheck import WITHOUT_WHOLE, ready
@@ -35,7 +36,7 @@ from helpers_decks import STUDY, write_strips
 
 ALONE = (
     STUDY.replace("step = 5e-4\n", "").replace("periods = 2", 'end = 0.1\naccuracy = "quick"')
-    + "\n[reference]\nrun = false\n"
+    + "\n[reference]\nrun = false\n[precheck]\nmargin = 0.5\n"
 )
 
 
@@ -56,14 +57,14 @@ def test_the_analysis_tells_the_memory_of_the_factor(setup):
 
 
 def test_a_small_model_is_not_looked_at(setup, monkeypatch):
-    parts = assembled(setup, silent).parts
+    parts = assembled(setup.structure, silent).parts
     monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
     assert room(parts) is None
     assert not only_parts_fit(setup, parts)
 
 
 def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
-    parts = assembled(setup, silent).parts
+    parts = assembled(setup.structure, silent).parts
     monkeypatch.setattr(limits, "PLENTY", 0.0)
     monkeypatch.setattr(module, "factor_bytes", lambda K: 100.0 * K.nnz)
     found = room(parts)
@@ -140,7 +141,7 @@ def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
 def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
     """Where only the parts fit, those of all of them would take as much as a factor."""
     made, left = [], []
-    for owner, name in ((outlines, "part_system"), (of_parts, "_reduced")):
+    for owner, name in ((structure, "part_system"), (of_parts, "_reduced")):
         monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     ready(setup, silent)

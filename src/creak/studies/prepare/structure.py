@@ -1,0 +1,40 @@
+"""The linear structure of a study: its model, what moves it, and its damping."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from creak.assembly.coupling import Driven, couple
+from creak.assembly.part import Rayleigh, part_system
+from creak.assembly.system import System
+from creak.model.mesh import Model
+
+
+@dataclass(frozen=True)
+class Structure:
+    """All that stiffness, mass and damping of the joined parts depend on."""
+
+    model: Model
+    driven: Driven
+    rayleigh: Rayleigh
+    override_damping: bool
+    """Whether the numbers of `rayleigh` replace all damping of the deck."""
+    superelements: tuple[System, ...]
+    """Parts that came as matrices."""
+    modal: float | None
+    """Share of critical damping of every mode, where the study says it."""
+
+    def part(self, k: int, model: Model | None = None) -> System:
+        """System of part k of the model, or of another one that it was cut into."""
+        return part_system(model or self.model, k, self.rayleigh, override=self.override_damping)
+
+    def joined(self, parts: Sequence[System], loose: System | None, model: Model | None = None) -> System:
+        """Parts, full or reduced, and those that came as matrices, coupled by links and supports.
+
+        Parameters
+        ----------
+        loose : nodes between parts. model : whose links they are, where parts were cut.
+        """
+        systems = [*parts, *self.superelements, *([loose] if loose is not None else [])]
+        return couple(systems, model or self.model, self.driven, self.rayleigh, override=self.override_damping)
