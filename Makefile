@@ -75,7 +75,8 @@ demo-newest demo-lowest: demo-%:
 	$(if $(filter lowest,$*),$(KERNELS) $(ONE_THREAD) build/$*/bin/python -c $(COMPILE))
 
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
-# drawn, and with the lowest what is compiled and each card of a deck; what else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
+# drawn, and with the lowest what is compiled and each card of a deck; what else creak takes of a package is looked up by
+# tests/packaging/test_names_taken.py.
 UNIT := $(addprefix tests/unit/,api linalg model report signals sound studies/file studies/results)
 unit-newest: UNIT += $(wildcard tests/unit/formats/test_*.py)
 unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact dynamics formats)
