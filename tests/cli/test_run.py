@@ -163,7 +163,7 @@ def test_modes_and_info_commands(tmp_path, monkeypatch, capsys):
 
 def test_converge_tells_what_has_settled(tmp_path, monkeypatch, capsys):
     study = write_strips(tmp_path, study=STUDY + "\n[reference]\nrun = false\n")
-    creak(monkeypatch, "run", study, "--converge", "--out", tmp_path / "out")
+    creak(monkeypatch, "run", study, "--converge", "--verbose", "--out", tmp_path / "out")
     printed = capsys.readouterr().out
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     told = summary["convergence"]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
+from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import NumericalError, Unreliable
 from creak.model.units import UnitsName
@@ -15,6 +15,9 @@ from creak.model.units import UnitsName
 if TYPE_CHECKING:
     from creak.studies.converge.settling import Convergence
     from creak.studies.file.reader import Study
+
+QUICK = ('time.accuracy="quick"', 'reference.run="none"')
+"""Changes of a first look."""
 
 
 def run(
@@ -73,6 +76,13 @@ def run(
     force: bool = typer.Option(
         False, "--force", help="Replace the results of another study, and files that creak did not write."
     ),
+    quick: bool = typer.Option(
+        False,
+        "--quick",
+        help="A first look: rougher contact, no repeated runs, no unreduced model. The verdict then says that nothing "
+        "was checked.",
+    ),
+    show: bool = typer.Option(False, "--open", help="Open report.html in the browser at the end."),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -90,6 +100,7 @@ def run(
     from creak.api.study import run_setup, set_up
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
+    from creak.report.words.answer import answer_lines
     from creak.studies.file.identity import STORE
     from creak.studies.results.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints
@@ -98,6 +109,8 @@ def run(
     will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
+    if quick:
+        given, converge = changed_study(study_file, [*changes, *QUICK]), False
     writable_folder(folder)
     replace_foreign("--force", force)
     check_folder(folder)
@@ -137,14 +150,20 @@ def run(
         list_unread(output, setup.model.unread)
         if (why := result.summary["unanswered"]) and not setup.no_contact:
             output.alarm(why)
-        tell_notes(output, result.notes, told)
-        _print_tables(output, result.summary)
-        if result.convergence is not None:
-            _print_convergence(output, result.convergence, result.summary)
-        output.tell_written()
-        _tell_verdict(output, result.summary)
+        tell_warnings(output, result.notes, told)
         if missing_for_report():
             output.warn(no_report_text())
+        if verbose:
+            tell_notes(output, result.notes, told)
+            _print_tables(output, result.summary)
+            if result.convergence is not None:
+                _print_convergence(output, result.convergence, result.summary)
+        for line in answer_lines(result.summary):
+            output.say(line)
+        output.say(f"wrote {folder}: {', '.join(path.name for path in output.written)}")
+        _tell_verdict(output, result.summary)
+        if show and page is not None:
+            typer.launch(str(folder / "report.html"))
         output.result({**result.summary, "written": [str(path) for path in output.written]})
     if result.stopped is not None:
         raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")

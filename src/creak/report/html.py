@@ -31,7 +31,7 @@ from creak.report.tables.elines import eline_table, eline_words
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
 from creak.report.templates import page_templates
-from creak.report.words import method, verdict
+from creak.report.words import answer, method, verdict
 from creak.studies.results.elines import line_rows, point_csv
 from creak.studies.run.compared import main_run
 
@@ -43,17 +43,8 @@ SECTIONS = {
     "loudness": "Loudness",
     "force": "Force and gap",
     "events": "Events",
-    "convergence": "Convergence",
-    "model": "Model",
-    "modes": "Modes",
-    "spectra": "Spectra",
-    "energy": "Energy",
     "elines": "E-lines",
-    "precheck": "Pre-check",
-    "superelements": "Reduction",
-    "size": "Costs",
-    "method": "Method",
-    "provenance": "Provenance",
+    "expert": "For experts",
 }
 FILES = Path(__file__).parent
 SCRIPTS = ("shaders.js", "viewer.js", "report.js")
@@ -99,15 +90,13 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
         if result.convergence is None
         else convergence_parts(result.convergence, summary["convergence"]["findings"], units)
     )
-    return template.render(**parts, convergence=settling, units=units, sections=_sections(parts, settling))
+    return template.render(**parts, convergence=settling, units=units, sections=_sections(parts))
 
 
-def _sections(parts: dict[str, Any], settling: Any) -> list[tuple[str, str]]:
+def _sections(parts: dict[str, Any]) -> list[tuple[str, str]]:
     """What the bar at the top leads to."""
     needed = {
-        "convergence": settling,
         "loudness": parts["figures"]["loudness"].spec,
-        "superelements": parts["health"],
         "elines": parts["elines"],
     }
     skipped = {name for name, there in needed.items() if not there}
@@ -121,6 +110,8 @@ def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict
         "title": config.title or result.setup.study.path.stem,
         "version": summary["creak"],
         "run_meta": Markup(META.format(escape(summary["run"]["id"]))),
+        "answer": (said := answer.answer(summary)),
+        "tiles": answer.tiles(said, verdict.trust(summary)),
         "sentence": verdict.sentence(result, summary, units),
         "checks": judged,
         "trust": verdict.trust(summary),

@@ -257,7 +257,7 @@ if (overview) {
       innerHTML: "impulse of a contact node" + scale("pressed", short(scene().impulse.largest, 3), overview.dataset.impulse) }));
   };
   later(overview, () => requestAnimationFrame(() => setTimeout(begin, 0)));
-  all("#places tr[data-place]").forEach(row => {
+  all("#places .card").forEach(row => {
     const number = Number(row.dataset.place), say = on => () => views.places && views.places.look(on ? number : null);
     row.addEventListener("pointerenter", say(true)); row.addEventListener("pointerleave", say(false));
   });

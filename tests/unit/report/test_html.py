@@ -126,14 +126,17 @@ def test_title_is_escaped(full):
 
 
 def test_causes_stand_below_the_list_as_its_clauses(result_of):
-    """Not in the column of the place, which is narrow."""
+    """The card of the place has the first of them, and the first change that would help."""
     result = result_of("reduced only")
     summary = summarise(result)
     told = summary["runs"]["reduced"]["places"]
     assert told
     told[0]["cause"] = {"words": "closed by <b>; most through 9 Hz", "changes_words": ["more gap: N5 2 -> 1 sone"]}
     html = own_text(report_text(found_of(result), summary))
-    assert "closed by" not in html[html.index('<table class="places') : html.index('<div class="causes">')]
+    card = html[html.index('<ol class="cards">') : html.index('<div class="causes">')]
+    assert "<p>Closed by &lt;b&gt;.</p>" in card
+    assert "<p>Would help: more gap: N5 2 -&gt; 1 sone.</p>" in card
+    assert "9 Hz" not in card
     below = html[html.index('<div class="causes">') : html.index('<section id="checks">')]
     clauses = ("Closed by &lt;b&gt;", "Most through 9 Hz", "more gap: N5 2 -&gt; 1 sone")
     assert [f"<li>{c}</li>" in below for c in clauses] == [True] * 3

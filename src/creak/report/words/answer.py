@@ -1,0 +1,232 @@
+"""The answer of a run, of its summary, for page and terminal: what rattles or squeaks, how audible, how sure."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from creak.errors import shortened
+from creak.report.words.text import number, plural
+from creak.report.words.verdict import TRUST, verdict_line
+from creak.studies.converge.settled import SETTLED, STATISTICS
+from creak.studies.results.limits import limit_words
+from creak.verify.reliability import UNRELIABLE
+from creak.verify.rubbing import SLIDING, STICK_SLIP
+
+GREEN, AMBER, RED = "green", "amber", "red"
+HEARD = ((0.1, "hardly audible"), (1.0, "faint"), (4.0, "clearly audible"), (float("inf"), "loud"))
+"""N5 in sone below which creak's own word holds: 1 sone is a tone of 40 dB at 1 kHz, 4 sone one of 60 dB."""
+PRESSED = ((0.1, "soft"), (5.0, "moderate"), (float("inf"), "hard"))
+"""The same of the force of a place, N, where nothing is heard."""
+FAINT = 0.1
+"""sone, N: below it a place is no cause for amber."""
+OWN = "creak's own words, for want of a [limit]"
+WIDTH = 80
+"""Columns of the terminal's answer."""
+SHOWN = 3
+"""Places of the terminal's answer."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """What the first screen says of a place."""
+
+    name: str
+    does: str
+    """"rattles", "squeaks", "slides" or "rattles and squeaks"."""
+    rate: float
+    """Events and slips a second."""
+    force: float
+    """N"""
+    n5: float | None
+    """sone; beside a background what it adds to that."""
+    cause: str
+    helps: str
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What the first screen says."""
+
+    light: str
+    """GREEN, AMBER or RED."""
+    headline: str
+    why: str
+    """What the light goes by."""
+    sure: str
+    places: tuple[Place, ...]
+    rate: float
+    """Events and slips of all places a second."""
+    n5: float | None
+    """sone, of all contact together; beside a background what it adds to that."""
+    beside: bool
+    """Whether there is a background."""
+    band: tuple[float, float] | None
+    """Hz that the loudness comes from."""
+
+
+def answer(summary: Mapping[str, Any]) -> Answer:
+    """Of the main run of a summary."""
+    runs, sound = summary["runs"], summary["sound"] or {}
+    run = runs.get("reduced") or runs.get("reference") or {"places": [], "end": 0.0}
+    beside = bool(sound.get("beside_background"))
+    seconds = _seconds(summary, run)
+    places = tuple(_place(p, seconds, beside) for p in run["places"] if _does(p))
+    n5 = sound.get("n5_added" if beside else "n5")
+    light, why = _light(summary, run, places)
+    band = sound.get("band")
+    return Answer(
+        light,
+        _headline(summary, places, seconds),
+        why,
+        _sure(summary, run),
+        places,
+        sum(p.rate for p in places),
+        n5,
+        beside,
+        None if band is None else (band["low"], band["high"]),
+    )
+
+
+def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
+    """Length of what is counted."""
+    start, end = summary["verification"].get("window") or (0.0, run["end"])
+    return max(float(end) - float(start), 1e-12)
+
+
+def _does(p: Mapping[str, Any]) -> str:
+    told = ["rattles"] if p["events"] else []
+    told += {STICK_SLIP: ["squeaks"], SLIDING: ["slides"]}.get(p["friction"] or "", [])
+    return " and ".join(told)
+
+
+def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
+    cause = p["cause"] or {}
+    helps = cause.get("changes_words") or [""]
+    return Place(
+        p["name"],
+        _does(p),
+        (p["events"] + (p["slips"] or 0)) / seconds,
+        p["force"],
+        p["n5_added" if beside else "n5"],
+        cause.get("words", ""),
+        helps[0],
+    )
+
+
+def word_of(value: float, words: Sequence[tuple[float, str]]) -> str:
+    """The word of a scale."""
+    return next(word for most, word in words if value < most or most == float("inf"))
+
+
+def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float) -> str:
+    if summary["unanswered"]:
+        return "No answer: nothing of the study can touch, or the run ended early"
+    if not places:
+        return f"Nothing rattles or squeaks in {number(seconds, 3)} s"
+    worst = _worst(places)
+    assert worst is not None
+    kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
+    heard = f"{word_of(worst.n5, HEARD)}, {number(worst.n5, 2)} sone" if worst.n5 is not None else ""
+    how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
+    what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
+    return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}: {how}"
+
+
+def _joined(kinds: Sequence[str], count: int) -> str:
+    return " and ".join(f"{kind}s" if count == 1 else kind for kind in kinds)
+
+
+def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[Place]) -> tuple[str, str]:
+    limits, verdict = summary["limits"] or [], run.get("verdict")
+    good = GREEN if verdict in (SETTLED, STATISTICS) else AMBER
+    if summary["unanswered"] or verdict == UNRELIABLE:
+        return RED, summary["unanswered"] or "the run is unreliable"
+    if any(one["failed"] for one in limits):
+        return RED, next(text for text, one in zip(limit_words(limits), limits, strict=True) if one["failed"])
+    if limits and not any(one["missing"] for one in limits):
+        return good, "; ".join(limit_words(limits))
+    if limits:
+        return AMBER, next(text for text, one in zip(limit_words(limits), limits, strict=True) if one["missing"])
+    if not places:
+        return good, "nothing touches"
+    worst = max(p.n5 if p.n5 is not None else p.force for p in places)
+    loud = any(p.n5 is not None and p.n5 >= HEARD[2][0] for p in places)
+    return (RED if loud else AMBER if worst >= FAINT else good), OWN
+
+
+def _sure(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+    first = TRUST.get(run.get("verdict") or "", "Not checked.")
+    return first if run.get("verdict") in (SETTLED, STATISTICS) else verdict_line(run) or first
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A figure of the page's first screen."""
+
+    label: str
+    value: str
+    detail: str
+
+
+def tiles(found: Answer, trust: str) -> list[Tile]:
+    """Worst place, loudness, events a second, how sure.
+
+    Parameters
+    ----------
+    trust : verdict and reasons of the run.
+    """
+    worst, first = _worst(found.places), re.split(r"[.:]", trust)[0]
+    loud = "" if found.n5 is None else f"{word_of(found.n5, HEARD)}; {found.why}"
+    return [
+        Tile(
+            "worst place",
+            worst.name if worst else "none",
+            f"{worst.does}, {number(worst.force, 3)} N" if worst else "nothing touches",
+        ),
+        Tile(
+            "loudness added to the background" if found.beside else "loudness, N5",
+            "not heard" if found.n5 is None else f"{number(found.n5, 2)} sone",
+            "; ".join(text for text in (_band(found), loud) if text) or found.why,
+        ),
+        Tile("events a second", number(found.rate, 2), plural(len(found.places), "place")),
+        Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
+    ]
+
+
+def _worst(places: Sequence[Place]) -> Place | None:
+    return max(places, key=lambda p: (p.n5 or 0.0, p.force), default=None)
+
+
+def _band(found: Answer) -> str:
+    return "" if found.band is None else f"from {number(found.band[0], 2)} to {number(found.band[1], 2)} Hz"
+
+
+def answer_lines(summary: Mapping[str, Any]) -> list[str]:
+    """At most eight lines of at most `WIDTH` columns, for the end of the terminal."""
+    found = answer(summary)
+    first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
+    return [*first, *_place_lines(found.places), *(textwrap.shorten(text, WIDTH) for text in _texts(found))]
+
+
+def _place_lines(places: Sequence[Place]) -> list[str]:
+    """A line for each of the first places, and one for the others."""
+    shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
+    lines = []
+    for p in shown:
+        heard = "" if p.n5 is None else f", N5 {number(p.n5, 2)} sone"
+        told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
+        lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
+    return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
+
+
+def _texts(found: Answer) -> Iterator[str]:
+    worst = next((p for p in found.places if p.cause), None)
+    if worst is not None:
+        yield f"cause: {worst.cause}"
+        if worst.helps:
+            yield f"would help: {worst.helps}"
+    yield f"judged by {found.why}" + (f"; loudness {_band(found)}" if found.band is not None else "")

@@ -1,0 +1,101 @@
+"""The first screen: what rattles, how audible, how sure, by summaries of which the answer is plain."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.report.words.answer import AMBER, GREEN, RED, answer, answer_lines, tiles
+
+
+def place(name="rib 1", events=4, force=2.0, n5=None, **more):
+    base = {"name": name, "events": events, "slips": 0, "friction": None, "force": force, "n5": n5, "n5_added": None}
+    return {**base, "cause": None, **more}
+
+
+def summary(places=(), *, verdict="settled", limits=(), sound=None, unanswered="", reasons=()):
+    run = {"places": list(places), "end": 2.0, "verdict": verdict, "reasons": list(reasons)}
+    return {
+        "runs": {"reduced": run},
+        "sound": sound,
+        "limits": list(limits),
+        "unanswered": unanswered,
+        "verification": {"window": [1.0, 2.0]},
+    }
+
+
+def limit(failed=(), missing=None):
+    return {
+        "limit": "force",
+        "allowed": 5.0,
+        "unit": "N",
+        "failed": [{"name": n, "value": v} for n, v in failed],
+        "missing": missing,
+    }
+
+
+@pytest.mark.parametrize(
+    ("told", "light"),
+    [
+        (summary(), GREEN),
+        (summary(verdict="unsettled"), AMBER),
+        (summary([place(force=0.05)]), GREEN),
+        (summary([place(force=0.05)], verdict="unsettled"), AMBER),
+        (summary([place(force=2.0)]), AMBER),
+        (summary([place(n5=0.05)]), GREEN),
+        (summary([place(n5=0.5)]), AMBER),
+        (summary([place(n5=9.0)]), RED),
+        (summary([place(n5=9.0)], limits=[limit()]), GREEN),
+        (summary([place(n5=9.0)], limits=[limit()], verdict="unsettled"), AMBER),
+        (summary([place()], limits=[limit([("rib 1", 7.0)])]), RED),
+        (summary([place()], limits=[limit(missing="the run was not heard")]), AMBER),
+        (summary([place(force=0.0)], verdict="unreliable"), RED),
+        (summary(unanswered="nothing can touch"), RED),
+    ],
+)
+def test_the_light(told, light):
+    """A limit of the user's decides where there is one; a run that nobody should rely on is never green."""
+    assert answer(told).light == light
+    assert answer_lines(told)[0].startswith(light.upper())
+
+
+def test_the_words_say_whose_they_are():
+    assert "creak's own words" in answer(summary([place()])).why
+    assert answer(summary([place()], limits=[limit()])).why == "limit force = 5 N holds everywhere"
+
+
+def test_rates_are_those_of_the_window():
+    """Four events and six slips in its one second, though the run takes two."""
+    found = answer(summary([place(slips=6, friction="stick-slip")]))
+    assert found.rate == pytest.approx(10.0)
+    assert found.places[0].does == "rattles and squeaks"
+
+
+def test_the_worst_is_the_loudest_where_it_is_heard():
+    found = answer(summary([place("a", force=9.0, n5=0.2), place("b", force=1.0, n5=2.0)]))
+    assert found.headline == "2 places rattle; worst is b: clearly audible, 2.0 sone"
+
+
+def test_beside_a_background_what_it_adds_counts():
+    sound = {"beside_background": True, "n5": 9.0, "n5_added": 0.3, "band": {"low": 20.0, "high": 900.0}}
+    found = answer(summary([place(n5=9.0, n5_added=0.3)], sound=sound))
+    assert (found.light, found.n5, found.places[0].n5) == (AMBER, 0.3, 0.3)
+    loud = tiles(found, "Settled.")[1]
+    assert (loud.label, loud.value) == ("loudness added to the background", "0.30 sone")
+    assert loud.detail.startswith("from 20 to 900 Hz")
+
+
+@pytest.mark.parametrize("count", [0, 1, 3, 40])
+def test_eight_lines_of_eighty_columns(count):
+    cause = {"words": "mode 3 at 44 Hz of the panel, " * 9, "changes_words": ["a clip at node 17, " * 9]}
+    places = [place(f"a rather long name of a contact pair {k}", cause=cause, n5=1.0) for k in range(count)]
+    lines = answer_lines(summary(places))
+    assert len(lines) <= 8
+    assert all(len(line) <= 80 for line in lines)
+    assert len(tiles(answer(summary(places)), "Settled.")) == 4
+
+
+def test_how_sure_is_said_in_a_word():
+    found = answer(summary())
+    assert tiles(found, "Settled.")[3].value == "Settled"
+    unsure = tiles(found, "Not checked: it was not repeated. More.")[3]
+    assert (unsure.value, unsure.detail) == ("Not checked", "why stands below")
