@@ -99,7 +99,7 @@ def rows(stages: Stages, megabytes: float) -> list[Row]:
 
 def _deck(study: Path) -> Path:
     checked = read_study(study)
-    return checked.sibling(checked.config.model.deck)
+    return checked.places.sibling(checked.config.model.deck)
 
 
 def _seconds(cost: Cost) -> str:

@@ -25,7 +25,7 @@ def run(folder, study, monkeypatch):
 
 
 def changed(*pairs):
-    study = STUDY
+    study = STUDY + "\n[precheck]\nmargin = 0.5\n"
     for old, new in pairs:
         assert old in study
         study = study.replace(old, new)

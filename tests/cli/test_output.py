@@ -14,7 +14,7 @@ from creak.cli.output import Interrupted, Output, ProgressBars
 from helpers_decks import STUDY, write_strips
 
 COMMANDS = ("new", "run", "advise", "reduce", "sweep", "info", "modes", "convert")
-SHORT = STUDY.replace("periods = 2", "end = 0.02") + "\n[reference]\nrun = false\n"
+SHORT = STUDY.replace("periods = 2", "end = 0.02") + "\n[reference]\nrun = false\n[precheck]\nmargin = 0.5\n"
 
 
 @pytest.fixture

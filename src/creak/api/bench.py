@@ -32,7 +32,7 @@ from creak.studies.run.forced_step import limited
 from creak.studies.run.integrate import output_times, scheme_of
 from creak.studies.run.job import Run, march_run, unreduced_run
 from creak.studies.run.kernels import compile_for
-from creak.studies.run.precheck import precheck
+from creak.studies.run.precheck import precheck, with_closed
 from creak.studies.sweep.reference import SharedReference
 from creak.verify.events import Event, events_in
 
@@ -57,6 +57,8 @@ class Bench:
     progress: Progress = field(repr=False)
     model: ReducedModel | None = None
     """What `reduced` made; None: the unreduced model is run."""
+    chosen: bool = False
+    """Whether the channels are those at given places, and no others are asked for."""
 
     @property
     def system(self) -> System:
@@ -135,12 +137,20 @@ class Bench:
 
         Raises
         ------
-        InputError : `keep` of a reduced run. NumericalError : a step matrix is singular.
+        InputError : `keep` of a reduced run; a channel closed that the pre-check of the bench's own load has dropped.
+        NumericalError : a step matrix is singular.
         """
         if self.model is not None:
             if keep is not None:
                 raise InputError(f"{keep} would keep a reduced run", expected="the run of an unreduced model")
-            return march_run(name, self.setup, self.system, self.gaps, self.progress, self.model)
+            run = march_run(name, self.setup, self.system, self.gaps, self.progress, self.model, watch=not self.chosen)
+            if with_closed(self.setup, self.gaps, run.history) is not None:
+                raise InputError(
+                    "channels closed that the pre-check has dropped under the load that the bench was made with",
+                    expected="channels that come near under every load",
+                    fix="Make the bench with the largest load, or give [precheck] a margin that keeps more.",
+                )
+            return run
         make = unreduced_run if keep is None else SharedReference(Path(keep))
         return make(self.setup, self.reference, self.gaps, self.progress)
 
@@ -197,7 +207,7 @@ def make_bench(
     else:
         kept = setup.contacts.select(_at(setup, positions))
     gaps, _ = limited(setup, reference, join([kept, setup.connectors]))
-    return Bench(setup, reference, gaps, report)
+    return Bench(setup, reference, gaps, report, chosen=positions is not None)
 
 
 def _positions(at: ArrayLike) -> FloatArray:

@@ -11,7 +11,7 @@ from helpers_refusal import refusal
 
 AMPLITUDE = "excitation.root.signal.amplitude"
 TABLE = {"f_max": 3000.0}
-SHORT = STUDY.replace("periods = 2", "end = 0.2\nintegrator = 'hht'")
+SHORT = STUDY.replace("periods = 2", "end = 0.2\nintegrator = 'hht'") + "\n[precheck]\nmargin = 0.5\n"
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +125,13 @@ def test_channels_of_another_bench_are_taken_over(bench, study):
 )
 def test_what_cannot_be_is_refused(bench, reduced, call, words):
     assert words in str(refusal(call, bench, reduced))
+
+
+def test_a_load_that_closes_what_was_dropped_is_refused(tmp_path):
+    """The pre-check is that of the load that the bench was made with."""
+    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "end = 0.1").replace("0.05,", "0.06,")
+    bench = creak.make_bench(write_strips(tmp_path, study=text))
+    assert 0 < bench.gaps.m < 39
+    assert "closed that the pre-check has dropped" in str(
+        refusal(bench.reduced(TABLE).under({AMPLITUDE: 20.0}).run, "reduced")
+    )

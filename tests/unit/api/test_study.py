@@ -125,7 +125,7 @@ def test_a_changed_study_leaves_the_file_alone(tmp_path):
     other = creak.change_study(study, {"reduction.f_max": 700, "contact.tip.friction": 0.2})
     assert (other.config.reduction.f_max, other.config.contact["tip"].friction) == (700.0, 0.2)
     assert creak.read_study(path).config == study.config
-    assert other.sibling("strips.inp") == study.places.sibling("strips.inp")
+    assert other.places.sibling("strips.inp") == study.places.sibling("strips.inp")
 
 
 @pytest.mark.parametrize(

@@ -20,7 +20,7 @@ TOLD = {
     "creak.studies.run.job.compare_spectra": "spectra of both runs",
     "creak.studies.models.health.checked": "health of the superelements",
 }
-SHORT = STUDY.replace("periods = 2", "end = 0.02") + "[reference]\nrun = false\n"
+SHORT = STUDY.replace("periods = 2", "end = 0.02") + "[reference]\nrun = false\n[precheck]\nmargin = 0.5\n"
 
 
 def failing(problem: BaseException):

@@ -130,7 +130,7 @@ def test_a_light_strip_on_a_frame_of_one_tonne_does_not_pass():
         loads = forces_on(time, [0], 2e3 * np.sin(2.0 * np.pi * 5.0 * time))
         runs.append(simulate(system, gaps, loads, HHT(0.0), observed=none))
     coarse, fine = runs
-    assert (coarse.weights @ coarse.force).sum() > 5.0 * (fine.weights @ fine.force).sum()
+    assert (coarse.weights @ coarse.force).sum() > 3.0 * (fine.weights @ fine.force).sum()
     assert coarse.energy_created < ENERGY_BAR
     (reason,) = reasons_against(coarse)
     assert "of the energy that contact took up" in reason

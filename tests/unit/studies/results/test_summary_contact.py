@@ -24,7 +24,10 @@ from creak.verify.slips import find_slips
 from helpers_decks import STUDY, write_strips
 
 EVERY = 4
-SPARSE = STUDY.replace("[verification]", f"[output]\ninterval = {5e-4 * EVERY}\n\n[verification]")
+SPARSE = (
+    STUDY.replace("[verification]", f"[output]\ninterval = {5e-4 * EVERY}\n\n[verification]")
+    + "\n[precheck]\nmargin = 0.5\n"
+)
 
 
 @pytest.fixture(scope="module")

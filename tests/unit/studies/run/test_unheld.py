@@ -29,7 +29,7 @@ def run(folder: Path, method: str, excitation: str = "") -> StudyResult:
         f'{excitation}[reduction]\nmethod = "{method}"\nf_max = 1500\n[time]\nend = 0.01\n[reference]\nrun = false\n'
     )
     read = read_study(write_strips(folder, DECK, study))
-    return run_study(set_up_model(read, read_model(read.sibling("strips.inp")), free=True), lambda *_: None)
+    return run_study(set_up_model(read, read_model(read.places.sibling("strips.inp")), free=True), lambda *_: None)
 
 
 def test_a_strip_thrown_freely_bounces_and_is_told_to_be_free(tmp_path):
