@@ -36,6 +36,7 @@ def said(tmp_path_factory) -> tuple[Path, dict[str, str]]:
     pytest.importorskip("plotly", reason="plotly is not installed: pip install 'creak[report]'")
     folder, out = tmp_path_factory.mktemp("tutorial"), {}
     for words in commands():
+        words = [*words, "--verbose"] if words[0] == "run" else words  # the page shows tables as well
         ran = subprocess.run(
             [sys.executable, "-m", "creak.cli.main", *words],
             cwd=folder,
@@ -88,6 +89,13 @@ def test_the_tables_of_the_page_are_those_of_the_terminal(said):
             assert terminal[name] == cells, name
             compared += 1
     assert compared >= 9
+
+
+def test_the_answer_of_the_page_is_that_of_the_terminal(said):
+    (block,) = re.findall(r"^    (AMBER: .*?)\n\n", PAGE, flags=re.MULTILINE | re.DOTALL)
+    shown = [line.removeprefix("    ") for line in block.splitlines()]
+    assert len(shown) == 4
+    assert "\n".join(shown) in said[1]["run"]
 
 
 def test_sizes_and_modes_are_those_printed(said, summary):
