@@ -34,6 +34,8 @@ HOLDS = 0.45
 """Of the low-pass frequency times the step, the most that steps can hold (as that of events)."""
 MOST = 0.5
 """Share of the force above which what slides carries a place."""
+SELDOM = 0.05
+"""Share of the time in contact below which a place that slides counts as one at rest."""
 LONG = 10.0
 """Times the median slip: what lasts longer between two sticks is steady sliding."""
 

@@ -10,11 +10,10 @@ from typing import Any
 
 from creak.errors import shortened
 from creak.report.words.text import number, plural
-from creak.report.words.verdict import TRUST, verdict_line
 from creak.studies.converge.settled import SETTLED, STATISTICS
 from creak.studies.results.limits import limit_words
 from creak.verify.reliability import UNRELIABLE
-from creak.verify.rubbing import SLIDING, STICK_SLIP
+from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
 
 GREEN, AMBER, RED = "green", "amber", "red"
 HEARD = ((0.1, "hardly audible"), (1.0, "faint"), (4.0, "clearly audible"), (float("inf"), "loud"))
@@ -56,7 +55,8 @@ class Answer:
     headline: str
     why: str
     """What the light goes by."""
-    sure: str
+    limits: tuple[str, ...]
+    """A sentence for each limit of the study."""
     places: tuple[Place, ...]
     rate: float
     """Events and slips of all places a second."""
@@ -82,7 +82,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         light,
         _headline(summary, places, seconds),
         why,
-        _sure(summary, run),
+        tuple(limit_words(summary["limits"] or [])),
         places,
         sum(p.rate for p in places),
         n5,
@@ -98,7 +98,7 @@ def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
 
 
 def _does(p: Mapping[str, Any]) -> str:
-    told = ["rattles"] if p["events"] else []
+    told = ["rattles"] if p["events"] else ["slides"] if p["friction"] == STICK else []
     told += {STICK_SLIP: ["squeaks"], SLIDING: ["slides"]}.get(p["friction"] or "", [])
     return " and ".join(told)
 
@@ -158,11 +158,6 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
 
 
-def _sure(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
-    first = TRUST.get(run.get("verdict") or "", "Not checked.")
-    return first if run.get("verdict") in (SETTLED, STATISTICS) else verdict_line(run) or first
-
-
 @dataclass(frozen=True)
 class Tile:
     """A figure of the page's first screen."""
@@ -206,7 +201,7 @@ def _band(found: Answer) -> str:
 
 
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:
-    """At most eight lines of at most `WIDTH` columns, for the end of the terminal."""
+    """Lines of at most `WIDTH` columns for the end of the terminal: eight at most, and one for each limit."""
     found = answer(summary)
     first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
     return [*first, *_place_lines(found.places), *(textwrap.shorten(text, WIDTH) for text in _texts(found))]
@@ -229,4 +224,8 @@ def _texts(found: Answer) -> Iterator[str]:
         yield f"cause: {worst.cause}"
         if worst.helps:
             yield f"would help: {worst.helps}"
-    yield f"judged by {found.why}" + (f"; loudness {_band(found)}" if found.band is not None else "")
+    yield from found.limits
+    own = [] if found.limits else [f"judged by {found.why}"]
+    band = [] if found.band is None else [f"loudness {_band(found)}"]
+    if own or band:
+        yield "; ".join([*own, *band])

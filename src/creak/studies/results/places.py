@@ -16,7 +16,7 @@ from creak.model.plain_mesh import Mesh
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.events import Event, counted_instants, events_in, find_events
-from creak.verify.rubbing import NOTHING, STICK, Rub, rub_of
+from creak.verify.rubbing import NOTHING, SELDOM, Rub, rub_of
 from creak.verify.slips import SlipEvent
 
 NEAR = 0.02
@@ -45,9 +45,9 @@ class Place:
 
     @property
     def rests(self) -> bool:
-        """Whether it has pressed since the start of the run without a hit or a slip."""
+        """Whether it has pressed since the start of the run without a hit or a slip, and hardly slides."""
         friction = self.rub.friction
-        return not (self.events or self.slips or (friction is not None and friction.state != STICK))
+        return not (self.events or self.slips or (friction is not None and friction.share >= SELDOM))
 
     @property
     def force(self) -> float:
