@@ -90,7 +90,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     glue = read_glue(deck)
     constraints += glue
     n_own = len(deck.grids.ids)
-    fixed, skew = read_supports(deck, permanent)
+    fixed, skew = read_supports(deck, permanent, own_run)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
@@ -143,6 +143,9 @@ def _list_sections(deck: Deck, source: DeckFile) -> None:
         deck.unread.append(Unread(line.text, line.where, True, why))
     for line in source.not_found:
         deck.unread.append(Unread("INCLUDE", line.where, False, "executive control (DMAP) that was not found"))
+    if source.unended:
+        why = f"it is missing: the deck was read to the end of the file, where {source.unended} is the last card"
+        deck.unread.append(Unread("ENDDATA", source.last, False, why))
 
 
 def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
