@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.errors import InputError
 from helpers_nastran import motion, read, rigid_mass, row, unread
+from helpers_refusal import refusal
 
 CUBE = "".join(
     f"GRID,{i},,{x}.,{y}.,{z}.\n"
@@ -68,9 +68,9 @@ def test_anisotropic_solid(tmp_path):
     assert rigid_mass(model)[0, 0] == pytest.approx(8 * 3e-3)
 
 
-def test_solids_with_some_mid_side_grids_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"CHEXA 1 has 9 grids; expected 8 grids or 20"):
-        read(tmp_path, CUBE + "GRID,9\nCHEXA,1,1,1,2,3,4,5,6\n,7,8,9\nPSOLID,1,1\n" + MAT1)
+def test_pyramids_of_thirteen_grids_are_refused(tmp_path):
+    error = refusal(read, tmp_path, CUBE + "GRID,9\nCPYRAM,1,1,1,2,3,4,5,9\nPSOLID,1,1\n" + MAT1)
+    assert (error.what, error.expected) == ("CPYRAM 1 has 6 grids", "5 grids")
 
 
 PLATES = (

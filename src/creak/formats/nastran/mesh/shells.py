@@ -10,10 +10,12 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.dofs import ALL
 from creak.model.materials import GeneralShell, ShellSection
 
 _CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3, "CQUAD8": 4, "CTRIA6": 3}
@@ -69,7 +71,7 @@ def _add_shell(
     pid, at = card.integer(1, card.integer(0)), _AT[card.name]
     identifier = deck.new_element(card, pid)
     owner = referred(properties, pid, card, "property", ", ".join(SHELL_PROPERTIES))
-    nodes = deck.nodes(card, range(2, 2 + _n_grids(card, n)))
+    nodes = _grids(deck, card, n)
     corners = np.array([deck.grids.place(row) for row in nodes[:n]])
     own: dict[str, FloatArray] = {}
     thickness, t = _thicknesses(card, owner, n, at)
@@ -86,19 +88,12 @@ def _add_shell(
     deck.add((pid, t), _KIND[len(nodes)], section, identifier, nodes, card, **own)
 
 
-def _n_grids(card: Card, n: int) -> int:
-    """3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
+def _grids(deck: Deck, card: Card, n: int) -> list[int]:
+    """Rows of 3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
     if card.name not in ("CQUAD8", "CTRIA6"):
-        return n
-    given = [i for i in range(2 + n, 2 + 2 * n) if card.text(i) not in ("", "0")]
-    if given and len(given) < n:
-        raise InputError(
-            f"{card.name} {card.text(0)} has {n + len(given)} grids",
-            where=card.where,
-            expected=f"{n} grids or {2 * n}",
-            fix="Export the mesh with all mid-side grids or with none.",
-        )
-    return n + len(given)
+        return deck.nodes(card, range(2, 2 + n))
+    sides = [(k, (k + 1) % n) for k in range(n)]
+    return rows_with_middles(deck, card, sides, range(2 * n), ALL)
 
 
 def _between(values: FloatArray) -> FloatArray:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.dofs import TRANSLATIONS
 from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
-from creak.model.solid_faces import HEX20
+from creak.model.solid_faces import HEX20, MIDDLES
 
 _KINDS = {
     "CHEXA": (("hex8", 8), ("hex20s", 20)),
@@ -36,7 +38,7 @@ def read_solids(deck: Deck, materials: Materials) -> None:
 
     Raises
     ------
-    InputError : unknown grid, property or material, an id twice, some but not all mid-side grids.
+    InputError : unknown grid, property or material, an id twice, a pyramid with mid-side grids.
     """
     properties = unique_cards(deck.cards("PSOLID"), "property")
     fluid = {pid for pid, card in properties.items() if card.text(6).upper() in ("PFLUID", "FFLUID", "FLUID")}
@@ -65,19 +67,25 @@ def _section(card: Card, materials: Materials) -> SolidSection:
 def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
     """Kind and node rows, in creak's order."""
     (first, n), (second, more) = _KINDS[card.name]
-    given = [i for i in range(2 + n, 2 + more) if card.text(i) not in ("", "0")]
-    if not given:
+    if not second:
+        _refuse_middles(card, n, more)
         return first, deck.nodes(card, range(2, 2 + n))
-    if not second or len(given) < more - n:
+    sides = MIDDLES["hex20" if card.name == "CHEXA" else second]
+    nodes = rows_with_middles(deck, card, sides, ORDER.get(second, range(more)), TRANSLATIONS)
+    if len(nodes) == n:
+        return first, nodes
+    return _network(owner) if card.name == "CHEXA" else second, nodes
+
+
+def _refuse_middles(card: Card, n: int, more: int) -> None:
+    given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
+    if given:
         raise InputError(
-            f"{card.name} {card.text(0)} has {n + len(given)} grids",
+            f"{card.name} {card.text(0)} has {n + given} grids",
             where=card.where,
-            expected=f"{n} grids or {more}" if second else f"{n} grids",
-            fix="Export the mesh in first order" + (" or with all mid-side grids." if second else "."),
+            expected=f"{n} grids",
+            fix="Export the mesh in first order.",
         )
-    kind = _network(owner) if card.name == "CHEXA" else second
-    nodes = deck.nodes(card, range(2, 2 + more))
-    return kind, [nodes[k] for k in ORDER.get(kind, range(more))]
 
 
 def _network(owner: Card) -> str:
