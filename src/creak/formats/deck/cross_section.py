@@ -144,20 +144,20 @@ def trapezoid_torsion(bottom: float, height: float, top: float) -> float:
     art. 111.
     """
     at, weight = np.polynomial.legendre.leggauss(4 * TERMS)
-    r, s = (v.ravel() for v in np.meshgrid(at, at, indexing="ij"))
-    half = 0.25 * (bottom + top + (top - bottom) * s)
-    narrowing = 0.25 * (top - bottom)
-    area = np.outer(weight, weight).ravel() * half * 0.5 * height
-    powers = [np.polynomial.Legendre.basis(k) for k in range(2 * TERMS)]
-    across = [np.polynomial.Legendre([2 / 3, 0, -2 / 3]) * powers[k] for k in range(0, 2 * TERMS, 2)]
-    up = [np.polynomial.Legendre([2 / 3, 0, -2 / 3]) * powers[k] for k in range(2 * TERMS)]
-    value = np.array([f(r) * g(s) for f in across for g in up])
-    along_r = np.array([f.deriv()(r) * g(s) for f in across for g in up])
-    along_s = np.array([f(r) * g.deriv()(s) for f in across for g in up])
-    slope_x = along_r / half
-    slope_y = (along_s - along_r * r * narrowing / half) * 2.0 / height
-    energy = (slope_x * area) @ slope_x.T + (slope_y * area) @ slope_y.T
-    load = 2.0 * value @ area
+    vanishing = np.polynomial.Legendre([2 / 3, 0, -2 / 3])
+    basis = [vanishing * np.polynomial.Legendre.basis(k) for k in range(2 * TERMS)]
+    up, up_s = np.array([f(at) for f in basis]), np.array([f.deriv()(at) for f in basis])
+    across, across_r = up[::2], up_s[::2]
+    half = 0.25 * (bottom + top + (top - bottom) * at)
+    turned = 0.25 * (top - bottom) * at[:, None] / half
+    area = 0.5 * height * half * np.outer(weight, weight)
+    value, along_r, along_s = (
+        f[:, None, :, None] * g[None, :, None, :] for f, g in ((across, up), (across_r, up), (across, up_s))
+    )
+    n = across.shape[0] * up.shape[0]
+    slope_x, slope_y = along_r / half, (along_s - along_r * turned) * 2.0 / height
+    energy = sum((slope * area).reshape(n, -1) @ slope.reshape(n, -1).T for slope in (slope_x, slope_y))
+    load = 2.0 * value.reshape(n, -1) @ area.ravel()
     return float(load @ np.linalg.solve(energy, load))
 
 
