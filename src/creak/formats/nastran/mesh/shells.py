@@ -13,6 +13,7 @@ from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section
+from creak.formats.nastran.sections.stacks import Layers, as_pcomp, layers_of
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.dofs import ALL
@@ -20,7 +21,9 @@ from creak.model.materials import GeneralShell, ShellSection
 
 _CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3, "CQUAD8": 4, "CTRIA6": 3}
 _KIND = {4: "quad4", 3: "tri3", 8: "quad8", 6: "tri6"}
-SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG")
+SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "PCOMPP")
+Sections = dict[tuple[object, ...], ShellSection | GeneralShell]
+"""By property, thickness where the property has none, and stacked plies."""
 
 
 @dataclass(frozen=True)
@@ -51,10 +54,13 @@ def read_shells(deck: Deck, materials: Materials) -> None:
     InputError : an unknown grid or property, an id twice, a thickness that is not positive.
     """
     properties = unique_cards(deck.cards(*SHELL_PROPERTIES), "property")
-    sections: dict[tuple[int, float], ShellSection | GeneralShell] = {}
+    sections: Sections = {}
+    stacked = {pid for pid, card in properties.items() if card.name == "PCOMPP"}
+    of_stacks = [c.integer(0) for c in deck.cards(*_CORNERS) if stacked and c.integer(1, c.integer(0)) in stacked]
+    layers = layers_of(deck, of_stacks) if stacked else {}
     for name, n in _CORNERS.items():
         for card in deck.cards(name):
-            _add_shell(deck, card, n, properties, sections, materials)
+            _add_shell(deck, card, n, properties, layers, sections, materials)
         for card in deck.cards(name) if name.endswith("R") else ():
             deck.note(card, "read as the shell with the same corners", changes=False)
             break
@@ -65,7 +71,8 @@ def _add_shell(
     card: Card,
     n: int,
     properties: dict[int, Card],
-    sections: dict[tuple[int, float], ShellSection | GeneralShell],
+    layers: dict[int, Layers],
+    sections: Sections,
     materials: Materials,
 ) -> None:
     pid, at = card.integer(1, card.integer(0)), _AT[card.name]
@@ -75,9 +82,12 @@ def _add_shell(
     corners = np.array([deck.grids.place(row) for row in nodes[:n]])
     own: dict[str, FloatArray] = {}
     thickness, t = _thicknesses(card, owner, n, at)
-    if (pid, t) not in sections:
-        sections[pid, t] = shell_section(deck, owner, materials, t)
-    section = sections[pid, t]
+    mine = layers.get(identifier, ()) if owner.name == "PCOMPP" else ()
+    key = (pid, t, *(layer.text(0) for layer in mine))
+    if key not in sections:
+        of = as_pcomp(owner, card, mine) if owner.name == "PCOMPP" else owner
+        sections[key] = shell_section(deck, of, materials, t)
+    section = sections[key]
     if thickness is not None:
         own["thickness"] = thickness if len(nodes) == n else np.append(thickness, _between(thickness))
     normal = _normal(corners, card)
@@ -85,7 +95,7 @@ def _add_shell(
         own["arms"] = card.real(at.zoffs) * _normals(deck, nodes, n, normal)
     if is_directed(section):
         own["axis1"] = _material_axis(deck, card, at.theta, corners, normal)
-    deck.add((pid, t), _KIND[len(nodes)], section, identifier, nodes, card, **own)
+    deck.add(key, _KIND[len(nodes)], section, identifier, nodes, card, **own)
 
 
 def _grids(deck: Deck, card: Card, n: int) -> list[int]:
