@@ -57,7 +57,8 @@ def test_constant_strain_of_solids_is_exact(tmp_path, kind):
     size = (3.0, 2.0, 2.5)
     model = read(tmp_path, solids(kind, (2, 2, 2), size, some))
     assert model.blocks[0].kind == kind
-    assert unread(model) == {f"{CARD[kind]} without some middle grids": False}
+    told = {"CTETRA of 10 grids, lumped mass": False} if kind == "tet10" else {}
+    assert unread(model) == {f"{CARD[kind]} without some middle grids": False, **told}
     slope = np.random.default_rng(3).normal(size=(3, 3))
     u = np.pad(model.nodes.coords @ slope.T, ((0, 0), (0, 3)))
     energy, f = forces(model, u, slice(0, 3))

@@ -30,6 +30,10 @@ The same order leads there and back."""
 NETWORKS: dict[str, tuple[int, int] | None] = {"hex20": (3, 1), "hex20r": (2, 1), "hex20s": None}
 """IN and ISOP of a PSOLID that give a CHEXA of 20 grids this kind; None where they are blank."""
 
+LUMPED = (
+    "creak scales the diagonal of the consistent mass, Nastran lumps in its own way: coarse meshes differ "
+    "(PARAM,COUPMASS,1: consistent)"
+)
 FLUID = "PSOLID, PFLUID"
 
 
@@ -53,6 +57,8 @@ def read_solids(deck: Deck, materials: Materials) -> None:
                 continue
             identifier = deck.new_element(card, pid)
             kind, nodes = _grids(deck, card, owner)
+            if kind == "tet10" and deck.param("COUPMASS", -1.0) <= 0.0:
+                deck.note(card, LUMPED, changes=False, what="CTETRA of 10 grids, lumped mass")
             own = _axes(deck, owner, nodes) if isinstance(sections[pid].material, AnisotropicMaterial) else {}
             deck.add((pid,), kind, sections[pid], identifier, nodes, card, **own)
 
