@@ -23,6 +23,7 @@ MIDDLES = {
         (2, 6),
         (3, 7),
     ),
+    "tet10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
     "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
 }
 """Corners between which the nodes after the corners lie, in Abaqus's order."""

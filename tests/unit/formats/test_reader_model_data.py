@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 from creak.assembly.part import Rayleigh, part_system
 from creak.contact.facets import facets_of
+from creak.elements.block_matrices import block_matrices
 from creak.errors import InputError
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling
 from creak.model.laminates import Ply, laminate
@@ -178,8 +179,25 @@ def test_engineering_constants_over_two_lines(read: Reader) -> None:
     flexibility = np.linalg.inv(section.material.elasticity)
     assert_allclose(1 / np.diag(flexibility), [12000, 900, 500, 700, 50, 600], rtol=1e-10)
     assert_allclose(model.blocks[0].own.axis1, [[0.0, 1.0, 0.0]])
-    with pytest.raises(InputError, match="no axes"):
-        read(f"{solid}{wood}*SOLID SECTION, ELSET=S, MATERIAL=W\n")
+    held = solid.replace("*NODE", "*PART, NAME=P\n*NODE") + "*SOLID SECTION, ELSET=S, MATERIAL=W\n*END PART\n"
+    turned = "*ASSEMBLY, NAME=A\n*INSTANCE, NAME=I, PART=P\n 0., 0., 0.\n 0., 0., 0., 0., 0., 1., 30.\n"
+    with pytest.raises(InputError, match="no axes, in the rotated instance"):
+        read(f"{held}{turned}*END INSTANCE\n*END ASSEMBLY\n{wood}")
+
+
+def test_solids_without_orientation_have_the_global_axes_of_calculix(read: Reader) -> None:
+    solid = "*NODE\n 1, 0.\n 2, 1.\n 3, 0., 1.\n 4, 0., 0., 1.\n*ELEMENT, TYPE=C3D4, ELSET=S\n 1, 1, 2, 3, 4\n"
+    wood = "*MATERIAL, NAME=W\n*ELASTIC, TYPE=ENGINEERING CONSTANTS\n 12000., 900., 500., 0.3, 0.4, 0.5, 700., 600.\n 50.\n*DENSITY\n 5.e-10\n"
+    axes = "*ORIENTATION, NAME=O\n 1., 0., 0., 0., 1., 0.\n"
+    bare = read(f"{solid}{wood}*SOLID SECTION, ELSET=S, MATERIAL=W\n")
+    given = read(f"{solid}{wood}{axes}*SOLID SECTION, ELSET=S, MATERIAL=W, ORIENTATION=O\n")
+    assert [(u.keyword, u.changes_answer) for u in bare.unread] == [("*SOLID SECTION, ELSET=S", False)]
+    for one, other in zip(
+        block_matrices(bare.blocks[0], slice(None), bare.nodes.coords)[:2],
+        block_matrices(given.blocks[0], slice(None), given.nodes.coords)[:2],
+        strict=True,
+    ):
+        assert_allclose(one, other, rtol=1e-12, atol=1e-12 * np.abs(other).max())
 
 
 def test_orthotropic_terms_and_engineering_constants_agree(read: Reader) -> None:

@@ -8,9 +8,9 @@ from creak.arrays import FloatArray
 from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
+from creak.model.solid_faces import MIDDLES
 
-EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
-"""Corners between which nodes 5 to 10 lie."""
+EDGES = MIDDLES["tet10"]
 CORNER_SLOPES = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])
 
 

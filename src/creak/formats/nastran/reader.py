@@ -24,6 +24,7 @@ from creak.formats.nastran.loads.transient import cards_of, read_transient
 from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
+from creak.formats.nastran.mesh.middles import middle_equations
 from creak.formats.nastran.mesh.parts import read_parts
 from creak.formats.nastran.mesh.sets import element_sets, node_sets, surfaces
 from creak.formats.nastran.mesh.shells import read_shells
@@ -35,6 +36,7 @@ from creak.formats.nastran.text.case_control import read_case_control
 from creak.formats.nastran.text.deck import Deck, Group
 from creak.formats.nastran.text.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.text.known_cards import CARDS, list_unread
+from creak.model.constraints import Constraint
 from creak.model.mesh import ElementBlock, Model, Own, Unread
 from creak.model.steps import DeckRun
 
@@ -80,7 +82,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     materials = read_materials(deck)
     read_shells(deck, materials)
     read_solids(deck, materials)
-    constraints = read_bars(deck, materials)
+    constraints: list[Constraint] = [*middle_equations(deck), *read_bars(deck, materials)]
     add_mass(deck)
     constraints += read_fasteners(deck, materials)
     read_points(deck)
@@ -90,7 +92,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     glue = read_glue(deck)
     constraints += glue
     n_own = len(deck.grids.ids)
-    fixed, skew = read_supports(deck, permanent)
+    fixed, skew = read_supports(deck, permanent, own_run)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
@@ -143,6 +145,9 @@ def _list_sections(deck: Deck, source: DeckFile) -> None:
         deck.unread.append(Unread(line.text, line.where, True, why))
     for line in source.not_found:
         deck.unread.append(Unread("INCLUDE", line.where, False, "executive control (DMAP) that was not found"))
+    if source.unended:
+        why = f"it is missing: the deck was read to the end of the file, where {source.unended} is the last card"
+        deck.unread.append(Unread("ENDDATA", source.last, False, why))
 
 
 def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:

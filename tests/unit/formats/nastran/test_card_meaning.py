@@ -6,6 +6,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.decks import read_model
+from creak.formats.nastran.reader import read_nastran_run
 from creak.formats.nastran.text.known_cards import CHANGES, HARMLESS, READ
 from helpers_nastran import read
 
@@ -52,6 +53,27 @@ def test_meaning(tmp_path, cards, case, changes):
     name = cards.split(",")[0] if not cards.startswith("PARAM") else ",".join(cards.split(",")[:2])
     assert found.get(name) == changes
     assert not any(value for key, value in found.items() if key != name)
+
+
+@pytest.mark.parametrize(
+    "card",
+    [
+        *("CBARAO,1,SCALE,.2,.4", "SEQGP,1,2,2,1", "AECOMPL,A,B", "YPARAM,1", "DSCONS,1,A", "SPLINE3,1,2,3", "UXVEC,1"),
+        *("PANLST1,1,2", "CAERO5,1,2", "AEFORCE,1.1,A", "MONSUM,A,b, c", "PLOTTET,1,2", "DVSET,1,2", "SET4,1,PROP"),
+    ],
+)
+def test_cards_of_design_air_and_plots_change_nothing(tmp_path, card):
+    assert meaning(tmp_path, card) == {card.split(",")[0]: False}
+
+
+def test_a_displacement_of_spc_is_zero_in_modes(tmp_path):
+    """As in Nastran; it is told."""
+    model = read(tmp_path, BULK + "SPC,3,2,1,.1\n", "SPC = 3\n")
+    assert {u.keyword: u.changes_answer for u in model.unread} == {"SPC, D": False}
+    assert model.fixed[-1].nodes_idx.tolist() == [1]
+    held = BULK + "SPC,3,2,1,.1\nTLOAD1,7,6,,LOAD,8\nTABLED1,8\n,0.,0.,1.,1.,ENDT\nFORCE,6,2,,1.,0.,1.\nTSTEP,5,9,.1\n"
+    (tmp_path / "run.bdf").write_text(f"SOL 109\nCEND\nSPC = 3\nDLOAD = 7\nTSTEP = 5\nBEGIN BULK\n{held}ENDDATA\n")
+    assert {u.keyword for u in read_nastran_run(tmp_path / "run.bdf")[0].unread if u.changes_answer} == {"SPC, D"}
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from creak.formats.nastran.mesh.coordinate_systems import point_in_basic, read_s
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.text.bulk_data import Line, cards_of, id_list
 from helpers_nastran import read, unread
+from helpers_refusal import refusal
 
 BULK = "GRID,1,,0.\nGRID,2,,1.\nCROD,1,1,1,2\nPROD,1,1,3.\nMAT1,1,2.+5,,.3,1.-9\n"
 
@@ -143,12 +144,59 @@ def test_files_that_are_no_decks(tmp_path):
     path.write_bytes(b"\x00\x01\x02")
     with pytest.raises(InputError, match="not a text file"):
         read_nastran(path)
-    path.write_text("SOL 103\nCEND\nBEGIN BULK\n" + BULK)
-    with pytest.raises(InputError, match=r"ends without ENDDATA.*cut off"):
-        read_nastran(path)
     path.write_text("hello world\n")
     with pytest.raises(InputError, match="no GRID cards"):
         read_nastran(path)
+
+
+@pytest.mark.parametrize("end", ["\n", ""])
+def test_a_deck_without_enddata_is_read_to_its_end(tmp_path, end):
+    """And told; a line without an end may be whole."""
+    path = tmp_path / "deck.bdf"
+    path.write_text("SOL 103\nCEND\nBEGIN BULK\n" + BULK.rstrip() + end)
+    model = read_nastran(path)
+    assert model.nodes.count == 2
+    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("ENDDATA", False)]
+    assert "MAT1 1 is the last card" in model.unread[0].why
+    assert model.unread[0].where == f"{path}:8"
+
+
+@pytest.mark.parametrize(
+    ("last", "words"),
+    [
+        ("GRID,3,,1.,2.\nGRID,4,,1", "has fewer fields than all others of its name"),
+        ("GRID,3,,1.,2.\nPBAR,1,1,1.,1.,1.,1.,,,+a\n", "PBAR 1 goes on in a line that is not there"),
+        ("PBAR    1       1       1.      1.      1.      1.                      +\n", "PBAR 1 goes on"),
+    ],
+)
+def test_a_deck_that_is_cut_off_is_refused(tmp_path, last, words):
+    path = tmp_path / "deck.bdf"
+    text = "SOL 103\nCEND\nBEGIN BULK\n" + BULK.replace("0.\n", "0.,0.\n").replace(",,1.\n", ",,1.,0.\n") + last
+    path.write_text(text)
+    error = refusal(read_nastran, path)
+    assert words in error.what
+    assert error.where == f"{path}:{len(text.splitlines())}"
+    assert "ENDDATA" in error.expected
+    assert "Get the whole file" in error.fix
+
+
+def test_formulas_and_sentences_are_no_fields(tmp_path):
+    """Their commas part nothing, and they may go on over lines."""
+    prose = (
+        "DEQATN  10      F(A,B)=A+B*2.+MAX(A,B)\n        MIN(A,B)\nDEQATN,11,F(A,B,C,D,E,F,G,H,I,J)=A+B+C+D,E,F,G\n"
+        "DESC    5       left, right, above, below, before, behind, inside, outside, more\n"
+    )
+    model = read(tmp_path, prose + BULK)
+    assert unread(model) == {"DEQATN": False, "DESC": False}
+    assert model.nodes.count == 2
+
+
+def test_set_of_all(tmp_path):
+    """All grids; what a plot packet calls the same is another set."""
+    model = read(tmp_path, BULK, "SET 5 = ALL\nSET 6 = 2\nDISPLACEMENT = 5\nOUTPUT(PLOT)\nSET 6 = ALL\n")
+    assert model.node_set("SET_5").tolist() == [0, 1]
+    assert model.node_set("SET_6").tolist() == [1]
+    assert "SET_5" not in model.element_sets
 
 
 def test_sections_after_enddata_are_not_read(tmp_path):

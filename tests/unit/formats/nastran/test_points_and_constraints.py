@@ -248,11 +248,6 @@ def test_supports_in_a_cylindrical_frame(tmp_path):
         assert np.abs(u[2:]).max() == 0.0
 
 
-def test_enforced_displacement_is_listed(tmp_path):
-    model = read(tmp_path, f"GRID,1\nGRID,2,,1.\n{bar()}SPC,1,1,1,.5\n")
-    assert unread(model)["SPC, D"]
-
-
 def test_no_case_control(tmp_path):
     """Bulk data alone: the only set acts, and that is said; of two none does, and the run should stop."""
     from creak.formats.nastran.reader import read_nastran

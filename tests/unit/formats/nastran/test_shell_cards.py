@@ -220,7 +220,7 @@ def test_sheet_offset_by_pcomp_is_the_laminate(tmp_path):
         (
             "PSHELL,2,1,2.,1,,1",
             "",
-            "CQUAD4 1 uses property 1, which is not defined; expected a PSHELL, PCOMP, PCOMPG card",
+            "CQUAD4 1 uses property 1, which is not defined; expected a PSHELL, PCOMP, PCOMPG, PCOMPP card",
         ),
         ("PSHELL,1,1,,1,,1", "", "PSHELL 1 has thickness 0"),
         ("PSHELL,1,1,0,1,,1", "\n,,,1.", "lacks thicknesses"),

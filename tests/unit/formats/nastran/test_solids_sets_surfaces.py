@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.errors import InputError
+from creak.elements.block_matrices import block_matrices
 from helpers_nastran import motion, read, rigid_mass, row, unread
+from helpers_refusal import refusal
 
 CUBE = "".join(
     f"GRID,{i},,{x}.,{y}.,{z}.\n"
@@ -68,9 +69,27 @@ def test_anisotropic_solid(tmp_path):
     assert rigid_mass(model)[0, 0] == pytest.approx(8 * 3e-3)
 
 
-def test_solids_with_some_mid_side_grids_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"CHEXA 1 has 9 grids; expected 8 grids or 20"):
-        read(tmp_path, CUBE + "GRID,9\nCHEXA,1,1,1,2,3,4,5,6\n,7,8,9\nPSOLID,1,1\n" + MAT1)
+def test_pyramids_of_thirteen_grids_are_refused(tmp_path):
+    error = refusal(read, tmp_path, CUBE + "GRID,9\nCPYRAM,1,1,1,2,3,4,5,9\nPSOLID,1,1\n" + MAT1)
+    assert (error.what, error.expected) == ("CPYRAM 1 has 6 grids", "5 grids")
+
+
+def test_coupmass_gives_tetrahedra_of_ten_grids_their_consistent_mass(tmp_path):
+    """u = x^2 along x, which the element holds: u'Mu = rho integral of x^4 = 24 rho V/840. Lumped, that is told."""
+    grids = "".join(f"GRID,{k},,{x}\n" for k, x in enumerate(("0.", "1.", "0.,1.", "0.,0.,1."), start=1))
+    grids += "GRID,5,,.5\nGRID,6,,.5,.5\nGRID,7,,0.,.5\nGRID,8,,0.,0.,.5\nGRID,9,,.5,0.,.5\nGRID,10,,0.,.5,.5\n"
+    deck = grids + "CTETRA,1,1,1,2,3,4,5,6\n,7,8,9,10\nPSOLID,1,1\nMAT1,1,2.+5,,.3,6.\n"
+    energy = []
+    for param in ("PARAM,COUPMASS,1\n", ""):
+        model = read(tmp_path, param + deck)
+        assert unread(model) == ({} if param else {"CTETRA of 10 grids, lumped mass": False})
+        (block,) = model.blocks
+        M = block_matrices(block, slice(None), model.nodes.coords, form=model.mass_form)[1][0, ::6, ::6]
+        u = model.nodes.coords[:, 0] ** 2
+        assert M.sum() == pytest.approx(1.0, rel=1e-12)
+        energy.append(u @ M @ u)
+    assert energy[0] == pytest.approx(24.0 / 840.0, rel=1e-12)
+    assert energy[1] > 1.5 * energy[0]
 
 
 PLATES = (

@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 
-from creak.formats.deck.cross_section import CrossSection, box, composed, rectangle, rectangle_torsion, tube
+from creak.formats.deck.cross_section import (
+    CrossSection,
+    box,
+    composed,
+    hexagon,
+    rectangle,
+    rectangle_torsion,
+    trapezoid,
+    tube,
+)
+from creak.formats.deck.thin_walls import thin_walled
 
 
 def _rect(size: Sequence[float]) -> CrossSection:
@@ -57,6 +68,31 @@ def _i(size: Sequence[float]) -> CrossSection:
     return composed(parts, torsion, 0.44, (0.0, centre))
 
 
+def _hex(size: Sequence[float]) -> CrossSection:
+    """Radius to the outer corners, wall."""
+    outer, wall = size
+    if 2.0 * wall >= math.sqrt(3.0) * outer:
+        raise ValueError(f"HEX with wall {wall:g} that leaves no hole in a radius of {outer:g}")
+    return hexagon(outer, wall, 0.53)
+
+
+def _l(size: Sequence[float]) -> CrossSection:
+    """Leg a along axis 1 of thickness t1, b along axis 2 of t2; the node where their middle lines cross: the shear
+    centre."""
+    a, b, t1, t2 = size
+    if t2 >= a or t1 >= b:
+        raise ValueError(f"L of {a:g} x {b:g} has legs thicker than they are long")
+    parts = [(0.5 * (a - t2), 0.0, a, t1), (0.0, 0.5 * b, t2, b - t1)]
+    torsion = ((a - 0.5 * t2) * t1**3 + (b - 0.5 * t1) * t2**3) / 3.0
+    return composed(parts, torsion, 1.0, (0.0, 0.0), 0.5 * min(t1, t2))
+
+
+def _trapezoid(size: Sequence[float]) -> CrossSection:
+    """Width at the bottom, height, width at the top, height of the node above the bottom."""
+    a, b, c, d = size
+    return trapezoid(a, b, c, d, 0.822)
+
+
 SHAPES: dict[str, tuple[int, Callable[[Sequence[float]], CrossSection]]] = {
     "RECT": (2, _rect),
     "CIRC": (1, _circ),
@@ -64,5 +100,39 @@ SHAPES: dict[str, tuple[int, Callable[[Sequence[float]], CrossSection]]] = {
     "THICK PIPE": (2, _thick_pipe),
     "BOX": (6, _box),
     "I": (7, _i),
+    "HEX": (2, _hex),
+    "L": (4, _l),
+    "TRAPEZOID": (4, _trapezoid),
 }
 """Name -> number of dimensions, properties from them."""
+OF_NODE = {"I": 0, "TRAPEZOID": 3}
+"""Which dimension is the height of the node above the bottom, and may be anything."""
+WALL = 3
+"""Numbers of each further wall of an ARBITRARY section; the first one has their count and a point besides."""
+
+
+def arbitrary(size: Sequence[float]) -> CrossSection:
+    """Count of the walls; x1, x2 of two points, thickness; x1, x2 and thickness of each further point and wall."""
+    points, walls = [(size[1], size[2]), (size[3], size[4])], [size[5]]
+    for k in range(6, len(size), WALL):
+        points.append((size[k], size[k + 1]))
+        walls.append(size[k + 2])
+    if not min(walls) > 0.0:
+        raise ValueError(f"a wall of the section is {min(walls):g} thick")
+    return thin_walled(points, walls, 1.0)
+
+
+def shape_of(profile: str, size: Sequence[float]) -> CrossSection | None:
+    """Of a name and its dimensions; None where these are those of no shape."""
+    if profile == "ARBITRARY":
+        return arbitrary(size)
+    return SHAPES[profile][1](size) if profile in SHAPES else None
+
+
+WIDTHS: dict[str, Callable[[Sequence[float]], tuple[float, float]]] = {
+    "RECT": lambda size: (size[0], size[1]),
+    "CIRC": lambda size: (2.0 * size[0], 2.0 * size[0]),
+    "PIPE": lambda size: (2.0 * size[0], 2.0 * size[0]),
+    "BOX": lambda size: (size[0], size[1]),
+}
+"""Extent along axes 1 and 2 of the shapes that CalculiX knows."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.sections.beam_shapes import SHAPES
+from creak.formats.abaqus.sections.beam_shapes import OF_NODE, SHAPES, WALL, WIDTHS, arbitrary
 from creak.formats.abaqus.sections.materials import RawMaterial, check_poisson, find_material
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import floats, positive, to_float
@@ -17,10 +17,15 @@ from creak.formats.deck.cross_section import CrossSection, principal
 from creak.model.materials import BeamSection, Material
 
 Rows = list[tuple[list[str], str]]
+Given = tuple[str, tuple[float, ...]]
+"""Shape and dimensions."""
 
 
 def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
-    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, THICK PIPE, BOX or I; second line: direction of axis 1.
+    """*BEAM SECTION, SECTION=RECT, CIRC, PIPE, THICK PIPE, BOX, I, HEX, L, TRAPEZOID or ARBITRARY; second line (of
+    ARBITRARY that after its walls): direction of axis 1.
+
+    *BEAM SECTION OFFSET after it, and CalculiX's OFFSET1 and OFFSET2 (in widths of the section), move it off the nodes.
 
     Raises
     ------
@@ -30,8 +35,8 @@ def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMateri
     rows = list(block.rows(blanks=True))
     name = block.need("SECTION").upper()
     name = {"RECTANGULAR": "RECT", "CIRCULAR": "CIRC"}.get(name, name)
-    shape, size = _shape(block, name, rows)
-    return _section(scope, block, material, shape, rows, (name, size))
+    shape, rows, given = _shape(block, name, rows)
+    return _section(scope, block, material, _moved(block, shape, given), rows, given)
 
 
 def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
@@ -45,7 +50,7 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     """
     shape = block.option("SECTION", "GENERAL")
     rows = list(block.rows(blanks=True))
-    found, size = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
+    found, rows, given = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
     found = replace(
         found,
         centroid=_point(block, "CENTROID", found.centroid),
@@ -67,7 +72,7 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     )
     nu = young / (2.0 * shear) - 1.0
     check_poisson(nu, name, where)
-    return _section(scope, block, Material(name, young, nu, density), found, rows, (shape, size))
+    return _section(scope, block, Material(name, young, nu, density), _moved(block, found, given), rows, given)
 
 
 def _section(
@@ -76,7 +81,7 @@ def _section(
     material: Material,
     shape: CrossSection,
     rows: Rows,
-    given: tuple[str, tuple[float, ...]],
+    given: Given,
 ) -> BeamSection:
     """The section with shear areas k A; the second moments turned to principal axes."""
     if not shape.sound or shape.i12**2 >= shape.i11 * shape.i22:
@@ -147,31 +152,78 @@ def _axis1(scope: Scope, rows: Rows) -> tuple[float, float, float]:
     return x, y, z
 
 
-def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
-    """Properties and dimensions of a standard shape; its first dimension lies along axis 1."""
+def _moved(block: Block, shape: CrossSection, given: Given) -> CrossSection:
+    """Centroid and shear centre after *BEAM SECTION OFFSET, or OFFSET1 and OFFSET2 in widths of the section."""
+    x, y = _point(block, "BEAM SECTION OFFSET", (0.0, 0.0))
+    shares = [to_float(block.get(p), block.where, p) if block.has(p) else 0.0 for p in ("OFFSET1", "OFFSET2")]
+    if any(shares):
+        name, size = given
+        if name not in WIDTHS:
+            raise InputError(
+                f"OFFSET1 and OFFSET2 of a beam section {name}",
+                expected=f"them with {', '.join(WIDTHS)}, as in CalculiX",
+                where=block.where,
+                fix="Give *BEAM SECTION OFFSET after the section, as lengths.",
+            )
+        x, y = (o + share * width for o, share, width in zip((x, y), shares, WIDTHS[name](size), strict=True))
+    (c1, c2), (s1, s2) = shape.centroid, shape.shear_centre
+    return replace(shape, centroid=(c1 + x, c2 + y), shear_centre=(s1 + x, s2 + y))
+
+
+def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, Rows, Given]:
+    """Properties of a standard shape, its first dimension along axis 1; the lines with one for all dimensions."""
+    if name == "ARBITRARY":
+        return _arbitrary(block, rows)
     if name not in SHAPES:
         raise InputError(
             f"beam section {name!r} is not supported",
-            expected=f"{', '.join(SHAPES)} or GENERAL",
+            expected=f"{', '.join(SHAPES)}, ARBITRARY or GENERAL",
             where=block.where,
-            fix=suggest(name, [*SHAPES, "GENERAL"]),
+            fix=suggest(name, [*SHAPES, "ARBITRARY", "GENERAL"]),
         )
     count, made = SHAPES[name]
     fields, where = rows[0] if rows else ([], block.where)
-    first = 1 if name == "I" else 0  # the height of the node above the bottom may be anything
-    size = [to_float(f, where, "height of the node in the I section") for f in fields[:first]]
-    size += [positive(f, where, f"dimension of the {name} section") for f in [*fields, ""][first:count]]
-    if len(size) < count:
-        raise InputError(f"{name} needs {count} dimensions", where=where, fix="Complete the line.")
+    size = []
+    for i, field in enumerate([*fields, *[""] * count][:count]):
+        if i == OF_NODE.get(name):
+            size.append(to_float(field, where, f"height of the node in the {name} section"))
+        else:
+            size.append(positive(field, where, f"dimension of the {name} section"))
     try:
-        return made(size), tuple(size)
+        return made(size), rows, (name, tuple(size))
     except ValueError as error:
         raise InputError(
             str(error), expected="dimensions that leave a section", where=where, fix="Correct the line."
         ) from None
 
 
-def _general(block: Block, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]:
+def _arbitrary(block: Block, rows: Rows) -> tuple[CrossSection, Rows, Given]:
+    """Walls from point to point: their number, two points, thickness; point and thickness of each further one."""
+    fields, where = rows[0] if rows else ([], block.where)
+    count, *first = floats(fields, where, "number of the ARBITRARY section", 6)
+    if count != int(count) or not 1 <= count <= len(rows):
+        raise InputError(
+            f"the ARBITRARY beam section has {count:g} walls and {len(rows)} data lines",
+            expected="a line for each wall, then axis 1",
+            where=where,
+            fix="Give the number of walls on the first line.",
+        )
+    size = [count, *first]
+    for line, at in rows[1 : int(count)]:
+        size += floats(line, at, "number of the ARBITRARY section", WALL)
+    try:
+        found = arbitrary(size)
+    except ValueError as error:
+        raise InputError(
+            str(error),
+            expected="walls with a length and a thickness, not all on a line",
+            where=where,
+            fix="Correct them.",
+        ) from None
+    return found, [rows[0], *rows[int(count) :]], ("ARBITRARY", tuple(size))
+
+
+def _general(block: Block, rows: Rows) -> tuple[CrossSection, Rows, Given]:
     fields, where = rows[0] if rows else ([], block.where)
     names = ("area", "I11", "I12", "I22", "J")
     area, i11, i12, i22, torsion = floats(fields, where, "property of the beam section", 5)
@@ -183,4 +235,5 @@ def _general(block: Block, rows: Rows) -> tuple[CrossSection, tuple[float, ...]]
                 where=where,
                 fix=f"Give {names}.",
             )
-    return CrossSection(area, i11, i22, i12, torsion, shear_factor=1.0), (area, i11, i12, i22, torsion)
+    size = (area, i11, i12, i22, torsion)
+    return CrossSection(area, i11, i22, i12, torsion, shear_factor=1.0), rows, ("GENERAL", size)

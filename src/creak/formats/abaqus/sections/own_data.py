@@ -52,13 +52,17 @@ def own_data(
         else:
             axes = orientation.of_elements(rows, centres)
             own = Own(axis1=axes[:, 0], axis2=axes[:, 1])
-    elif solid:
+    elif solid and scope.rotated:
         raise InputError(
-            f"the solids of *{block.name}, ELSET={block.get('ELSET')} have an anisotropic material and no axes",
+            f"the solids of *{block.name}, ELSET={block.get('ELSET')} have an anisotropic material and no axes, in the "
+            f"rotated instance {scope.name!r}",
             expected="ORIENTATION= on the section",
             where=block.where,
             fix="Give *ORIENTATION and name it.",
         )
+    elif solid:
+        why = "the material has no ORIENTATION: its axes are the global ones, as in CalculiX (Abaqus refuses it)"
+        deck.note(block, why, changes=False, what=f"*{block.name}, ELSET={block.get('ELSET')}")
     elif scope.rotated and isinstance(section, GeneralShell):
         own = Own(axis1=_default_direction(scope, elements, rows, at.coords))
     third = elements.third[rows]

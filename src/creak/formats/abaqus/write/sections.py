@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.abaqus.sections.beam_shapes import SHAPES
+from creak.formats.abaqus.sections.beam_shapes import WALL, shape_of
 from creak.formats.abaqus.write.names import listed, number, numbers, vector
+from creak.formats.deck.cross_section import CrossSection
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
 from creak.model.laminates import laminate
@@ -164,14 +165,31 @@ def _beam(section: BeamSection, elset: str, materials: Materials) -> list[str]:
     """By its shape where the shape says all, else by area and second moments."""
     if section.line_mass or section.twist_inertia is not None:
         raise unwritable(f"beam section {section.name!r}", "it has mass per length or a twist inertia of its own")
-    shape = SHAPES[section.profile][1](section.dimensions) if section.profile in SHAPES else None
-    if shape is not None and (shape.centroid, shape.shear_centre) == (section.centroid, section.shear_centre):
+    shape = shape_of(section.profile, section.dimensions)
+    offset = None if shape is None else _offset(section, shape)
+    if shape is not None and offset is not None:
         head = f"*BEAM SECTION, ELSET={elset}, MATERIAL={materials.name(section.material)}, SECTION={section.profile}"
-        lines = [head, numbers(section.dimensions), numbers(section.axis1)]
+        lines = [head, *_size_lines(section.profile, section.dimensions), numbers(section.axis1)]
+        lines += ["*BEAM SECTION OFFSET", numbers(offset)] if any(offset) else []
         return lines + _beam_shear(section, shape.shear_factor * shape.area)
     if section.angle and not section.dimensions:
         raise unwritable(f"beam section {section.name!r}", "its second moments in axes 1 and 2 are not known")
     return _beam_by_moments(section, elset)
+
+
+def _offset(section: BeamSection, shape: CrossSection) -> tuple[float, float] | None:
+    """Of the section from where its shape lies by itself, to the last bit; None where it is no offset of the whole."""
+    found = []
+    for c, own in zip(section.centroid, shape.centroid, strict=True):
+        found.append(0.0 if c == own else inverted(lambda o, own=own: own + o, c, c - own))  # type: ignore[misc]
+    moved = tuple(s + o for s, o in zip(shape.shear_centre, found, strict=True))
+    return (found[0], found[1]) if moved == section.shear_centre else None
+
+
+def _size_lines(profile: str, size: tuple[float, ...]) -> list[str]:
+    if profile != "ARBITRARY":
+        return [numbers(size)]
+    return [numbers(size[:6]), *(numbers(size[k : k + WALL]) for k in range(6, len(size), WALL))]
 
 
 def _beam_by_moments(section: BeamSection, elset: str) -> list[str]:
@@ -184,15 +202,16 @@ def _beam_by_moments(section: BeamSection, elset: str) -> list[str]:
     shear = inverted(lambda g: m.youngs_modulus / (2.0 * g) - 1.0, m.poisson_ratio, m.shear_modulus)
     lines = [
         f"*BEAM GENERAL SECTION, ELSET={elset}, SECTION={profile}, DENSITY={number(m.density)}",
-        numbers(size),
+        *_size_lines(profile, size),
         numbers(section.axis1),
         numbers((m.youngs_modulus, shear)),
     ]
-    if any(section.centroid) or profile in SHAPES:
+    shape = shape_of(profile, size)
+    if any(section.centroid) or shape is not None:
         lines += ["*CENTROID", numbers(section.centroid)]
-    if any(section.shear_centre) or profile in SHAPES:
+    if any(section.shear_centre) or shape is not None:
         lines += ["*SHEAR CENTER", numbers(section.shear_centre)]
-    factor = SHAPES[profile][1](size).shear_factor if profile in SHAPES else 1.0
+    factor = 1.0 if shape is None else shape.shear_factor
     return lines + _beam_shear(section, factor * section.area)
 
 

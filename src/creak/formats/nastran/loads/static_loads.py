@@ -85,13 +85,16 @@ def _warm(deck: Deck, number: int, cards: Cards) -> NodeTemperatures | None:
             _refuse_gradient(card, number)
         if card.name == "TEMPD":
             at = next(i for i in range(0, len(card.fields), 2) if card.text(i) and card.integer(i) == number)
-            found.update(dict.fromkeys(deck.grids.row_of.values(), card.real(at + 1)))
+            found.update(dict.fromkeys(range(len(deck.grids.ids)), card.real(at + 1)))
         else:
             for i in (1, 3, 5):
                 if card.text(i):
                     found[deck.grids.row(card.integer(i), card)] = card.real(i + 1)
     if not found:
         return None
+    for (a, b), middle in deck.middles.items():
+        if a in found and b in found:
+            found[middle.row] = 0.5 * (found[a] + found[b])
     return NodeTemperatures(np.array(list(found), dtype=np.int64), np.array(list(found.values()), dtype=np.float64))
 
 

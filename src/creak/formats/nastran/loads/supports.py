@@ -18,8 +18,10 @@ Held = dict[int, tuple[set[int], str]]
 """Node row -> local dofs held and where it says so."""
 
 
-def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], list[Constraint]]:
+def read_supports(deck: Deck, permanent: list[Permanent], own_run: bool) -> tuple[list[Fixed], list[Constraint]]:
     """Held dofs: as they are where they are global, else as equations to one fixed node.
+
+    A displacement D of an SPC is taken as zero, which is no change in modes, and one in the deck's own run.
 
     Raises
     ------
@@ -33,8 +35,8 @@ def read_supports(deck: Deck, permanent: list[Permanent]) -> tuple[list[Fixed], 
             _hold(held, row, dofs, card.where)
     for card in _taken(deck, "SPC"):
         if any(card.text(i) and card.real(i + 2, 0.0) for i in (1, 4)):
-            why = "an enforced displacement is held at zero; drive it in the study"
-            deck.note(card, why, changes=True, what="SPC, D")
+            why = "what it moves is held: at zero in modes and by itself, as in Nastran; drive it in the study"
+            deck.note(card, why, changes=own_run, what="SPC, D")
     return _as_constraints(deck, held)
 
 

@@ -66,11 +66,10 @@ class Grids:
         return out
 
     def add(self, place: FloatArray) -> int:
-        """A further node, with an id above all others."""
+        """A further node, with an id above all others by which no card finds it."""
         self._largest = (self._largest or max(self.ids, default=0)) + 1
         self.ids.append(self._largest)
         self.coords.append(np.asarray(place, dtype=np.float64))
-        self.row_of[self.ids[-1]] = len(self.ids) - 1
         return len(self.ids) - 1
 
     def nodes(self) -> Nodes:

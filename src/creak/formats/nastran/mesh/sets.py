@@ -8,6 +8,7 @@ from creak.arrays import BoolArray, IntArray
 from creak.formats.nastran.joints.set_ids import plain_name
 from creak.formats.nastran.mesh.optistruct import bulk_sets, named_surfaces, surface_elements
 from creak.formats.nastran.text.bulk_data import Card, id_ranges, ids_among
+from creak.formats.nastran.text.case_control import EVERY
 from creak.formats.nastran.text.deck import Deck
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.shell_facets import SHELL_FACETS
@@ -77,6 +78,8 @@ def element_sets(
         elements, faces = surface_elements(deck, identifier)
         found[f"SURF_{identifier}"] = [place[i] for i in (*elements, *faces) if i in place]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
+        if EVERY in ids:
+            continue  # the surface of all that there is meets nothing
         found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
         if identifier in set_names and found[f"SET_{identifier}"]:
             found[plain_name(set_names[identifier])] = found[f"SET_{identifier}"]

@@ -10,15 +10,20 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section
+from creak.formats.nastran.sections.stacks import Layers, as_pcomp, layers_of
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.dofs import ALL
 from creak.model.materials import GeneralShell, ShellSection
 
 _CORNERS = {"CQUAD4": 4, "CQUADR": 4, "CTRIA3": 3, "CTRIAR": 3, "CQUAD8": 4, "CTRIA6": 3}
 _KIND = {4: "quad4", 3: "tri3", 8: "quad8", 6: "tri6"}
-SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG")
+SHELL_PROPERTIES = ("PSHELL", "PCOMP", "PCOMPG", "PCOMPP")
+Sections = dict[tuple[object, ...], ShellSection | GeneralShell]
+"""By property, thickness where the property has none, and stacked plies."""
 
 
 @dataclass(frozen=True)
@@ -49,10 +54,13 @@ def read_shells(deck: Deck, materials: Materials) -> None:
     InputError : an unknown grid or property, an id twice, a thickness that is not positive.
     """
     properties = unique_cards(deck.cards(*SHELL_PROPERTIES), "property")
-    sections: dict[tuple[int, float], ShellSection | GeneralShell] = {}
+    sections: Sections = {}
+    stacked = {pid for pid, card in properties.items() if card.name == "PCOMPP"}
+    of_stacks = [c.integer(0) for c in deck.cards(*_CORNERS) if stacked and c.integer(1, c.integer(0)) in stacked]
+    layers = layers_of(deck, of_stacks) if stacked else {}
     for name, n in _CORNERS.items():
         for card in deck.cards(name):
-            _add_shell(deck, card, n, properties, sections, materials)
+            _add_shell(deck, card, n, properties, layers, sections, materials)
         for card in deck.cards(name) if name.endswith("R") else ():
             deck.note(card, "read as the shell with the same corners", changes=False)
             break
@@ -63,19 +71,23 @@ def _add_shell(
     card: Card,
     n: int,
     properties: dict[int, Card],
-    sections: dict[tuple[int, float], ShellSection | GeneralShell],
+    layers: dict[int, Layers],
+    sections: Sections,
     materials: Materials,
 ) -> None:
     pid, at = card.integer(1, card.integer(0)), _AT[card.name]
     identifier = deck.new_element(card, pid)
     owner = referred(properties, pid, card, "property", ", ".join(SHELL_PROPERTIES))
-    nodes = deck.nodes(card, range(2, 2 + _n_grids(card, n)))
+    nodes = _grids(deck, card, n)
     corners = np.array([deck.grids.place(row) for row in nodes[:n]])
     own: dict[str, FloatArray] = {}
     thickness, t = _thicknesses(card, owner, n, at)
-    if (pid, t) not in sections:
-        sections[pid, t] = shell_section(deck, owner, materials, t)
-    section = sections[pid, t]
+    mine = layers.get(identifier, ()) if owner.name == "PCOMPP" else ()
+    key = (pid, t, *(layer.text(0) for layer in mine))
+    if key not in sections:
+        of = as_pcomp(owner, card, mine) if owner.name == "PCOMPP" else owner
+        sections[key] = shell_section(deck, of, materials, t)
+    section = sections[key]
     if thickness is not None:
         own["thickness"] = thickness if len(nodes) == n else np.append(thickness, _between(thickness))
     normal = _normal(corners, card)
@@ -83,22 +95,15 @@ def _add_shell(
         own["arms"] = card.real(at.zoffs) * _normals(deck, nodes, n, normal)
     if is_directed(section):
         own["axis1"] = _material_axis(deck, card, at.theta, corners, normal)
-    deck.add((pid, t), _KIND[len(nodes)], section, identifier, nodes, card, **own)
+    deck.add(key, _KIND[len(nodes)], section, identifier, nodes, card, **own)
 
 
-def _n_grids(card: Card, n: int) -> int:
-    """3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
+def _grids(deck: Deck, card: Card, n: int) -> list[int]:
+    """Rows of 3, 4, 6 or 8: without any grid at the middles of its sides a CQUAD8 is a CQUAD4."""
     if card.name not in ("CQUAD8", "CTRIA6"):
-        return n
-    given = [i for i in range(2 + n, 2 + 2 * n) if card.text(i) not in ("", "0")]
-    if given and len(given) < n:
-        raise InputError(
-            f"{card.name} {card.text(0)} has {n + len(given)} grids",
-            where=card.where,
-            expected=f"{n} grids or {2 * n}",
-            fix="Export the mesh with all mid-side grids or with none.",
-        )
-    return n + len(given)
+        return deck.nodes(card, range(2, 2 + n))
+    sides = [(k, (k + 1) % n) for k in range(n)]
+    return rows_with_middles(deck, card, sides, range(2 * n), ALL)
 
 
 def _between(values: FloatArray) -> FloatArray:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.model.dofs import TRANSLATIONS
 from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
-from creak.model.solid_faces import HEX20
+from creak.model.solid_faces import HEX20, MIDDLES
 
 _KINDS = {
     "CHEXA": (("hex8", 8), ("hex20s", 20)),
@@ -28,6 +30,10 @@ The same order leads there and back."""
 NETWORKS: dict[str, tuple[int, int] | None] = {"hex20": (3, 1), "hex20r": (2, 1), "hex20s": None}
 """IN and ISOP of a PSOLID that give a CHEXA of 20 grids this kind; None where they are blank."""
 
+LUMPED = (
+    "creak scales the diagonal of the consistent mass, Nastran lumps in its own way: coarse meshes differ "
+    "(PARAM,COUPMASS,1: consistent)"
+)
 FLUID = "PSOLID, PFLUID"
 
 
@@ -36,7 +42,7 @@ def read_solids(deck: Deck, materials: Materials) -> None:
 
     Raises
     ------
-    InputError : unknown grid, property or material, an id twice, some but not all mid-side grids.
+    InputError : unknown grid, property or material, an id twice, a pyramid with mid-side grids.
     """
     properties = unique_cards(deck.cards("PSOLID"), "property")
     fluid = {pid for pid, card in properties.items() if card.text(6).upper() in ("PFLUID", "FFLUID", "FLUID")}
@@ -51,6 +57,8 @@ def read_solids(deck: Deck, materials: Materials) -> None:
                 continue
             identifier = deck.new_element(card, pid)
             kind, nodes = _grids(deck, card, owner)
+            if kind == "tet10" and deck.param("COUPMASS", -1.0) <= 0.0:
+                deck.note(card, LUMPED, changes=False, what="CTETRA of 10 grids, lumped mass")
             own = _axes(deck, owner, nodes) if isinstance(sections[pid].material, AnisotropicMaterial) else {}
             deck.add((pid,), kind, sections[pid], identifier, nodes, card, **own)
 
@@ -65,19 +73,25 @@ def _section(card: Card, materials: Materials) -> SolidSection:
 def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
     """Kind and node rows, in creak's order."""
     (first, n), (second, more) = _KINDS[card.name]
-    given = [i for i in range(2 + n, 2 + more) if card.text(i) not in ("", "0")]
-    if not given:
+    if not second:
+        _refuse_middles(card, n, more)
         return first, deck.nodes(card, range(2, 2 + n))
-    if not second or len(given) < more - n:
+    sides = MIDDLES["hex20" if card.name == "CHEXA" else second]
+    nodes = rows_with_middles(deck, card, sides, ORDER.get(second, range(more)), TRANSLATIONS)
+    if len(nodes) == n:
+        return first, nodes
+    return _network(owner) if card.name == "CHEXA" else second, nodes
+
+
+def _refuse_middles(card: Card, n: int, more: int) -> None:
+    given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
+    if given:
         raise InputError(
-            f"{card.name} {card.text(0)} has {n + len(given)} grids",
+            f"{card.name} {card.text(0)} has {n + given} grids",
             where=card.where,
-            expected=f"{n} grids or {more}" if second else f"{n} grids",
-            fix="Export the mesh in first order" + (" or with all mid-side grids." if second else "."),
+            expected=f"{n} grids",
+            fix="Export the mesh in first order.",
         )
-    kind = _network(owner) if card.name == "CHEXA" else second
-    nodes = deck.nodes(card, range(2, 2 + more))
-    return kind, [nodes[k] for k in ORDER.get(kind, range(more))]
 
 
 def _network(owner: Card) -> str:

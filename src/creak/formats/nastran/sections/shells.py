@@ -36,7 +36,8 @@ def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
 
 
 def shell_section(deck: Deck, card: Card, materials: Materials, thickness: float) -> ShellSection | GeneralShell:
-    """The section of a PSHELL, PCOMP or PCOMPG card; `thickness` replaces a blank T of PSHELL.
+    """The section of a PSHELL, PCOMP, PCOMPG or (with an element's plies) PCOMPP card; `thickness` replaces a blank T
+    of PSHELL.
 
     Raises
     ------
@@ -174,8 +175,8 @@ def _partial(shell: GeneralShell, lam: str) -> GeneralShell:
 
 
 def _plies(card: Card, materials: Materials) -> list[Ply]:
-    """PCOMP: MID T THETA SOUT by fours; PCOMPG: ply id, MID T THETA SOUT by lines of eight."""
-    width, skip = (4, 0) if card.name == "PCOMP" else (8, 1)
+    """PCOMP, PCOMPP: MID T THETA SOUT by fours; PCOMPG: ply id, MID T THETA SOUT by lines of eight."""
+    width, skip = (8, 1) if card.name == "PCOMPG" else (4, 0)
     plies: list[Ply] = []
     mid, t = 0, 0.0
     for at in range(8, len(card.fields), width):

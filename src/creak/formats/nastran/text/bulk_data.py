@@ -42,6 +42,8 @@ class Card:
     """File and line, for messages."""
     continued: tuple[tuple[int, str], ...] = ()
     """First data field and place of each continuation line."""
+    tail: str = ""
+    """Field 10 of its last line, where that asks for a line which does not follow."""
 
     def text(self, i: int) -> str:
         return self.fields[i] if i < len(self.fields) else ""
@@ -123,6 +125,8 @@ def cards_of(lines: Iterable[Line]) -> list[Card]:
         text = line.text.split("$")[0].expandtabs(8).rstrip()
         if not text:
             continue
+        if _is_prose(text, line.where, found):
+            continue
         head, fields, tail = _split(text, line.where)
         if head.startswith("=") and found:
             count = re.fullmatch(r"=\(?([0-9]{1,6})\)?", head)
@@ -133,7 +137,7 @@ def cards_of(lines: Iterable[Line]) -> list[Card]:
                 )
         elif head and head[0] not in "+*":
             name = head.rstrip("*").strip().upper()
-            if found and name != "DEQATN" and any(f.startswith(("=", "*")) for f in fields):
+            if found and any(f.startswith(("=", "*")) for f in fields):
                 rule, fields = fields, _replicated(fields, found[-1].fields, line.where)
             found.append(_Open(name, fields, line.where, [], tail))
         elif found:
@@ -143,7 +147,20 @@ def cards_of(lines: Iterable[Line]) -> list[Card]:
             continue
         if found:
             _ask(found[-1], asking)
-    return [Card(o.name, tuple(o.fields), o.where, tuple(o.continued)) for o in found]
+    return [Card(o.name, tuple(o.fields), o.where, tuple(o.continued), o.tail) for o in found]
+
+
+_PROSE = re.compile(r"(DEQATN|DESC|MONPNT[123]|MONDSP[12]|MONSUM[1T]?|MONCNCM)\b", re.I)
+"""Cards that hold a formula or a sentence, commas and all; none of them bears on the structure."""
+
+
+def _is_prose(text: str, where: str, found: list[_Open]) -> bool:
+    """Whether a line is a card of prose, which is put down by its name alone, or goes on with one."""
+    card = _PROSE.match(text)
+    if card:
+        found.append(_Open(card.group(1).upper(), [], where, [], ""))
+        return True
+    return bool(found) and text[0] in " +*," and _PROSE.fullmatch(found[-1].name) is not None
 
 
 def _replicated(rule: list[str], before: list[str], where: str) -> list[str]:

@@ -350,6 +350,8 @@ def _sets(case: list[Line]) -> dict[int, str]:
     number = -1
     for line in case:
         text = line.text.split("$")[0].strip()
+        if re.match(r"OUTPUT\s*\(", text, re.I):
+            break  # what is plotted has sets of its own, with the same numbers
         start = re.match(r"SET\s+([0-9]{1,15})\s*=\s*(.*)", text, re.I)
         if start:
             number, text = int(start.group(1)), start.group(2)
@@ -361,8 +363,14 @@ def _sets(case: list[Line]) -> dict[int, str]:
     return found
 
 
+EVERY = range(1, 10**MAX_DIGITS)
+"""Ids of SET n = ALL."""
+
+
 def _ids(text: str) -> tuple[range, ...]:
-    """Ids of `1, 5, 10 THRU 20 EXCEPT 15`; empty for ALL, NONE and lists of something else."""
+    """Ids of `1, 5, 10 THRU 20 EXCEPT 15` or ALL; empty for NONE and lists of something else."""
+    if text.strip().upper() == "ALL":
+        return (EVERY,)
     ids: list[range] = []
     for piece in text.upper().split(","):
         many = re.fullmatch(r"\s*([0-9]{1,15})\s+THRU\s+([0-9]{1,15})((?:\s+EXCEPT)?[\s0-9]*)", piece)

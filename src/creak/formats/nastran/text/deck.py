@@ -50,6 +50,16 @@ class Group:
     """axis1, axis2, thickness, arms: one entry for each element, or none at all."""
 
 
+@dataclass(frozen=True)
+class Middle:
+    """A node at the middle of a side whose grid an element leaves out."""
+
+    row: int
+    dofs: tuple[int, ...]
+    """Those that are the mean of the ends'."""
+    where: str
+
+
 @dataclass
 class Deck:
     """The deck while it is read."""
@@ -66,6 +76,8 @@ class Deck:
     """Element id -> file and line."""
     property_of: dict[int, int] = field(default_factory=dict)
     """Element id -> property id, of elements that have one."""
+    middles: dict[tuple[int, int], Middle] = field(default_factory=dict)
+    """By the rows of the ends of the side, the lower one first."""
     further: int = 0
     """Largest id given to an element beside those of the deck."""
 

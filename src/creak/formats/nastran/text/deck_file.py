@@ -44,6 +44,10 @@ class DeckFile:
     """BEGIN lines of sections that were skipped (superelements)."""
     not_found: list[Line]
     """INCLUDE lines of the executive control (DMAP) whose file is missing."""
+    unended: str = ""
+    """What the deck ends with, and where, if not with ENDDATA; empty for bulk data alone."""
+    last: str = ""
+    """File and line of its last line."""
 
 
 def read_deck_file(path: Path) -> DeckFile:
@@ -51,7 +55,7 @@ def read_deck_file(path: Path) -> DeckFile:
 
     Raises
     ------
-    InputError : a file is missing or not text, a deck includes itself, BEGIN BULK without ENDDATA.
+    InputError : a file is missing or not text, a deck includes itself, the deck is cut off.
     """
     budget = IncludeBudget()
     lines = _lines(path, "", budget)
@@ -65,13 +69,6 @@ def read_deck_file(path: Path) -> DeckFile:
             expected="CEND, BEGIN BULK and ENDDATA",
             fix="Add BEGIN BULK before the first bulk data card.",
         )
-    if (whole or reader.begun) and reader.section != "end":
-        raise InputError(
-            "the deck ends without ENDDATA",
-            where=path,
-            expected="CEND, BEGIN BULK and ENDDATA",
-            fix="Is the file cut off? Add ENDDATA if it is complete.",
-        )
     if not reader.controlled:
         reader.without_cend()
     case = reader.lines["case"]
@@ -79,7 +76,39 @@ def read_deck_file(path: Path) -> DeckFile:
     cards = cards_of([*params, *reader.lines["bulk"]])
     commands = [line for line in case if not _PARAM.match(line.text)]
     names = (reader.names, reader.set_names, reader.support_names)
-    return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found)
+    unended = last = ""
+    if (whole or reader.begun) and reader.section != "end" and cards:
+        refuse_cut(cards, reader.lines["bulk"][-1])
+        unended, last = f"{cards[-1].name} {cards[-1].text(0)}".strip(), reader.lines["bulk"][-1].where
+    return DeckFile(reader.lines["executive"], commands, cards, *names, reader.others, reader.not_found, unended, last)
+
+
+def refuse_cut(cards: list[Card], last: Line) -> None:
+    """Refuse a deck without ENDDATA whose last card goes on in a line that is not there, or whose last line has no end
+    and leaves its card shorter than all others of its name.
+
+    Raises
+    ------
+    InputError : it is so.
+    """
+    card, file = cards[-1], Path(last.where.rpartition(":")[0])
+    others = [_filled(c) for c in cards[:-1] if c.name == card.name]
+    if card.tail:
+        why = f"{card.name} {card.text(0)} goes on in a line that is not there"
+    elif read_bytes(file)[-1:] not in (b"\n", b"\r") and others and _filled(card) < min(others):
+        why = f"its last line has no end, and {card.name} {card.text(0)} has fewer fields than all others of its name"
+    else:
+        return
+    raise InputError(
+        f"the deck is cut off: it ends without ENDDATA, and {why}",
+        where=last.where,
+        expected="a deck that ends with ENDDATA",
+        fix="Get the whole file, or complete its last card and add ENDDATA.",
+    )
+
+
+def _filled(card: Card) -> int:
+    return max((i for i, text in enumerate(card.fields, start=1) if text), default=0)
 
 
 def _in_fields(line: Line) -> Line:
