@@ -49,9 +49,7 @@ def fixed_width(*values: object, width: int = 10) -> str:
 def plate(nx: int, ny: int, size: float, first: int = 1, z: float = 0.0, x: float = 0.0) -> tuple[Places, Elements]:
     """Nodes and quadrilaterals, a little distorted."""
     at = {(i, j): first + j * (nx + 1) + i for i in range(nx + 1) for j in range(ny + 1)}
-    places = {
-        n: (x + size * i + 0.1 * size * (j % 2) * (0 < i < nx), 0.8 * size * j, z) for (i, j), n in at.items()
-    }
+    places = {n: (x + size * i + 0.1 * size * (j % 2) * (0 < i < nx), 0.8 * size * j, z) for (i, j), n in at.items()}
     cells = [(i, j) for j in range(ny) for i in range(nx)]
     return places, {
         first + k: (at[i, j], at[i + 1, j], at[i + 1, j + 1], at[i, j + 1]) for k, (i, j) in enumerate(cells)

@@ -6,24 +6,21 @@ models, far below the 1e-9 that is asked for. Mass is consistent in all three.
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from helpers_lsdyna import (
-    E,
     NU,
     RHO,
+    E,
     block,
     disagreement,
     fixed_width,
-    frequencies,
     halves,
     held,
     nodes,
     only,
     part,
     plate,
-    read_all,
     shells,
     steel,
 )
@@ -94,9 +91,7 @@ def block_of_hexahedra():
 
 def block_of_hexahedra_in_two_lines():
     places, hexes = block(2, 2, 2, SIZE)
-    two = solids(
-        hexes, "C3D8", "CHEXA", lambda e, row: fixed_width(e, 1, width=8) + fixed_width(*row, 0, 0, width=8)
-    )
+    two = solids(hexes, "C3D8", "CHEXA", lambda e, row: fixed_width(e, 1, width=8) + fixed_width(*row, 0, 0, width=8))
     return [nodes(places), two, steel(), clamped(places)]
 
 
