@@ -92,7 +92,8 @@ class Properties:
         keyword = self.unread.get((what, identifier))
         if keyword is None:
             return False
-        self.deck.left_out[keyword] = f"creak does not read it: the elements of its parts ({part.name}) are left out"
+        parts = self.deck.left_out.setdefault(keyword, [])
+        parts += [] if part.name in parts else [part.name]
         return True
 
 

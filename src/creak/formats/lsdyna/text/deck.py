@@ -84,8 +84,8 @@ class Deck:
     part_of: dict[tuple[str, int], int] = field(default_factory=dict)
     """The same -> part id, of elements that belong to a part."""
     unread: list[Unread] = field(default_factory=list)
-    left_out: dict[str, str] = field(default_factory=dict)
-    """Keywords of materials and sections for which elements were left out -> why."""
+    left_out: dict[str, list[str]] = field(default_factory=dict)
+    """Keywords of materials and sections that are not read -> parts whose elements were left out for them."""
 
     def named(self, *names: str) -> Iterator[Named]:
         for name in names:

@@ -134,5 +134,7 @@ def list_unread(deck: Deck, unread: Iterable[Block]) -> None:
         count[block.name] = count.get(block.name, 0) + 1
     for name, block in first.items():
         known, what = meaning(name), f"*{name}"
-        why, changes = deck.left_out.get(what, known.why), what in deck.left_out or known.changes_answer
-        deck.note(block.where, what, why if count[name] == 1 else f"{why} ({count[name]} times)", changes=changes)
+        parts = deck.left_out.get(what)
+        why = f"the elements of {', '.join(parts)} are left out" if parts else known.why
+        times = "" if count[name] == 1 else f" ({count[name]} times)"
+        deck.note(block.where, what, why + times, changes=bool(parts) or known.changes_answer)
