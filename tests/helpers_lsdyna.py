@@ -146,6 +146,93 @@ def disagreement(folder: Path, pieces: Sequence[Twin], count: int = 10) -> float
     return max(float(np.abs(found[other] / found["k"] - 1.0).max()) for other in ("inp", "bdf"))
 
 
+def clamped_assembly() -> str:
+    """A deck in free format with one of nearly every keyword, on the corners of a cube."""
+    return """*KEYWORD
+*NODE
+1,0.,0.,0.,7,7
+2,1.,0.,0.
+3,1.,1.,0.
+4,0.,1.,0.
+5,0.,0.,1.
+6,1.,0.,1.
+7,1.,1.,1.
+8,0.,1.,1.
+*ELEMENT_SHELL_THICKNESS
+1,1,1,2,3,4
+.1,.1,.1,.1
+*ELEMENT_SOLID
+9,2,1,2,3,4,5,6,7,8
+*ELEMENT_BEAM
+4,4,1,2,3
+*ELEMENT_DISCRETE
+5,3,1,2,4
+*ELEMENT_MASS
+6,7,1.e-3
+*PART
+plate
+1,1,1
+body
+2,2,1
+clip
+3,3,3
+rod
+4,4,2
+*SECTION_SHELL
+1,2
+0.1
+*SECTION_SOLID
+2,1
+*SECTION_DISCRETE
+3,0
+0.
+*SECTION_BEAM
+4,1,,,0
+.1,.1,.2,.2
+*MAT_ELASTIC
+1,7.8e-9,2.1e5,.3
+*MAT_PIECEWISE_LINEAR_PLASTICITY_TITLE
+steel
+2,7.8e-9,2.1e5,.3,300.
+
+
+
+*MAT_SPRING_ELASTIC
+3,10.
+*DEFINE_SD_ORIENTATION
+4,0,0.,0.,1.
+*DEFINE_COORDINATE_SYSTEM
+7,0.,0.,0.,1.,1.,0.
+0.,1.,0.
+*SET_NODE_LIST
+5
+5,6
+*SET_NODE_GENERATE
+6
+1,4
+*SET_PART
+8
+1,2
+*SET_SEGMENT
+9
+1,2,3,4
+*BOUNDARY_SPC_SET
+6,7,1,0,1
+*CONSTRAINED_NODAL_RIGID_BODY
+9,,5
+*CONSTRAINED_SPOTWELD
+7,8
+*CONTACT_TIED_NODES_TO_SURFACE
+5,9,4,0
+
+
+*DEFINE_TRANSFORMATION
+3
+ROTATE,0.,0.,1.,0.,0.,0.,30.
+*END
+"""
+
+
 def _csv(values: Iterable[object]) -> str:
     return ", ".join(repr(v) for v in values) + "\n"
 

@@ -64,6 +64,7 @@ def line_of(text, words):
         ("4,4,1,2,3", "4,4,1,2,0", "beam element 4 has no orientation node beside its axis"),
         ("9,,5", "9,,6", "*CONSTRAINED_NODAL_RIGID_BODY uses node set 6, which is not defined; expected a *SET_NODE"),
         ("9,,5", "9,,5,,,7", "DRFLAG 0"),
+        ("\n1,2,3\n", "\n", "rigid body NRB_9 has no nodes"),
         ("\n1,2,3\n", "\n1,2,33\n", "*SET_NODE_LIST 5 holds 33, which is not defined"),
     ],
 )

@@ -53,6 +53,14 @@ def read_rigid(
         *_spotwelds(deck),
         *_weld_groups(deck, sets),
     ]
+    for body in bodies:
+        if not body.rows:
+            raise InputError(
+                f"rigid body {body.name} has no nodes",
+                where=body.where,
+                expected="a set with nodes",
+                fix="Put nodes into its set, or take it out.",
+            )
     ids = {body.name: i for i, body in enumerate(bodies)}
     leader = list(range(len(bodies)))
 
