@@ -12,7 +12,7 @@ from creak.formats.deck.cross_section import CrossSection, principal, rectangle,
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
 from creak.formats.lsdyna.text.cards import EIGHTS, Card
 from creak.formats.lsdyna.text.deck import Deck
-from creak.model.materials import BeamSection, TrussSection
+from creak.model.materials import BeamSection, Material, TrussSection
 
 INTEGRATED = (1, 4, 5, 9, 11)
 """ELFORM of beams whose section is given by its shape."""
@@ -105,7 +105,7 @@ def _section(cards: tuple[Card, ...], part: PartCard, properties: Properties) ->
     )
 
 
-def _resultant(first: Card, second: Card, name: str, material: object) -> BeamSection:
+def _resultant(first: Card, second: Card, name: str, material: Material) -> BeamSection:
     """A, ISS, ITT, J, SA (0: rigid in shear), IST."""
     area, i_ss, i_tt, torsion, shear, i_st = (second.real(i) for i in range(6))
     if not (area > 0.0 and i_ss > 0.0 and i_tt > 0.0 and i_ss * i_tt > i_st**2) or shear < 0.0:
@@ -117,7 +117,7 @@ def _resultant(first: Card, second: Card, name: str, material: object) -> BeamSe
     i11, i22, angle = principal(i_ss, i_tt, i_st)
     return BeamSection(
         name,
-        material,  # type: ignore[arg-type]
+        material,
         area,
         i11,
         i22,
