@@ -15,7 +15,7 @@ def read_deck(path: str | Path) -> Model:
 
     Parameters
     ----------
-    path : Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck; units are the deck's own.
+    path : Abaqus (.inp), Nastran (.bdf, .dat, .nas, .fem) or LS-DYNA (.k, .key, .dyn) deck; units are the deck's own.
 
     Returns
     -------
@@ -37,7 +37,7 @@ def deck_modes(
 
     Parameters
     ----------
-    path : Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck.
+    path : Abaqus (.inp), Nastran (.bdf, .dat, .nas, .fem) or LS-DYNA (.k, .key, .dyn) deck.
     f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20).
     ignore : keywords or cards that may go unread although they change the answer.
 

@@ -25,7 +25,9 @@ OF_RESULTS = (".pvd", ".vtu", ".unv", ".uff", ".csv")
 
 def convert(
     deck: Path = typer.Argument(
-        ..., metavar="IN", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem; or results.h5 of a run."
+        ...,
+        metavar="IN",
+        help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem; LS-DYNA .k, .key, .dyn; or results.h5 of a run.",
     ),
     out: Path = typer.Argument(
         ...,

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 
 
 def new(
-    deck: Path = typer.Argument(..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem."),
+    deck: Path = typer.Argument(
+        ..., metavar="DECK", help="The deck: Abaqus .inp; Nastran .bdf, .dat, .nas, .fem; LS-DYNA .k, .key, .dyn."
+    ),
     out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
     distance: float | None = typer.Option(
         None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."

@@ -42,7 +42,15 @@ def _nastran() -> DeckFormat:
     return DeckFormat(read_nastran, read_nastran_run, nastran_files)
 
 
-FORMATS = (((endings.ABAQUS,), _abaqus), (endings.NASTRAN, _nastran))
+@cache
+def _lsdyna() -> DeckFormat:
+    from creak.formats.lsdyna.reader import read_lsdyna, read_lsdyna_run
+    from creak.formats.lsdyna.text.lexer import lsdyna_files
+
+    return DeckFormat(read_lsdyna, read_lsdyna_run, lsdyna_files)
+
+
+FORMATS = (((endings.ABAQUS,), _abaqus), (endings.NASTRAN, _nastran), (endings.LSDYNA, _lsdyna))
 """Endings, and what reads such decks."""
 LOOKED_AT = 1 << 16
 """Bytes of a deck of an unknown ending in which its format is looked for."""
@@ -51,21 +59,26 @@ LOOKED_AT = 1 << 16
 def format_of(path: Path) -> DeckFormat:
     """By the ending; of decks with any other ending by their first words."""
     known = next((of for known, of in FORMATS if path.suffix.lower() in known), None)
-    return known() if known is not None else _nastran() if _is_nastran(path) else _abaqus()
+    return known() if known is not None else _by_first_words(path)()
 
 
-def _is_nastran(path: Path) -> bool:
-    """Whether the beginning of a file holds a line that only Nastran's decks have; keywords with a star come first in
-    Abaqus's."""
+_FIRST = re.compile(rb"(?im)^[ \t]*(\*[ \t]*[a-z]{3}[a-z]*|CEND\b|BEGIN[ \t]+BULK\b|SOL[ \t]+[a-z0-9]|GRID[*, \t])")
+
+
+def _by_first_words(path: Path) -> Callable[[], DeckFormat]:
+    """*KEYWORD comes first in LS-DYNA's decks, another keyword with a star in Abaqus's; other lines that are found are
+    such as only Nastran's have."""
     try:
         if not path.is_file():
-            return False
+            return _abaqus
         with path.open("rb") as file:
             head = file.read(LOOKED_AT)
     except OSError:  # the reader says what is wrong with it
-        return False
-    first = re.search(rb"(?im)^[ \t]*(\*[ \t]*[a-z]{3}|CEND\b|BEGIN[ \t]+BULK\b|SOL[ \t]+[a-z0-9]|GRID[*, \t])", head)
-    return first is not None and not first.group(1).startswith(b"*")
+        return _abaqus
+    first = _FIRST.search(head)
+    if first is None or first.group(1).upper() == b"*KEYWORD":
+        return _abaqus if first is None else _lsdyna
+    return _abaqus if first.group(1).startswith(b"*") else _nastran
 
 
 def read_model(path: Path) -> Model:

@@ -7,8 +7,9 @@ from pathlib import Path
 ABAQUS = ".inp"
 NASTRAN = (".bdf", ".dat", ".nas", ".fem", ".blk", ".bulk", ".pch")
 """Decks of Nastran and its kin: .fem of OptiStruct, bulk data alone, what was punched."""
+LSDYNA = (".k", ".key", ".dyn")
 WRITTEN = (ABAQUS, *NASTRAN[:3])
-DECKS = (ABAQUS, *NASTRAN)
+DECKS = (ABAQUS, *NASTRAN, *LSDYNA)
 
 
 def is_nastran(path: Path) -> bool:

@@ -10,8 +10,8 @@ import sys
 
 import pytest
 
+from creak.formats.deck.surfaces import surfaces
 from creak.formats.decks import read_model
-from creak.formats.nastran.mesh.sets import surfaces
 
 ABAQUS = (
     "*NODE\n1,0.,0.,0.\n2,1.,0.,0.\n*ELEMENT,TYPE=T3D2,ELSET=E\n1,1,2\n*SOLID SECTION,ELSET=E,MATERIAL=M\n1.,\n"

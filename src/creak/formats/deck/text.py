@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -73,3 +74,8 @@ def refuse_loop(path: Path, above: Sequence[Path], included_at: str, line: str) 
     """
     if path.absolute() in above or len(above) > DEPTH:
         raise InputError(f"{path} includes itself", where=included_at, fix=f"Remove this {line} line.")
+
+
+def plain_name(name: str) -> str:
+    """A name of comments or titles as a study can write it."""
+    return re.sub(r"\s+", "_", name.upper())

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.deck.flat_parts import flat_parts
+from creak.formats.deck.groups import blocks_of
 from creak.formats.deck.refusals import reading
+from creak.formats.deck.surfaces import surfaces
 from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
 from creak.formats.nastran.joints.fasteners import read_fasteners
 from creak.formats.nastran.joints.gaps import list_gaps
@@ -25,19 +26,18 @@ from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
 from creak.formats.nastran.mesh.middles import middle_equations
-from creak.formats.nastran.mesh.parts import read_parts
-from creak.formats.nastran.mesh.sets import element_sets, node_sets, surfaces
+from creak.formats.nastran.mesh.sets import element_sets, node_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids
 from creak.formats.nastran.sections.added_mass import add_mass
 from creak.formats.nastran.sections.materials import read_materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.case_control import read_case_control
-from creak.formats.nastran.text.deck import Deck, Group
+from creak.formats.nastran.text.deck import Deck
 from creak.formats.nastran.text.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.text.known_cards import CARDS, list_unread
 from creak.model.constraints import Constraint
-from creak.model.mesh import ElementBlock, Model, Own, Unread
+from creak.model.mesh import Model, Unread
 from creak.model.steps import DeckRun
 
 
@@ -97,8 +97,10 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
     list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
-    parts, of_node = read_parts(deck, [*constraints, *skew], set(range(n_own, len(deck.grids.ids))))
-    blocks = _blocks(deck, of_node)
+    n = len(deck.grids.ids)
+    ground = set(range(n_own, n))
+    parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], ground, deck.property_name)
+    blocks = blocks_of(deck.groups, of_node)
     sets = element_sets(deck, blocks, source.property_names, source.set_names)
     model = Model(
         source=path,
@@ -148,21 +150,3 @@ def _list_sections(deck: Deck, source: DeckFile) -> None:
     if source.unended:
         why = f"it is missing: the deck was read to the end of the file, where {source.unended} is the last card"
         deck.unread.append(Unread("ENDDATA", source.last, False, why))
-
-
-def _blocks(deck: Deck, of_node: IntArray) -> tuple[ElementBlock, ...]:
-    """One block for each group and part."""
-    found: list[ElementBlock] = []
-    for group in deck.groups.values():
-        nodes = np.array(group.nodes, dtype=np.int64)
-        part = of_node[nodes]
-        part_of = np.where((part == part[:, :1]).all(axis=1), part[:, 0], -1)
-        for p in dict.fromkeys(part_of.tolist()):
-            found.append(_block(group, nodes, np.flatnonzero(part_of == p), p))
-    return tuple(found)
-
-
-def _block(group: Group, nodes: IntArray, rows: IntArray, part: int) -> ElementBlock:
-    own: dict[str, Any] = {name: np.array(values)[rows] for name, values in group.own.items()}
-    ids = np.array(group.ids, dtype=np.int64)[rows]
-    return ElementBlock(group.kind, ids, nodes[rows], group.section, int(part), group.where, Own(**own))

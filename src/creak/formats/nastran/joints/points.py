@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -302,12 +300,3 @@ def _add_conm1(deck: Deck, card: Card) -> None:
     M = deck.mass_factor * turn @ M @ turn.T
     zero = np.zeros((6, 6))
     deck.add((identifier,), "nodal1", NodalMatrices(f"CONM1 {identifier}", zero, M, zero), identifier, [node], card)
-
-
-def heavy_rows(deck: Deck) -> Iterator[int]:
-    """Rows of the nodes that carry concentrated mass."""
-    for group in deck.groups.values():
-        with_mass = group.kind in ("mass", "rotary")
-        with_mass |= isinstance(group.section, NodalMatrices) and bool(group.section.mass.any())
-        if with_mass:
-            yield from (row for nodes in group.nodes for row in nodes)

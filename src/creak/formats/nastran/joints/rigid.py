@@ -8,7 +8,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.joints.linear import LocalDof, local_equations, relative_motion, rigid_arm
+from creak.formats.deck.equations import relative_motion, rigid_arm
+from creak.formats.nastran.joints.linear import LocalDof, local_equations
 from creak.formats.nastran.joints.set_ids import combined, selected
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck

@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-import re
-
 from creak.errors import InputError
 from creak.formats.nastran.text.bulk_data import id_list
 from creak.formats.nastran.text.deck import Deck
 from creak.model.mesh import Unread
-
-
-def plain_name(name: str) -> str:
-    """A name of the comments as a study can write it."""
-    return re.sub(r"\s+", "_", name.upper())
-
 
 _CARDS = {"SPC": ("SPC", "SPC1"), "MPC": ("MPC",)}
 

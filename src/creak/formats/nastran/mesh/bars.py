@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.cross_section import principal
-from creak.formats.nastran.joints.linear import relative_motion
+from creak.formats.deck.equations import relative_motion
 from creak.formats.nastran.sections.bar_shapes import OFF_CENTRE, read_shape
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.taper import Profile, pbeam_stations, pbeaml_stations, tapered, uniform

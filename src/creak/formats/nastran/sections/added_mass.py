@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.errors import InputError
+from creak.formats.deck.groups import Group
 from creak.formats.nastran.text.bulk_data import Card, id_list
-from creak.formats.nastran.text.deck import Deck, Group
+from creak.formats.nastran.text.deck import Deck
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection
 from creak.model.shell_facets import SHELL_FACETS
 

@@ -7,10 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
-import numpy as np
-
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.groups import Group, put
 from creak.formats.nastran.mesh.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.nastran.mesh.grids import Grids
 from creak.formats.nastran.text.bulk_data import Card
@@ -35,19 +34,6 @@ WORDS = {"YES": 1.0, "NO": -1.0}
 """Values of parameters that may be words."""
 DISCRETE = ("CONM1", "CONM2", "CMASS1", "CMASS2", "CMASS3", "CMASS4", "CVISC")
 """Elements that may share an id with an element of another kind."""
-
-
-@dataclass
-class Group:
-    """Elements of one kind and one section."""
-
-    kind: str
-    section: Section
-    ids: list[int] = field(default_factory=list)
-    nodes: list[list[int]] = field(default_factory=list)
-    where: str = ""
-    own: dict[str, list[FloatArray]] = field(default_factory=dict)
-    """axis1, axis2, thickness, arms: one entry for each element, or none at all."""
 
 
 @dataclass(frozen=True)
@@ -179,6 +165,11 @@ class Deck:
             self.once[card.name] = Counter(c.text(0) for c in self.cards(card.name))
         return self.once[card.name][card.text(0)] == 1
 
+    def property_name(self, group: Group, identifier: int) -> str | None:
+        """PID_<id> of an element that has a property."""
+        pid = self.property_of.get(identifier)
+        return None if pid is None else f"PID_{pid}"
+
     def free_id(self) -> int:
         """An id that no element of the deck has."""
         if not self.further:
@@ -198,14 +189,7 @@ class Deck:
         **own: FloatArray,
     ) -> None:
         """Put an element into the group of its kind, section and of what it has of its own."""
-        full = (kind, *key, *sorted(own))
-        group = self.groups.get(full)
-        if group is None:
-            group = self.groups[full] = Group(kind, section, where=card.where, own={name: [] for name in own})
-        group.ids.append(identifier)
-        group.nodes.append(nodes)
-        for name, value in own.items():
-            group.own[name].append(np.asarray(value, dtype=np.float64))
+        put(self.groups, key, kind, section, identifier, nodes, card.where, own)
 
 
 def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:

@@ -9,8 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.equations import ZERO
 from creak.formats.deck.refusals import unwritable
-from creak.formats.nastran.joints.linear import ZERO
 from creak.formats.nastran.sections.shells import is_directed
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.materials import (

@@ -1,0 +1,155 @@
+"""LS-DYNA files -> keyword blocks, included files read where they stand."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+from creak.errors import InputError
+from creak.formats.deck.include_budget import IncludeBudget
+from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
+from creak.formats.lsdyna.text.cards import KINDS, Block, Line, Shift
+
+PROGRAM, ENDINGS = "an LS-DYNA", ".k, .key or .dyn"
+_LONG = re.compile(r"\bLONG\s*=\s*Y", re.I)
+_WIDE = re.compile(r"\bI10\s*=\s*Y", re.I)
+_PGP = "-----BEGIN PGP"
+INCLUDES = ("INCLUDE", "INCLUDE_TRANSFORM")
+PATHS = ("INCLUDE_PATH", "INCLUDE_PATH_RELATIVE")
+_INCLUDED = re.compile(rb"(?im)^\*INCLUDE(?:_TRANSFORM)?[ \t]*\r?\n((?:(?!\*).*(?:\r?\n|\Z))*)")
+
+
+def read_blocks(path: Path) -> list[Block]:
+    """The keywords of a deck and of what it includes, up to *END.
+
+    Raises
+    ------
+    InputError : a file is missing, encrypted or not text, a deck includes itself, data before the first keyword.
+    """
+    reader = _Reader(path)
+    reader.read(path, "", (), Shift(), _Format())
+    return reader.blocks
+
+
+def lsdyna_files(path: Path) -> list[Path]:
+    """A deck and what it includes, in reading order."""
+    files, known = [path], {path}
+    for file in files:  # grows on the way
+        for data in _INCLUDED.findall(read_bytes(file)):
+            for name in data.decode("latin-1").splitlines():
+                included = file.parent / name.strip()
+                if name.strip() and included.is_file() and included not in known:
+                    known.add(included)
+                    files.append(included)
+    return files
+
+
+@dataclass(frozen=True)
+class _Format:
+    """How wide the fields of a file are."""
+
+    long: bool = False
+    wide: bool = False
+
+
+@dataclass
+class _Reader:
+    main: Path
+    blocks: list[Block] = field(default_factory=list)
+    folders: list[Path] = field(default_factory=list)
+    """Of *INCLUDE_PATH."""
+    budget: IncludeBudget = field(default_factory=IncludeBudget)
+
+    def read(self, path: Path, included_at: str, above: tuple[Path, ...], shift: Shift, form: _Format) -> None:
+        here = (*above, path.absolute())
+        for block in _split(path, read_lines(path, included_at, PROGRAM, ENDINGS, self.budget), form):
+            if block.name in INCLUDES:
+                self._include(block, path, here, shift, _Format(block.long, block.wide))
+            elif block.name in PATHS:
+                self.folders += [path.parent / line.text.strip() for line in block.lines]
+            else:
+                self.blocks.append(replace(block, shift=shift))
+
+    def _include(self, block: Block, path: Path, above: tuple[Path, ...], shift: Shift, form: _Format) -> None:
+        names, rest = _file_names(block)
+        if block.name == "INCLUDE_TRANSFORM":
+            names, shift = names[:1], _shifted(replace(block, shift=shift), rest)
+        for name in names:
+            places = [folder / name.text for folder in (path.parent, self.main.parent, *self.folders)]
+            target = next((p for p in places if p.exists() and not p.is_dir()), places[0])
+            refuse_loop(target, above, name.where, f"*{block.name}")
+            self.read(target, name.where, above, shift, form)
+
+
+def _split(path: Path, lines: list[str], form: _Format) -> list[Block]:
+    """The blocks of one file; what follows *END is left out."""
+    found: list[tuple[str, str, list[Line]]] = []
+    for i, text in enumerate(lines, start=1):
+        where = f"{path}:{i}"
+        if text.startswith("$"):
+            continue
+        if text.startswith("*"):
+            if text[1:].strip().upper() == "END":
+                break
+            found.append((text[1:].strip(), where, []))
+        elif text.startswith(_PGP):
+            raise InputError(
+                "a part of the deck is encrypted", where=where, fix="Ask its supplier for a deck in plain text."
+            )
+        elif found:
+            found[-1][2].append(Line(text.rstrip(), where))
+        elif text.strip():
+            raise InputError(
+                f"data before the first keyword: {text.strip()!r}",
+                where=where,
+                expected="*KEYWORD, comments that begin with $",
+                fix="Is this an LS-DYNA keyword deck?",
+            )
+    blocks = []
+    for head, where, data in found:
+        name = head.split()[0].upper() if head else ""
+        if name == "KEYWORD":
+            form = _Format(bool(_LONG.search(head)), bool(_WIDE.search(head)))
+        own = {"+": _Format(True), "-": _Format(), "%": _Format(wide=True)}.get(head[-1:], form)
+        while data and not data[-1].text:
+            data.pop()
+        blocks.append(Block(name.rstrip("+-%"), where, tuple(data), own.long, own.wide))
+    return blocks
+
+
+def _file_names(block: Block) -> tuple[list[Line], tuple[Line, ...]]:
+    """Names of files, each on one line or on several that end in ` +`; and the lines after the first name."""
+    names: list[Line] = []
+    rest: tuple[Line, ...] = ()
+    begun = ""
+    for i, line in enumerate(block.lines):
+        text = begun + line.text.strip()
+        if text.endswith(" +"):
+            begun = text[:-2].rstrip()
+            continue
+        begun = ""
+        names.append(Line(text, line.where))
+        if len(names) == 1:
+            rest = block.lines[i + 1 :]
+    named = [name for name in names if name.text]
+    if not named:
+        raise InputError(f"*{block.name} names no file", where=block.where, fix="Give the name of the file below it.")
+    return named, rest
+
+
+def _shifted(block: Block, lines: tuple[Line, ...]) -> Shift:
+    """The shift of the included file, after the name: ids; IDROFF; factors; TRANID."""
+    cards = [block.card(line) for line in lines[:4]]
+    own = [0] * len(KINDS)
+    for i in range(7):
+        own[i] = cards[0].integer(i) if cards else 0
+    own[7] = cards[1].integer(0) if len(cards) > 1 else 0
+    for i in range(4) if len(cards) > 2 else ():
+        text = cards[2].text(i)
+        if text and (i == 3 or cards[2].real(i) not in (0.0, 1.0)):
+            raise cards[2].wrong(i, "no factor on mass, time, length or temperature", "Convert the units of the file.")
+    transforms = block.shift.transforms
+    if len(cards) > 3 and cards[3].integer(0):
+        transforms = ((cards[3].label(0, "d"), cards[3].where), *transforms)
+    return Shift(tuple(a + b for a, b in zip(block.shift.offsets, own, strict=True)), transforms)

@@ -1,0 +1,113 @@
+"""`creak info`, `modes`, `new`, `run` and `convert` on an LS-DYNA deck; the same strips as an Abaqus deck."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from helpers_decks import STUDY, write_strips
+from helpers_lsdyna import fixed_width, held, shells
+
+CHANGES = {
+    'deck = "strips.inp"': 'deck = "strips.k"',
+    '"UNDER"': '"UPPER.SNEG"',
+    '"OVER"': '"PART_2.SPOS"',
+    "[verification]": "[damping]\nrayleigh = { alpha = 5.0, beta = 2e-6 }\n\n[verification]",
+}
+"""What changes in the study file: a part has its id and its title for names."""
+
+
+def _strip(first, pid, name, z, thickness, n=12):
+    rows = [(first + j * (n + 1) + i, 10.0 * i, 10.0 * j) for j in range(3) for i in range(n + 1)]
+    quads = {}
+    for j in range(2):
+        for i in range(n):
+            a = first + j * (n + 1) + i
+            quads[first + j * n + i] = (a, a + 1, a + n + 2, a + n + 1)
+    return "*NODE\n" + "".join(f"{i},{x},{y},{z}\n" for i, x, y in rows) + shells(quads, thickness, pid, name).k
+
+
+def strips(extra="", gap=0.5):
+    """An upper strip (1 mm, moving root: nodes 1, 14, 27) above a lower one (1.5 mm), as in `helpers_decks`."""
+    roots = f"*SET_NODE_LIST_TITLE\nroot upper\n{fixed_width(1)}{fixed_width(1, 14, 27)}"
+    pairs = f"*SET_NODE_LIST_TITLE\nPAIRS\n{fixed_width(2)}{fixed_width(1039, 39, 1013, 13)}"
+    return (
+        f"*KEYWORD\n*TITLE\ntwo strips\n{_strip(1, 1, 'Upper', gap + 1.25, 1.0)}{_strip(1001, 2, 'Lower', 0.0, 1.5)}"
+        f"*MAT_ELASTIC\n1,7.85e-9,210000.,.3\n{roots}{pairs}{held([1001, 1014, 1027]).k}"
+        f"*BOUNDARY_SPC_SET\n{fixed_width(1, 0, 1, 1, 0, 1, 1, 1)}{extra}*END\n"
+    )
+
+
+def lsdyna_study(folder: Path, deck: str) -> Path:
+    study = STUDY
+    for old, new in CHANGES.items():
+        assert old in study
+        study = study.replace(old, new)
+    (folder / "strips.k").write_text(deck, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(study, encoding="utf-8")
+    return path
+
+
+def test_info_and_modes(creak, tmp_path):
+    lsdyna_study(tmp_path, strips("*CONTROL_TERMINATION\n0.01\n"))
+    text = creak("info", tmp_path / "strips.k", "--sets").words
+    assert "78 nodes, 48 elements" in text
+    assert "not read: *CONTROL_TERMINATION" in text
+    assert all(name in text for name in ("PART_1.SPOS", "UPPER", "SET_NODE_1", "ROOT_UPPER", "SPC.12456"))
+    write_strips(tmp_path)
+    found = [creak("modes", tmp_path / f"strips.{k}", "--count", 4, "--json", "-", "--quiet") for k in ("k", "inp")]
+    ours, theirs = (json.loads(said.words) for said in found)
+    assert ours["frequencies"] == pytest.approx(theirs["frequencies"], rel=1e-9)
+    assert ours["mass"] == pytest.approx(theirs["mass"])
+
+
+def test_run(creak, tmp_path):
+    """The run is that of the Abaqus deck: the same places, forces and events."""
+    said = creak("run", lsdyna_study(tmp_path, strips()), "--quiet", "--out", tmp_path / "lsdyna")
+    assert said.status == 0, said.words
+    ours = json.loads((tmp_path / "lsdyna" / "summary.json").read_text())
+    creak("run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "abaqus")
+    theirs = json.loads((tmp_path / "abaqus" / "summary.json").read_text())
+    for name, run in theirs["runs"].items():
+        assert ours["runs"][name]["max_force"] == pytest.approx(run["max_force"], rel=1e-6)
+        assert len(ours["runs"][name]["events"]) == len(run["events"])
+
+
+def test_a_first_study_is_written_and_takes_the_deck(creak, tmp_path):
+    lsdyna_study(tmp_path, strips())
+    said = creak("new", tmp_path / "strips.k", "--units", "mm-t-s", "--out", tmp_path / "new.toml")
+    assert said.status == 0, said.words
+    written = (tmp_path / "new.toml").read_text(encoding="utf-8")
+    assert 'deck = "strips.k"' in written
+    assert "PART_2" in written or "LOWER" in written
+    assert "ROOT_UPPER" in written or "SET_NODE_1" in written or "SPC.12456" in written
+
+
+def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
+    study = lsdyna_study(tmp_path, strips("*INITIAL_STRESS_SHELL\n1,1,1\n"))
+    said = creak("run", study)
+    assert said.status == 2
+    assert "*INITIAL_STRESS_SHELL is not read by creak and would change the answer" in said.words
+    assert "--ignore 'INITIAL_STRESS_SHELL'" in said.words
+    assert creak("modes", tmp_path / "strips.k", "--ignore", "INITIAL_STRESS_SHELL", "--quiet").status == 0
+
+
+def test_the_decks_own_analysis_is_refused(creak, tmp_path):
+    lsdyna_study(tmp_path, strips())
+    said = creak("run", tmp_path / "strips.k")
+    assert said.status == 2
+    assert "creak does not run an LS-DYNA deck by its own controls" in said.words
+
+
+def test_convert_to_abaqus(creak, tmp_path):
+    lsdyna_study(tmp_path, strips())
+    said = creak("convert", tmp_path / "strips.k", tmp_path / "other.inp")
+    assert said.status == 0, said.words
+    found = [
+        creak("modes", tmp_path / name, "--count", 4, "--json", "-", "--quiet") for name in ("strips.k", "other.inp")
+    ]
+    ours, theirs = (json.loads(said.words)["frequencies"] for said in found)
+    assert ours == pytest.approx(theirs, rel=1e-9)
