@@ -10,8 +10,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.verify.events import Event, events_in
 
-CROWDED_RATE = 40.0
-"""Events per second from which two exact solutions are likely to part."""
+CROWDED = 0.4
+"""Events in a period of the highest excitation frequency from which two exact solutions are likely to part: 40 a second
+on the door of the thesis, which is shaken up to 100 Hz."""
 MANY = 10
 """Events in the window from which their statistics mean something."""
 
@@ -62,9 +63,14 @@ class EventStatistics:
         return abs(a - b) <= 1.96 * np.sqrt(a + b)
 
 
-def is_crowded(count: int, length: float) -> bool:
-    """Whether so many events in a window of `length` s are more than `CROWDED_RATE`."""
-    return length > 0.0 and count >= MANY and count / length > CROWDED_RATE
+def is_crowded(count: int, length: float, highest: float) -> bool:
+    """Whether so many events in a window of `length` s are more than `CROWDED`.
+
+    Parameters
+    ----------
+    highest : Hz, of the excitation; 0, where it is not known: nothing is said.
+    """
+    return 0.0 < CROWDED * highest * length < count >= MANY
 
 
 def rate_interval(count: int, length: float) -> tuple[float, float]:

@@ -99,8 +99,11 @@ def test_statistics_of_two_runs_in_a_window():
     assert not bad.force.alike
 
 
-def test_events_are_crowded_from_forty_per_second():
-    assert is_crowded(50, 1.0)
-    assert not is_crowded(39, 1.0)
-    assert not is_crowded(9, 0.1)  # too few to have a rate
-    assert not is_crowded(50, 0.0)
+def test_events_are_crowded_from_some_share_of_the_excitation():
+    """The same in any time scale."""
+    for scale in (1e-6, 1.0, 1e3):
+        assert is_crowded(50, 1.0 * scale, 100.0 / scale)
+        assert not is_crowded(39, 1.0 * scale, 100.0 / scale)
+        assert not is_crowded(9, 0.1 * scale, 100.0 / scale)  # too few to have a rate
+    assert not is_crowded(50, 0.0, 100.0)
+    assert not is_crowded(50, 1.0, 0.0)

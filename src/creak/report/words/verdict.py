@@ -207,7 +207,7 @@ def warnings(result: Found) -> list[str]:
     length = result.window[1] - result.window[0]
     if run is not None:
         count = len(events_in(run.events, result.window))
-        if settled.is_chaotic(result.convergence, count, length):
+        if settled.is_chaotic(result.convergence, count, length, result.setup.study.config.highest):
             out.append(
                 f"{number(count / length, 3)} events per second, and motion is chaotic: two exact solutions part after "
                 "a while. Compare the statistics of the events (rate, distributions of force and impulse) rather than "

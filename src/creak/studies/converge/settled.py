@@ -99,16 +99,16 @@ def _remedy(causes: list[str]) -> list[str]:
     return [f"most of it comes from {what}: it takes {remedy}"]
 
 
-def is_chaotic(convergence: Convergence | None, count: int, length: float) -> bool:
+def is_chaotic(convergence: Convergence | None, count: int, length: float, highest: float) -> bool:
     """Do single events part in two exact solutions? As the repeated runs tell; without any, where there are very many.
 
     Parameters
     ----------
-    count, length : events in a window, and its length, s.
+    count, length : events in a window, and its length, s. highest : of the excitation, Hz; 0: not known.
     """
     if convergence is not None and convergence.families:
         return convergence.chaotic
-    return is_crowded(count, length)
+    return is_crowded(count, length, highest)
 
 
 def _of_convergence(c: Convergence) -> Verdict:

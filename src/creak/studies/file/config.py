@@ -345,6 +345,11 @@ class StudyConfig(Table):
     """The steady sound that the contacts are heard beside."""
 
     @property
+    def highest(self) -> float:
+        """Highest frequency that the tables of the excitations name, Hz; 0: none does."""
+        return max((table.signal.highest for table in self.excitation.values()), default=0.0)
+
+    @property
     def proof(self) -> Proof:
         """What the unreduced model proves, in one word whatever the study says."""
         asked = self.reference.run

@@ -335,7 +335,7 @@ def _statistics(result: StudyResult, convergence: Convergence | None) -> dict[st
     s = event_statistics(result)
     distances = {"force": s.force, "impulse": s.impulse}
     return {
-        "chaotic": is_chaotic(convergence, s.count[0], s.length),
+        "chaotic": is_chaotic(convergence, s.count[0], s.length, result.setup.study.config.highest),
         "rate": {"reference": s.rate[0], "reduced": s.rate[1], "alike": s.rates_alike}
         | {f"{name}_95": list(pair) for name, pair in zip(("reference", "reduced"), s.interval, strict=True)},
         **{

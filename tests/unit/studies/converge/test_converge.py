@@ -413,8 +413,8 @@ def test_motion_is_chaotic_where_the_resolution_in_time_parts_events(count, part
     base = [event((i + 0.5) / count) for i in range(count)]
     finer = [replace(e, impulse=e.impulse * (1.0 + 0.2 * (parts and i % 3 == 0))) for i, e in enumerate(base)]
     c = assess(outcomes(base=base, h2=base, h4=finer), "reduced", (0.0, 1.0), 0.001)
-    assert c.chaotic == is_chaotic(c, count, 1.0) == chaotic
-    assert is_chaotic(None, count, 1.0) == (count == 60)  # nothing repeated: by their rate
+    assert c.chaotic == is_chaotic(c, count, 1.0, 100.0) == chaotic
+    assert is_chaotic(None, count, 1.0, 100.0) == (count == 60)  # nothing repeated: by their rate
     assert ("statistics" in _of_convergence(c).word) == chaotic
 
 
