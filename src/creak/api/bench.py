@@ -137,13 +137,16 @@ class Bench:
 
         Raises
         ------
-        InputError : `keep` of a reduced run; a channel closed that the pre-check of the bench's own load has dropped.
+        InputError : `keep` of a reduced run; with margin = "auto" a channel closed that the pre-check of the bench's
+            own load has dropped.
         NumericalError : a step matrix is singular.
         """
         if self.model is not None:
             if keep is not None:
                 raise InputError(f"{keep} would keep a reduced run", expected="the run of an unreduced model")
-            run = march_run(name, self.setup, self.system, self.gaps, self.progress, self.model, watch=not self.chosen)
+            table = self.setup.study.config.precheck
+            watch = table.enabled and table.margin == "auto" and not self.chosen  # with a number the user decides
+            run = march_run(name, self.setup, self.system, self.gaps, self.progress, self.model, watch=watch)
             if with_closed(self.setup, self.gaps, run.history) is not None:
                 raise InputError(
                     "channels closed that the pre-check has dropped under the load that the bench was made with",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup, tell_warnings
+from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.errors import NumericalError, Unreliable
 from creak.model.units import UnitsName
@@ -150,11 +150,10 @@ def run(
         list_unread(output, setup.model.unread)
         if (why := result.summary["unanswered"]) and not setup.no_contact:
             output.alarm(why)
-        tell_warnings(output, result.notes, told)
+        tell_notes(output, result.notes, told)
         if missing_for_report():
             output.warn(no_report_text())
         if verbose:
-            tell_notes(output, result.notes, told)
             _print_tables(output, result.summary)
             if result.convergence is not None:
                 _print_convergence(output, result.convergence, result.summary)

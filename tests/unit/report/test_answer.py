@@ -12,13 +12,14 @@ def place(name="rib 1", events=4, force=2.0, n5=None, **more):
     return {**base, "cause": None, **more}
 
 
-def summary(places=(), *, verdict="settled", limits=(), sound=None, unanswered="", reasons=()):
+def summary(places=(), *, verdict="settled", limits=(), sound=None, unanswered="", stopped=None, reasons=()):
     run = {"places": list(places), "end": 2.0, "verdict": verdict, "reasons": list(reasons)}
     return {
         "runs": {"reduced": run},
         "sound": sound,
         "limits": list(limits),
         "unanswered": unanswered,
+        "stopped": stopped,
         "verification": {"window": [1.0, 2.0]},
     }
 
@@ -50,6 +51,7 @@ def limit(failed=(), missing=None):
         (summary([place()], limits=[limit(missing="the run was not heard")]), AMBER),
         (summary([place(force=0.0)], verdict="unreliable"), RED),
         (summary(unanswered="nothing can touch"), RED),
+        (summary(stopped="interrupted at t = 0.1 s"), RED),
     ],
 )
 def test_the_light(told, light):

@@ -123,8 +123,10 @@ def word_of(value: float, words: Sequence[tuple[float, str]]) -> str:
 
 
 def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float) -> str:
+    if summary["stopped"]:
+        return f"The run stopped early, and tells only of its beginning: {summary['stopped']}"
     if summary["unanswered"]:
-        return "No answer: nothing of the study can touch, or the run ended early"
+        return "No answer: nothing of the study can touch"
     if not places:
         return f"Nothing rattles or squeaks in {number(seconds, 3)} s"
     worst = _worst(places)
@@ -143,8 +145,8 @@ def _joined(kinds: Sequence[str], count: int) -> str:
 def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[Place]) -> tuple[str, str]:
     limits, verdict = summary["limits"] or [], run.get("verdict")
     good = GREEN if verdict in (SETTLED, STATISTICS) else AMBER
-    if summary["unanswered"] or verdict == UNRELIABLE:
-        return RED, summary["unanswered"] or "the run is unreliable"
+    if summary["unanswered"] or summary["stopped"] or verdict == UNRELIABLE:
+        return RED, summary["unanswered"] or ("a run that stopped" if summary["stopped"] else "an unreliable run")
     if any(one["failed"] for one in limits):
         return RED, next(text for text, one in zip(limit_words(limits), limits, strict=True) if one["failed"])
     if limits and not any(one["missing"] for one in limits):
