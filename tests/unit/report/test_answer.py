@@ -9,6 +9,7 @@ from creak.report.words.answer import AMBER, GREEN, RED, answer, answer_lines, t
 
 def place(name="rib 1", events=4, force=2.0, n5=None, **more):
     base = {"name": name, "events": events, "slips": 0, "friction": None, "force": force, "n5": n5, "n5_added": None}
+    base["level"] = None if n5 is None else 40.0
     return {**base, "cause": None, **more}
 
 
@@ -78,7 +79,7 @@ def test_the_worst_is_the_loudest_where_it_is_heard():
 
 
 def test_beside_a_background_what_it_adds_counts():
-    sound = {"beside_background": True, "n5": 9.0, "n5_added": 0.3, "band": {"low": 20.0, "high": 900.0}}
+    sound = {"beside_background": True, "level": 60.0, "n5": 9.0, "n5_added": 0.3, "band": {"low": 20.0, "high": 900.0}}
     found = answer(summary([place(n5=9.0, n5_added=0.3)], sound=sound))
     assert (found.light, found.n5, found.places[0].n5) == (AMBER, 0.3, 0.3)
     loud = tiles(found, "Settled.")[1]
@@ -101,3 +102,10 @@ def test_how_sure_is_said_in_a_word():
     assert tiles(found, "Settled.")[3].value == "Settled"
     unsure = tiles(found, "Not checked: it was not repeated. More.")[3]
     assert (unsure.value, unsure.detail) == ("Not checked", "why stands below")
+
+
+def test_what_is_louder_than_the_standard_reaches_is_loud():
+    """Its N5 is none then, as that of a place that was not heard."""
+    found = answer(summary([place(force=0.01, level=130.0)]))
+    assert (found.light, found.headline) == (RED, "1 place rattles; worst is rib 1: loud, beyond ISO 532-1")
+    assert answer(summary([place(force=0.01)])).light == GREEN

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import textwrap
 from collections.abc import Iterator, Mapping, Sequence
@@ -16,12 +17,12 @@ from creak.verify.reliability import UNRELIABLE
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
 
 GREEN, AMBER, RED = "green", "amber", "red"
-HEARD = ((0.1, "hardly audible"), (1.0, "faint"), (4.0, "clearly audible"), (float("inf"), "loud"))
+FAINT, LOUD = 0.1, 4.0
+"""sone (the first N, too): below it a place is no cause for amber; from it on it is one for red."""
+HEARD = ((FAINT, "hardly audible"), (1.0, "faint"), (LOUD, "clearly audible"), (math.inf, "loud"))
 """N5 in sone below which creak's own word holds: 1 sone is a tone of 40 dB at 1 kHz, 4 sone one of 60 dB."""
-PRESSED = ((0.1, "soft"), (5.0, "moderate"), (float("inf"), "hard"))
+PRESSED = ((FAINT, "soft"), (5.0, "moderate"), (math.inf, "hard"))
 """The same of the force of a place, N, where nothing is heard."""
-FAINT = 0.1
-"""sone, N: below it a place is no cause for amber."""
 OWN = "creak's own words, for want of a [limit]"
 WIDTH = 80
 """Columns of the terminal's answer."""
@@ -41,7 +42,7 @@ class Place:
     force: float
     """N"""
     n5: float | None
-    """sone; beside a background what it adds to that."""
+    """sone; beside a background what it adds to that; infinite beyond ISO 532-1; None: it was not heard."""
     cause: str
     helps: str
 
@@ -61,7 +62,7 @@ class Answer:
     rate: float
     """Events and slips of all places a second."""
     n5: float | None
-    """sone, of all contact together; beside a background what it adds to that."""
+    """The same of all contact together."""
     beside: bool
     """Whether there is a background."""
     band: tuple[float, float] | None
@@ -75,7 +76,6 @@ def answer(summary: Mapping[str, Any]) -> Answer:
     beside = bool(sound.get("beside_background"))
     seconds = _seconds(summary, run)
     places = tuple(_place(p, seconds, beside) for p in run["places"] if _does(p))
-    n5 = sound.get("n5_added" if beside else "n5")
     light, why = _light(summary, run, places)
     band = sound.get("band")
     return Answer(
@@ -85,7 +85,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         tuple(limit_words(summary["limits"] or [])),
         places,
         sum(p.rate for p in places),
-        n5,
+        _n5(sound, beside),
         beside,
         None if band is None else (band["low"], band["high"]),
     )
@@ -94,7 +94,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
 def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
     """Length of what is counted."""
     start, end = summary["verification"].get("window") or (0.0, run["end"])
-    return max(float(end) - float(start), 1e-12)
+    return float(end) - float(start)
 
 
 def _does(p: Mapping[str, Any]) -> str:
@@ -109,17 +109,29 @@ def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
     return Place(
         p["name"],
         _does(p),
-        (p["events"] + (p["slips"] or 0)) / seconds,
+        (p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
         p["force"],
-        p["n5_added" if beside else "n5"],
+        _n5(p, beside),
         cause.get("words", ""),
         helps[0],
     )
 
 
+def _n5(heard: Mapping[str, Any], beside: bool) -> float | None:
+    """As `Heard.order` has it: what was heard and has no loudness is beyond the standard."""
+    if heard.get("level") is None:
+        return None
+    n5 = heard["n5_added" if beside else "n5"]
+    return math.inf if n5 is None else float(n5)
+
+
+def _sones(n5: float) -> str:
+    return f"{number(n5, 2)} sone" if math.isfinite(n5) else "beyond ISO 532-1"
+
+
 def word_of(value: float, words: Sequence[tuple[float, str]]) -> str:
     """The word of a scale."""
-    return next(word for most, word in words if value < most or most == float("inf"))
+    return next(word for most, word in words if value < most or most == math.inf)
 
 
 def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float) -> str:
@@ -132,7 +144,7 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     worst = _worst(places)
     assert worst is not None
     kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
-    heard = f"{word_of(worst.n5, HEARD)}, {number(worst.n5, 2)} sone" if worst.n5 is not None else ""
+    heard = f"{word_of(worst.n5, HEARD)}, {_sones(worst.n5)}" if worst.n5 is not None else ""
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
     return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}: {how}"
@@ -147,16 +159,16 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     good = GREEN if verdict in (SETTLED, STATISTICS) else AMBER
     if summary["unanswered"] or summary["stopped"] or verdict == UNRELIABLE:
         return RED, summary["unanswered"] or ("a run that stopped" if summary["stopped"] else "an unreliable run")
-    if any(one["failed"] for one in limits):
-        return RED, next(text for text, one in zip(limit_words(limits), limits, strict=True) if one["failed"])
-    if limits and not any(one["missing"] for one in limits):
-        return good, "; ".join(limit_words(limits))
+    said = limit_words(limits)
+    for wrong, light in (("failed", RED), ("missing", AMBER)):
+        if text := next((text for text, one in zip(said, limits, strict=True) if one[wrong]), ""):
+            return light, text
     if limits:
-        return AMBER, next(text for text, one in zip(limit_words(limits), limits, strict=True) if one["missing"])
+        return good, "; ".join(said)
     if not places:
         return good, "nothing touches"
     worst = max(p.n5 if p.n5 is not None else p.force for p in places)
-    loud = any(p.n5 is not None and p.n5 >= HEARD[2][0] for p in places)
+    loud = any(p.n5 is not None and p.n5 >= LOUD for p in places)
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
 
 
@@ -186,7 +198,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
         ),
         Tile(
             "loudness added to the background" if found.beside else "loudness, N5",
-            "not heard" if found.n5 is None else f"{number(found.n5, 2)} sone",
+            "not heard" if found.n5 is None else _sones(found.n5),
             "; ".join(text for text in (_band(found), loud) if text) or found.why,
         ),
         Tile("events a second", number(found.rate, 2), plural(len(found.places), "place")),
@@ -214,7 +226,7 @@ def _place_lines(places: Sequence[Place]) -> list[str]:
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
     lines = []
     for p in shown:
-        heard = "" if p.n5 is None else f", N5 {number(p.n5, 2)} sone"
+        heard = "" if p.n5 is None else f", N5 {_sones(p.n5)}"
         told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
         lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
