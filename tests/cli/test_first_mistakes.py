@@ -247,3 +247,15 @@ def test_a_strongly_warped_shell_is_named(tmp_path):
 def test_modulus_in_gpa(tmp_path):
     found = warned(tmp_path, deck=two_strips().replace("210000., 0.3", "210., 0.3"))
     assert found[0].startswith("material STEEL (E = 210, density = 7.85e-09) would carry sound at 164 m/s in mm-t-s")
+
+
+def test_a_first_look_at_forced_steps_and_at_a_deck(creak, tmp_path):
+    """--quick changes what there is to change: neither steps that the study forces, nor a deck's own."""
+    _, warnings = run(creak, tmp_path, None, SHORT, "--quick")
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert list(summary["runs"]) == ["reference"]
+    assert summary["changes"] == {"reference.run": "none"}
+    assert not any("accuracy" in w for w in warnings)
+    deck = tmp_path / "own.inp"
+    deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")), encoding="utf-8")
+    assert creak("run", deck, "--quick", "--out", tmp_path / "own").status == 0

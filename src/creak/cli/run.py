@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from creak.studies.converge.settling import Convergence
     from creak.studies.file.reader import Study
 
-QUICK = ('time.accuracy="quick"', 'reference.run="none"')
+QUICK = {"time.accuracy": "quick", "reference.run": "none"}
 """Changes of a first look."""
 
 
@@ -110,7 +110,7 @@ def run(
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
     if quick:
-        given, converge = changed_study(study_file, [*changes, *QUICK]), False
+        given, converge = first_look(given), False
     writable_folder(folder)
     replace_foreign("--force", force)
     check_folder(folder)
@@ -183,6 +183,18 @@ def changed_study(study_file: Path, changes: list[str]) -> Study:
     wanted = read_changes(changes)
     study = read_study(study_file)
     return with_changes(study, wanted) if wanted else study
+
+
+def first_look(given: Study | Path) -> Study | Path:
+    """The study with the changes of --quick; a deck, and steps that a study forces, stay as they are."""
+    from creak.api.study import read_study
+    from creak.formats.endings import is_deck
+    from creak.studies.file.changes import with_changes
+
+    if isinstance(given, Path) and is_deck(given):
+        return given
+    study = read_study(given) if isinstance(given, Path) else given
+    return with_changes(study, {k: x for k, x in QUICK.items() if study.config.time.exact or k != "time.accuracy"})
 
 
 def results_name(study: Study | Path) -> str:
