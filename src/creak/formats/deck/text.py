@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
@@ -12,6 +13,15 @@ from creak.formats.deck.include_budget import IncludeBudget
 
 DEPTH = 50
 """Files that may stand open inside one another."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a file."""
+
+    text: str
+    where: str
+    """File and line."""
 
 
 def read_bytes(path: Path, included_at: str = "", budget: IncludeBudget | None = None) -> bytes:

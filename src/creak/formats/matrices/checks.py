@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,7 +14,7 @@ from scipy import sparse
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
-from creak.model.magnitude import LARGEST
+from creak.model.magnitude import LARGEST, computable
 from creak.model.superelement import Superelement
 
 SYMMETRY = 1e-8
@@ -194,3 +195,12 @@ def number(text: str) -> float:
         if "E" not in plain:
             plain = re.sub(r"(?<=[\d.])([+-]\d+)$", r"E\1", plain)
         return float(plain)
+
+
+def field_value(text: str) -> float | None:
+    """The finite number of a field of a card, as `number` reads it; None: it is none, or too large or small."""
+    try:
+        value = math.nan if "_" in text else computable(number(text))
+    except ValueError:
+        return None
+    return value if math.isfinite(value) else None

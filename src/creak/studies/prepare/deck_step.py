@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from math import ceil
 from pathlib import Path
@@ -19,7 +19,7 @@ from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, Poin
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
-from creak.studies.file.places import Keys, Places
+from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.setup import Setup, set_up_model
@@ -77,9 +77,9 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
         "precheck": {"enabled": False},
         "verification": {"mac_f_max": LOWEST},
     }
-    config = _checked(tables, path, places)
-    text = config.model_dump_json(indent=2, exclude_defaults=True)
-    study = Study(config, text, Places(path, of_deck=places))
+    written = Places(path, of_deck=places)
+    config = _checked(tables, written)
+    study = Study(config, config.model_dump_json(indent=2, exclude_defaults=True), written)
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
@@ -95,14 +95,13 @@ def _jumps(setup: Setup) -> list[str]:
     ]
 
 
-def _checked(tables: dict[str, Any], path: Path, places: Mapping[Keys, str]) -> StudyConfig:
+def _checked(tables: dict[str, Any], places: Places) -> StudyConfig:
     try:
         return StudyConfig.model_validate(tables)
     except ValidationError as error:
         problem = error.errors()[0]
-        keys = tuple(problem["loc"])
-        where = next((places[keys[:n]] for n in range(len(keys), 0, -1) if keys[:n] in places), str(path))
-        raise InputError(f"{'.'.join(map(str, keys))}: {problem['msg']}", where=where) from error
+        keys = problem["loc"]
+        raise InputError(f"{dotted(keys)}: {problem['msg']}", where=places.where(*keys)) from error
 
 
 def _check_start(model: Model, moved: Sequence[Prescribed]) -> None:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.formats.deck.text import Line
 from creak.formats.nastran.mesh.coordinate_systems import point_in_basic, read_systems
 from creak.formats.nastran.reader import read_nastran
-from creak.formats.nastran.text.bulk_data import Line, cards_of, id_list
+from creak.formats.nastran.text.bulk_data import cards_of, id_list
 from helpers_nastran import read, unread
 from helpers_refusal import refusal
 

@@ -12,8 +12,9 @@ from creak.assembly.part import common_rayleigh
 from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.deck.text import Line
 from creak.formats.nastran.reader import read_nastran
-from creak.formats.nastran.text.bulk_data import Line, cards_of
+from creak.formats.nastran.text.bulk_data import cards_of
 from creak.formats.nastran.write.fields import WIDTH, card, fitted
 from creak.formats.nastran.writer import write_nastran
 from creak.model.comparison import difference

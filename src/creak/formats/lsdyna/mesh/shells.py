@@ -8,9 +8,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.text import Line
 from creak.formats.lsdyna.mesh.transforms import Transforms
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
-from creak.formats.lsdyna.text.cards import EIGHTS, Block, Card, Line
+from creak.formats.lsdyna.text.cards import EIGHTS, Block, Card
 from creak.formats.lsdyna.text.deck import Deck, Named
 from creak.model.materials import ShellSection
 from creak.model.shell_facets import N_CORNER, normals_at_nodes

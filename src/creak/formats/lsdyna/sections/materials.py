@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from creak.errors import InputError
-from creak.formats.lsdyna.text.cards import Block, Card, Line
+from creak.formats.deck.text import Line
+from creak.formats.lsdyna.text.cards import Block, Card
 from creak.formats.lsdyna.text.deck import Deck, once
 from creak.model.materials import Material
 

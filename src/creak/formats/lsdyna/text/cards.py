@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 import re
 from dataclasses import dataclass, field
 
 from creak.errors import InputError
-from creak.formats.matrices.checks import number
-from creak.model.magnitude import computable
+from creak.formats.deck.text import Line
+from creak.formats.matrices.checks import field_value
 
 _INTEGER = re.compile(r"([+-]?[0-9]{1,15})(?:\.0*)?")
 TENS = (10,) * 8
@@ -30,15 +29,6 @@ class Shift:
     """Added to ids of each of `KINDS`."""
     transforms: tuple[tuple[int, str], ...] = ()
     """Ids of the *DEFINE_TRANSFORMATIONs, those of the innermost include first, and where they are asked for."""
-
-
-@dataclass(frozen=True)
-class Line:
-    """One data line."""
-
-    text: str
-    where: str
-    """File and line."""
 
 
 @dataclass(frozen=True)
@@ -124,11 +114,8 @@ class Card:
         text = self.text(i)
         if not text:
             return default
-        try:
-            value = math.nan if "_" in text else computable(number(text))
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+        value = field_value(text)
+        if value is None:
             raise self.wrong(i, "a real number")
         return value
 

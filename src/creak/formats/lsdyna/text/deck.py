@@ -11,7 +11,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.groups import Groups, put
-from creak.formats.lsdyna.text.cards import TENS, Block, Card, Line
+from creak.formats.deck.text import Line
+from creak.formats.lsdyna.text.cards import TENS, Block, Card
 from creak.model.materials import Section
 from creak.model.mesh import Unread
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.include_budget import IncludeBudget
-from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
-from creak.formats.lsdyna.text.cards import KINDS, Block, Line, Shift
+from creak.formats.deck.text import Line, read_bytes, read_lines, refuse_loop
+from creak.formats.lsdyna.text.cards import KINDS, Block, Shift
 
 PROGRAM, ENDINGS = "an LS-DYNA", ".k, .key or .dyn"
 _LONG = re.compile(r"\bLONG\s*=\s*Y", re.I)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -11,8 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError
-from creak.formats.matrices.checks import number, read_text
-from creak.model.magnitude import computable
+from creak.formats.deck.text import Line
+from creak.formats.matrices.checks import field_value, number, read_text
 
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 MAX_DIGITS = 15
@@ -20,15 +19,6 @@ MAX_DIGITS = 15
 MAX_LIST = 1_000_000
 """Ids of one card, where each of them is taken for itself."""
 _BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
-
-
-@dataclass(frozen=True)
-class Line:
-    """One line of a file."""
-
-    text: str
-    where: str
-    """File and line."""
 
 
 @dataclass(frozen=True)
@@ -77,11 +67,8 @@ class Card:
         text = self.text(i)
         if not text and default is not None:
             return default
-        try:
-            value = math.nan if "_" in text else computable(number(text))
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
+        value = field_value(text)
+        if value is None:
             raise self.wrong(i, "a real number")
         return value
 

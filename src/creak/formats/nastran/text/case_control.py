@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 
 from creak.errors import InputError
 from creak.formats.deck.catalogue import misspelling
-from creak.formats.nastran.text.bulk_data import MAX_DIGITS, Line
+from creak.formats.deck.text import Line
+from creak.formats.nastran.text.bulk_data import MAX_DIGITS
 from creak.model.mesh import Unread
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")

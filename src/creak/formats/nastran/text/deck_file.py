@@ -8,8 +8,8 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.include_budget import IncludeBudget
-from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
-from creak.formats.nastran.text.bulk_data import Card, Line, cards_of
+from creak.formats.deck.text import Line, read_bytes, read_lines, refuse_loop
+from creak.formats.nastran.text.bulk_data import Card, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)
 _SUPER = re.compile(r"\s*BEGIN\s+(BULK\s+)?(SUPER|AUXMODEL|MODULE|ARBMODEL|FLXBDY|TRMC|UDS|CMODEXT)\b", re.I)
