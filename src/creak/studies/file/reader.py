@@ -260,8 +260,8 @@ def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
         if isinstance(table, type) and issubclass(table, BaseModel):
             fields = {f.alias or name: f for name, f in table.model_fields.items()}
             field = fields.get(str(key))
-            if field is None:
-                break
+            if field is None:  # the NAME of a table, or the number of a row
+                continue
             table = field.annotation
             members = [t for t in _flatten(table) if isinstance(t, type) and issubclass(t, BaseModel)]
             table = members[0] if len(members) == 1 else members

@@ -110,6 +110,12 @@ MISTAKES = {
         "stepp",
         r"unknown key 'time.stepp'.*Did you mean 'step'",
     ),
+    "misspelt key of a signal": (
+        "amplitude = ",
+        "amplitud = ",
+        "amplitud =",
+        r"unknown key 'excitation.base.signal.amplitud'. Did you mean 'amplitude'",
+    ),
     "misspelt table": ("[reduction]", "[reductoin]", "reductoin", r"unknown key 'reductoin'.*Did you mean 'reduction'"),
     "misspelt key of a signal": (
         "frequency = 20",
