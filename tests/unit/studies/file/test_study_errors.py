@@ -110,7 +110,7 @@ MISTAKES = {
         "stepp",
         r"unknown key 'time.stepp'.*Did you mean 'step'",
     ),
-    "misspelt key of a signal": (
+    "misspelt amplitude of a signal": (
         "amplitude = ",
         "amplitud = ",
         "amplitud =",
