@@ -28,7 +28,7 @@ from creak.studies.run.agreement import ModeComparison, SpectraComparison, compa
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
-from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
+from creak.studies.run.elines import LineFindings, LineMotion, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.integrate import integrate, output_times
 from creak.studies.run.kernels import compile_for
@@ -77,6 +77,8 @@ class Run:
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
+    line_motion: LineMotion | None = None
+    """Over time, with `lines`."""
     notes: tuple[str, ...] = ()
     """What should be known of it: instants that were not kept, a run that was taken from another case."""
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
@@ -364,10 +366,11 @@ def march_run(
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None
-    at_lines = measured(setup, system, history, of_lines) if stopped is None else None
+    found = measured(setup, system, history, of_lines) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study.course, output_times(setup))))
     left, told = at_steps(history, field), spacing_words(history.spacing)
-    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
+    at_lines, moved = (None, None) if found is None else found
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, moved, told)
 
 
 def unreduced_run(
