@@ -15,7 +15,7 @@ from creak.report.figures.view import Facets, View, facets_of, front, three_quar
 from creak.studies.propose.opposite import Skin, skin_of
 
 CLOSE = 4.0
-"""The section reaches this many times the thickness and the gap there to either side, but shows a good part of a facet."""
+"""The section reaches this many times the thickness and the gap to either side, and shows a good part of a facet."""
 OUTLINE = 0.012
 """Of that reach: width of the line that a face of a solid is drawn as."""
 ASIDE = 0.2
@@ -47,7 +47,9 @@ def question_picture(
     return panels_picture([Panel("both parts", model, facets, PARTS, view, marks), section], legend)
 
 
-def _section(model: Model, index: Sequence[int], near: FloatArray, at: FloatArray, toward: FloatArray, gap: float) -> Panel:
+def _section(
+    model: Model, index: Sequence[int], near: FloatArray, at: FloatArray, toward: FloatArray, gap: float
+) -> Panel:
     """The plane through the place across the line of the near nodes."""
     coords, skins = model.nodes.coords, [skin_of(model, i) for i in index]
     size = min(float(np.linalg.norm(np.ptp(coords[s.facets], axis=1), axis=1).mean()) for s in skins)
@@ -57,6 +59,7 @@ def _section(model: Model, index: Sequence[int], near: FloatArray, at: FloatArra
     middle = at + ASIDE * size * inward * line
     reach = max(CLOSE * (abs(gap) + 2.0 * max(float(s.half.max(initial=0.0)) for s in skins)), 0.6 * size)
     pieces = [_cut(coords, s, middle, line, OUTLINE * reach) for s in skins]
+    pieces[1] = pieces[1] + reach * line  # painted over the first, where they overlap
     part = np.repeat([0, 1], [len(p) for p in pieces])
     points = np.concatenate(pieces).reshape(-1, 3)
     drawn = PlainMesh(Nodes(np.arange(1, 1 + len(points)), points), (), ())
@@ -92,4 +95,3 @@ def _cut(coords: FloatArray, skin: Skin, middle: FloatArray, line: FloatArray, w
     across /= np.maximum(np.linalg.norm(across, axis=1), 1e-300)[:, None]
     offset = np.maximum(skin.half[rows], 0.5 * width)[:, None] * across
     return np.stack([met[:, 0] + offset, met[:, 1] + offset, met[:, 1] - offset, met[:, 0] - offset], axis=1)
-

@@ -15,7 +15,7 @@ STOP = 1000.0
 """N/mm: of the stop that a pair of edges is offered as."""
 
 
-def commented_line(key: str, value: object, comment: str) -> str:
+def key_line(key: str, value: object, comment: str) -> str:
     """`key = value      # comment`."""
     return f"{f'{key} = {toml_value(value)}':<37} # {comment}"
 
@@ -63,20 +63,20 @@ def _table(c: Contact, unit: str) -> list[str]:
     lines = _named(c.secondary, c.labels)
     lines += [
         f"[contact.{c.name}]",
-        commented_line("secondary", c.secondary, "its nodes become the gap channels"),
-        commented_line("main", c.main, "what they may touch"),
+        key_line("secondary", c.secondary, "its nodes become the gap channels"),
+        key_line("main", c.main, "what they may touch"),
     ]
     if c.method == "node-to-surface":
         why = "an edge has no area" if c.edge else "a node set has no area"
-        lines.append(commented_line("method", c.method, f"{why}: its nodes are looked at one by one"))
+        lines.append(key_line("method", c.method, f"{why}: its nodes are looked at one by one"))
     if c.clearance is not None:
-        lines.append(commented_line("clearance", c.clearance, f"{unit}, of all channels, instead of the drawn gap"))
+        lines.append(key_line("clearance", c.clearance, f"{unit}, of all channels, instead of the drawn gap"))
     if c.normal is not None:
-        lines.append(commented_line("normal", list(c.normal), f"from {c.main} to the side on which the other stands"))
+        lines.append(key_line("normal", list(c.normal), f"from {c.main} to the side on which the other stands"))
     return [
         *lines,
-        commented_line("stiffness", "auto", "from the elements, no stiffer than the step resolves"),
-        commented_line("friction", 0.0, "coefficient; squeak needs one"),
+        key_line("stiffness", "auto", "from the elements, no stiffer than the step resolves"),
+        key_line("friction", 0.0, "coefficient; squeak needs one"),
     ]
 
 
@@ -132,11 +132,11 @@ def _stop(c: Contact, unit: str) -> list[str]:
         *_named("EDGE_1", c.ends[:1]),
         *_named("EDGE_2", c.ends[1:]),
         "[[connector]]",
-        commented_line("type", "play", "free within the limit, then stiff"),
-        commented_line("nodes", ["EDGE_1", "EDGE_2"], "motion of the second less that of the first"),
-        commented_line("dof", "xyz"[axis], "the direction nearest to that between them"),
-        commented_line(limit[0], float(f"{limit[1]:.4g}"), f"{unit}, where they touch"),
-        commented_line("stiffness", STOP, "force/length of the edges: a guess"),
+        key_line("type", "play", "free within the limit, then stiff"),
+        key_line("nodes", ["EDGE_1", "EDGE_2"], "motion of the second less that of the first"),
+        key_line("dof", "xyz"[axis], "the direction nearest to that between them"),
+        key_line(limit[0], float(f"{limit[1]:.4g}"), f"{unit}, where they touch"),
+        key_line("stiffness", STOP, "force/length of the edges: a guess"),
     ]
 
 

@@ -43,12 +43,7 @@ def joints_of(model: Model) -> tuple[str, ...]:
 
 
 def _elements(blocks: tuple[ElementBlock, ...]) -> list[tuple[str, IntArray]]:
-    return [
-        (ELEMENTS[block.kind], nodes)
-        for block in blocks
-        if block.kind in ELEMENTS
-        for nodes in block.nodes_idx
-    ]
+    return [(ELEMENTS[block.kind], nodes) for block in blocks if block.kind in ELEMENTS for nodes in block.nodes_idx]
 
 
 def _constraints(constraints: tuple[Constraint, ...]) -> list[tuple[str, IntArray]]:

@@ -26,6 +26,8 @@ FLAT = 0.5
 """A skin looks at what lies within 60 degrees of its normal."""
 STRAIGHT = 0.99
 """An edge on a face lies straight above it: beyond the rim of a face it meets nothing."""
+LEANS = 0.1
+"""Cosine, to the normal of a face, of the way from an edge into its shell, from which on it lies on one side."""
 ACROSS = 0.7
 """Cosine up to which a free edge lies across the direction to the other part."""
 SAME = 1e-6
@@ -147,7 +149,8 @@ def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolA
     direction = np.where((away > SAME * size)[:, None], (x - point) / np.maximum(away, 1e-300)[:, None], normal)
     along = np.einsum("nx,nx->n", normal, direction)
     own = _around(model, skin, rows, direction)
-    faces_other = (np.abs(along) >= FLAT) | other.solid[facet]
+    beside = _on_rim(model, other, facet, shape)
+    faces_other = (np.abs(along) >= np.where(beside, STRAIGHT, FLAT)) | other.solid[facet]
     kind = np.where(own.faces & faces_other, 0, np.where(np.abs(along) >= STRAIGHT, 1, np.where(faces_other, 3, 2)))
     kind[(kind > 0) & ~own.rim] = 3
     apart = np.where(other.solid[facet] & (along < -FLAT), -away, away)
@@ -163,7 +166,7 @@ def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolA
     gap = apart - half - np.where(edge, 0.0, own.half)
     thin = np.minimum(np.where(own.half > 0.0, own.half, np.inf), np.where(half > 0.0, half, np.inf))
     excused = np.where(edge, half, np.where(np.isfinite(thin), thin, 0.0)) + SLIVER * size
-    unsure = edge & ~other.solid[facet] & ((np.abs(lean) < FLAT) | through)
+    unsure = edge & ~other.solid[facet] & ((np.abs(lean) < LEANS) | through)
     met = Met(
         rows,
         np.full(rows.size, side),
@@ -215,6 +218,14 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     crosses = np.abs(np.einsum("nx,nx->n", line, direction[at[ends[:, 0]]])) < ACROSS
     rim[at[ends[crosses, 0]]] = True
     return _Around(most >= FLAT, half, rim, body)
+
+
+def _on_rim(model: Model, skin: Skin, facet: IntArray, shape: FloatArray) -> BoolArray:
+    """(n,) whether points of the facets, shape functions (n, 4), lie on a free edge."""
+    free = np.zeros(model.nodes.count, dtype=bool)
+    free[free_edges(skin)] = True
+    inner = (shape > SAME) & ~free[skin.facets[facet]]
+    return np.asarray(~inner.any(axis=1) & ((shape > SAME).sum(axis=1) <= 2))
 
 
 def free_edges(skin: Skin) -> IntArray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from creak.words import listed
 REACH = 0.01
 """Share of the model's size up to which surfaces count as near unless told otherwise."""
 FAR = 2.0
-"""Of that distance: what is farther than the distance and nearer than this is asked about."""
+"""Times that distance: what is farther than the distance and nearer than this is asked about."""
 MOST_NODES = 100
 """Sets with more nodes are proposed neither for excitation nor for output."""
 OTHER_SETS = 8
@@ -75,7 +76,9 @@ class Proposal:
         fill = "fill in a [contact.NAME] or a [[connector]]"
         asked = [c.name for c in self.contacts if not c.problem]
         if asked:
-            return f"no contact: all are questions that the study asks ({listed(asked)}); uncomment those that can touch"
+            return (
+                f"no contact: all are questions that the study asks ({listed(asked)}); uncomment those that can touch"
+            )
         if self.contacts:
             why = "; ".join(f"{c.name} is left out, because {c.problem}" for c in self.contacts)
             return f"no contact: {why}; {fill}"
@@ -86,19 +89,22 @@ class Proposal:
 def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
     """Look at a deck for what a study needs.
 
+    What lies between the distance and `FAR` times it is asked about, unless the distance was told.
+
     Parameters
     ----------
     distance : between surfaces that count as near, in the deck's unit of length; None: `REACH` of its size.
     units : of the deck; None: guessed from its materials and size.
     """
     system, guess = _units(model, units)
+    far = FAR * REACH * across(model) if distance is None else distance
     distance = REACH * across(model) if distance is None else distance
     progress("look for parts near each other", 0, 1)
-    near = near_parts(model, distance, FAR * distance)
+    near = near_parts(model, distance, far)
     progress("look for parts near each other", 1, 1)
     contacts = find_contacts(model, near, distance, progress)
     held = held_dofs(model)
-    drive = _drive(model, held)
+    drive = _drive(model, held, contacts)
     return Proposal(
         system,
         guess,
@@ -163,10 +169,14 @@ def _all_held(held: BoolArray, rows: IntArray) -> str:
     return " ".join(d for k, d in enumerate(DOFS) if at_all[k])
 
 
-def _drive(model: Model, held: BoolArray) -> Drive | None:
-    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free."""
+def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
+    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free.
+
+    Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
+    """
     following, structural = _following(model), _with_elements(model)
-    found: list[tuple[tuple[int, int], Drive]] = []
+    touching = np.array(sorted({row for c in contacts for row in c.nodes}), dtype=np.int64)
+    found: list[tuple[tuple[int, int, int], Drive]] = []
     for name, rows in _named_sets(model).items():
         if following[rows].any() or not structural[rows].all():
             continue
@@ -178,7 +188,7 @@ def _drive(model: Model, held: BoolArray) -> Drive | None:
             drive = Drive(name, dof, "displacement", f"the deck holds {dofs} of it and leaves {dof} free")
         else:
             drive = Drive(name, dof, "force", "the deck holds nothing of it")
-        found.append(((len(dofs.split()), -rows.size), drive))
+        found.append(((len(dofs.split()), -int(np.isin(rows, touching).sum()), -rows.size), drive))
     if not found:
         return None
     best = max(found, key=lambda f: f[0])

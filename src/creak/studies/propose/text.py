@@ -7,7 +7,7 @@ from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
 from creak.studies.prepare.excitation import START
-from creak.studies.propose.contact_text import commented_line, contact_lines
+from creak.studies.propose.contact_text import contact_lines, key_line
 from creak.studies.propose.proposal import Proposal
 
 F_MAX = 100.0
@@ -50,7 +50,7 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
 
 
 def _model(found: Proposal, model: Model, deck: str) -> list[str]:
-    lines = ["[model]", f"deck = {toml_value(deck)}", commented_line("units", found.units.name, found.guess)]
+    lines = ["[model]", f"deck = {toml_value(deck)}", key_line("units", found.units.name, found.guess)]
     unread = [u for u in model.unread if u.changes_answer]
     if unread:
         lines += [
@@ -95,7 +95,9 @@ def _joints(found: Proposal) -> list[str]:
     """What the deck joins is used as it is; the study need not say it."""
     if not found.joints:
         return []
-    lines = ["# Joints of the deck, used as they are. Nodes of links, couplings and ties are in none of the contacts above:"]
+    lines = [
+        "# Joints of the deck, used as they are. Nodes of links, couplings and ties are in none of the contacts above:"
+    ]
     lines += [f"#   {joint}" for joint in found.joints[:SHOWN]]
     return [*lines, "#   ..."] if len(found.joints) > SHOWN else lines
 
@@ -127,17 +129,17 @@ def _excitation(found: Proposal) -> list[str]:
         *([f"# As well: {', '.join(d.others)}."] if d.others else []),
         *(["# Prescribed motion needs a support of which the deck leaves one direction free."] if force else []),
         "[excitation.road]",
-        commented_line("node_set", d.node_set, "all its nodes get the same signal"),
-        commented_line("dof", d.dof, "the direction"),
-        commented_line("kind", d.kind, "on each node" if force else "or velocity, acceleration; force on free nodes"),
+        key_line("node_set", d.node_set, "all its nodes get the same signal"),
+        key_line("dof", d.dof, "the direction"),
+        key_line("kind", d.kind, "on each node" if force else "or velocity, acceleration; force on free nodes"),
         "",
         "[excitation.road.signal]",
-        commented_line("type", "multisine", "sines of equal amplitude and random phase: a rough road"),
-        commented_line("f_min", 1.0, "Hz"),
-        commented_line("f_max", F_MAX, "Hz"),
-        commented_line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
-        commented_line("period", 1.0, "s"),
-        commented_line("seed", 1, "of the phases"),
+        key_line("type", "multisine", "sines of equal amplitude and random phase: a rough road"),
+        key_line("f_min", 1.0, "Hz"),
+        key_line("f_max", F_MAX, "Hz"),
+        key_line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
+        key_line("period", 1.0, "s"),
+        key_line("seed", 1, "of the phases"),
     ]
 
 
@@ -150,7 +152,7 @@ def _damping(model: Model) -> list[str]:
         f"# {100.0 * DAMPING:g} % of critical is usual for trim and sheet metal that are clipped or screwed together; "
         "1 to 5 % is measured.",
         "[damping]",
-        commented_line("modal", DAMPING, "fraction of critical of every mode"),
+        key_line("modal", DAMPING, "fraction of critical of every mode"),
     ]
 
 
@@ -158,42 +160,42 @@ def _reduction() -> list[str]:
     return [
         "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
-        commented_line("method", "craig-bampton", "or guyan, gap-modes, none"),
-        commented_line("f_max", START * F_MAX, 'Hz, 11 times the excitation; "auto": until more modes change nothing'),
+        key_line("method", "craig-bampton", "or guyan, gap-modes, none"),
+        key_line("f_max", START * F_MAX, 'Hz, 11 times the excitation; "auto": until more modes change nothing'),
     ]
 
 
 def _precheck(found: Proposal) -> list[str]:
     return [
         "[precheck]",
-        commented_line("enabled", True, "keep contact only where a linear run closes the gap"),
-        commented_line("margin", "auto", "what may stay open without contact: 15 % of each gap; or a length"),
+        key_line("enabled", True, "keep contact only where a linear run closes the gap"),
+        key_line("margin", "auto", "what may stay open without contact: 15 % of each gap; or a length"),
     ]
 
 
 def _time(found: Proposal) -> list[str]:
     driven = found.drive is not None
-    long = commented_line("periods", 1, "of the excitation") if driven else commented_line("end", 1.0, "s")
+    long = key_line("periods", 1, "of the excitation") if driven else key_line("end", 1.0, "s")
     return [
-        "# A first look, of a minute or so. What is to be relied on is run again with the lines in quotes: more periods,",
+        "# A first look, of a minute or so. What is to be relied on is run again with more periods (5),",
         '# accuracy "settled", f_max "auto" and reference "spots" take some ten times as long, and earn a verdict.',
         "[time]",
         long,
-        commented_line("accuracy", "quick", 'or "settled", "fine"; steps follow from it'),
+        key_line("accuracy", "quick", 'or "settled", "fine"; steps follow from it'),
     ]
 
 
 def _reference() -> list[str]:
     return [
         "[reference]",
-        commented_line("run", "none", '"spots": single events of the unreduced model; "whole": all of its run'),
+        key_line("run", "none", '"spots": single events of the unreduced model; "whole": all of its run'),
     ]
 
 
 def _output(found: Proposal) -> list[str]:
     lines = ["[output]"]
     if found.outputs:
-        lines.append(commented_line("nodes", list(found.outputs), "node sets whose motion is kept"))
+        lines.append(key_line("nodes", list(found.outputs), "node sets whose motion is kept"))
     else:
         lines.append('# nodes = ["NODE SET"]                # sets whose motion is to be kept')
     return [
@@ -208,11 +210,11 @@ def _verification(found: Proposal) -> list[str]:
     lines = ["[verification]"]
     if found.pairs is not None:
         value = found.pairs if isinstance(found.pairs, str) else list(found.pairs)
-        lines.append(commented_line("pairs", value, "main and secondary nodes in turn: motion and modes are compared there"))
+        lines.append(key_line("pairs", value, "main and secondary nodes in turn: motion and modes are compared there"))
     else:
         lines.append('# pairs = ["MAIN NODES", "SECONDARY NODES"]  # two node sets across a contact, to compare motion')
     return [
         *lines,
-        commented_line("f_max", 500.0, "Hz, spectra and low-passed forces"),
-        commented_line("mac_f_max", F_MAX, "Hz, mode shapes"),
+        key_line("f_max", 500.0, "Hz, spectra and low-passed forces"),
+        key_line("mac_f_max", F_MAX, "Hz, mode shapes"),
     ]
