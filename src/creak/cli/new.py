@@ -27,7 +27,10 @@ def new(
     ),
     out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
     distance: float | None = typer.Option(
-        None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
+        None,
+        "--distance",
+        help="Surfaces nearer than this may touch; default: a hundredth of the model's size, "
+        "and up to twice that is asked about.",
     ),
     units: UnitsName | None = typer.Option(
         None, "--units", help="Units of the deck; default: guessed from materials and size."
@@ -40,7 +43,9 @@ def new(
 ) -> None:
     """Look at a deck and write a study for it: contacts, supports, excitation, outputs, each with a comment.
 
-    Beside it the schema for editors. What the deck has no names for is left to be filled in and named.
+    Beside it the schema for editors, and a picture of each contact that is doubtful: too far, overlapping, or on an
+    unsure side. The study asks about these in comments. What the deck has no names for is named there, or left to be
+    filled in.
 
     Example: creak new car.inp --out car.toml --distance 5
     """
