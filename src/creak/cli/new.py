@@ -167,7 +167,9 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     if missing:
         output.say(f"to be filled in before it runs: {missing}")
     else:
-        output.command(f"next: creak run {quote(str(path))}")
+        output.command(
+            f"next: creak run {quote(str(path))} --quick   # a first look; without --quick the checked answer"
+        )
 
 
 def _data(found: Proposal) -> dict[str, Any]:

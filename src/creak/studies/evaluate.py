@@ -71,7 +71,8 @@ def evaluate(
     from creak.studies.converge.auto_band import settle
 
     options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
-    found = run_study(setup, progress, store, reference_run, **options, settle=settle)
+    quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
+    found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else settle)
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.variants import converge as repeat

@@ -6,7 +6,6 @@ from creak.assembly.part import is_damped
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
-from creak.studies.prepare.excitation import START
 from creak.studies.propose.contact_text import contact_lines, key_line
 from creak.studies.propose.proposal import Proposal
 
@@ -42,7 +41,10 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
         _reduction(),
         _precheck(found),
         _time(found),
-        _reference(),
+        [
+            "[reference]",
+            key_line("run", "spots", 'single events of the unreduced model; "whole": all of its run; "none"'),
+        ],
         _output(found),
         _verification(found),
     ]
@@ -161,7 +163,7 @@ def _reduction() -> list[str]:
         "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
         key_line("method", "craig-bampton", "or guyan, gap-modes, none"),
-        key_line("f_max", START * F_MAX, 'Hz, 11 times the excitation; "auto": until more modes change nothing'),
+        key_line("f_max", "auto", "modes kept: as far as it takes until more change nothing; or Hz"),
     ]
 
 
@@ -174,22 +176,8 @@ def _precheck(found: Proposal) -> list[str]:
 
 
 def _time(found: Proposal) -> list[str]:
-    driven = found.drive is not None
-    long = key_line("periods", 1, "of the excitation") if driven else key_line("end", 1.0, "s")
-    return [
-        "# A first look, of a minute or so. What is to be relied on is run again with more periods (5),",
-        '# accuracy "settled", f_max "auto" and reference "spots" take some ten times as long, and earn a verdict.',
-        "[time]",
-        long,
-        key_line("accuracy", "quick", 'or "settled", "fine"; steps follow from it'),
-    ]
-
-
-def _reference() -> list[str]:
-    return [
-        "[reference]",
-        key_line("run", "none", '"spots": single events of the unreduced model; "whole": all of its run'),
-    ]
+    long = key_line("periods", 5, "of the excitation") if found.drive is not None else key_line("end", 1.0, "s")
+    return ["[time]", long, key_line("accuracy", "settled", "or quick, fine; steps follow from it")]
 
 
 def _output(found: Proposal) -> list[str]:
