@@ -65,7 +65,7 @@ def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
         variant.loads,
         resolution=resolution_of(bench.setup),
         observed=NOTHING,
-        watched=watched(bench.setup, variant.gaps),
+        watched=watched(bench.setup.model, bench.setup.contacts, variant.gaps),
     )
     events = len(find_events(history, variant.gaps, v.merge, v.f_max))
     return time.perf_counter() - start, time.process_time() - cpu, events

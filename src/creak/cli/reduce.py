@@ -142,7 +142,7 @@ def _reduced(
         try:
             if name not in checks:
                 output.progress(f"{name}: check", 0, 1)
-                checks[name] = check(setup, reduced)
+                checks[name] = check(reduced, setup.model.nodes.coords, setup.band.excited)
                 output.progress(f"{name}: check", 1, 1)
             about["health"] = checks[name].as_dict()
         finally:
@@ -151,7 +151,7 @@ def _reduced(
                 path = save_superelement(folder, reduced, setup.model, about)
             if path is not None:
                 output.wrote(path)
-        return reduced if path is None else with_modes_of_file(setup, reduced, path)
+        return reduced if path is None else with_modes_of_file(setup.band, reduced, path)
 
     alone = setup.study.config.reference.model_copy(update={"run": "none"})
     setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)

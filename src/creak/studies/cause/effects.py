@@ -13,6 +13,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
+from creak.model.units import UNITS
 from creak.progress import Progress, silent
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, find_causes, marched
@@ -168,7 +169,8 @@ def causes_of(
             return {}, []
         text = f"no cause is told of the places: {found}"
         return {}, [Warned(text) if changes != "none" else text]
-    out = {cause.place: cause_dict(cause, result.setup, result.gaps) for cause in found}
+    length = UNITS[result.setup.study.config.model.units].length
+    out = {cause.place: cause_dict(cause, result.setup.loads, result.gaps, length) for cause in found}
     if changes != "none":
         every = find_changes(result, sound, places, found, progress, check=changes == "checked")
         for number, some in every.items():

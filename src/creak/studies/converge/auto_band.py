@@ -71,9 +71,9 @@ def settle(
         if agree or why or again.stopped is not None:
             return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
         try:
-            reduced = more if more.complete else raised_model(following, reference, more, progress)
+            reduced = more if more.complete else raised_model(following.band, reference, more, progress)
         except OutOfMemory as error:
-            why = f"f_max {BAND * following.f_max:,.0f} Hz does not fit: {error}"
+            why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
             return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
         stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
         setup, run = following, again
@@ -83,7 +83,7 @@ def settle(
 def _stage(setup: Setup, reduced: ReducedModel, run: Run, making: float) -> Stage:
     h = run.history
     impulse = float((h.weights @ h.force).sum())
-    return Stage(setup.f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
+    return Stage(setup.band.f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
 
 
 def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known: ReducedModel | None = None) -> float:
@@ -103,7 +103,7 @@ def _too_much(setup: Setup, more: ReducedModel, reckoned: list[float]) -> str:
     """Why no further stage is made, and what it would cost; empty: it is."""
     if more.complete:
         return ""
-    to = f"f_max {BAND * setup.f_max:,.0f} Hz"
+    to = f"f_max {BAND * setup.band.f_max:,.0f} Hz"
     n = more.system.n + int(HALF_AGAIN * more.modes)
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"

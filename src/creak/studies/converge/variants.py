@@ -176,7 +176,7 @@ def _is_given(result: StudyResult) -> bool:
 
 def _base_variant(result: StudyResult) -> Variant:
     c = result.setup.study.config
-    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.f_max)
+    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
 
 
 def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from creak.contact.gap_operator import join
-from creak.model.dofs import dofs_of, nodes_of
-from creak.studies.models.reference import observed_labels
+from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import static_gravity
 
@@ -21,7 +20,7 @@ def static_figures(setup: Setup) -> dict[str, Any] | None:
     if start is None:
         return None
     state, nodes = start.state, setup.model.nodes
-    u = start.at(observed_labels(setup.watched)).reshape(-1, 6)
+    u = start.at(node_dofs(setup.watched)).reshape(-1, 6)
     translations = np.flatnonzero(dofs_of(start.labels) <= 3)
     top = translations[np.argmax(np.abs(start.displacement[translations]))]
     groups = np.array(join([setup.contacts, setup.connectors]).group)

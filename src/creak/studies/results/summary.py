@@ -185,7 +185,7 @@ def _band(run: Run, result: StudyResult) -> dict[str, Any]:
     """How far the modes of a reduced run go, and the stages in which that was found."""
     if run.name != "reduced" or result.setup.study.config.reduction.method == "guyan":
         return {}
-    band = {"f_max": result.setup.f_max}
+    band = {"f_max": result.setup.band.f_max}
     if result.band is None or not result.band.stages:
         return band
     return {**band, "stages": [asdict(s) for s in result.band.stages], "stages_ended": result.band.why or None}

@@ -171,7 +171,7 @@ def make_bench(
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
     resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
-    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup, gaps))
+    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup.contacts, gaps))
     window = shown_window(setup.study.course, output_times(setup))
     silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
     excursion = excursion_of(silent, window)

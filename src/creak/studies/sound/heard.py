@@ -120,7 +120,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
     offline = clock.process_time() - offline
-    band = band_of(setup.model, result.reduced, setup.f_max, run, skin, moved(source, faces, skin), metre)
+    band = band_of(setup.model, result.reduced, setup.band.f_max, run, skin, moved(source, faces, skin), metre)
     if band.high <= 2.0 * LOWEST:
         return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     levels = equivalent_levels(source, faces, band.high, result.window)
