@@ -186,8 +186,11 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     found = sizes(setup.structure, reduction, exterior, reference, gaps, sorted({*fixed, *heard}), progress)
     counted, cost = None, None
     if reference.of_parts is None:
+        # from the second multiple on no lower than the verification's spectra
+        low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
         own = [reduction.band.f_max] if c.reduction.method == WHOLE else []
-        counted = _assembly(reference.system, _whole_frequencies(f, c.verification.f_max, own), progress)
+        wanted = sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
+        counted = _assembly(reference.system, wanted, progress)
         cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
     step = ReducedStep(gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(course))
     options = _options(found, counted, fixed, f, step)
@@ -232,12 +235,6 @@ def _assembly(system: System, frequencies: list[float], progress: Progress) -> C
     counted = sturm_counts(Pencil(system.K, system.M), frequencies)
     progress(what, 1, 1)
     return counted
-
-
-def _whole_frequencies(f: float, compared: float, own: list[float]) -> list[float]:
-    """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
-    low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
-    return sorted({low, *(max(x, compared) for x in others), *own})
 
 
 def _options(

@@ -110,7 +110,7 @@ def why_retained(table: ReductionTable, facts: Facts) -> Iterator[str]:
     if table.keep_out:
         names = (BESIDE, *(f"keep_out {d}" for d in (8, 40, 90)))
         rows = [case(record(), name) for name in names]
-        sizes, errors = ([f(row) for row in rows] for f in (_unknowns, _impulse))
+        sizes, errors = [f"{row['unknowns']:,}" for row in rows], [percent(row["impulse_error"]) for row in rows]
         yield (
             "keep_out: 0, because contact dofs are retained directly: 0, 8, 40 and 90 mm of mesh left unreduced gave "
             f"{listed(sizes)} unknowns and {listed(errors)} in the impulse of an event ({DOOR}). Set it where that "
@@ -124,14 +124,6 @@ def why_retained(table: ReductionTable, facts: Facts) -> Iterator[str]:
             f"{dropped['lowest_mac']:.2g}), every second node {every_second['matched']} (MAC "
             f"{every_second['lowest_mac']:.2g}; {DOOR})"
         )
-
-
-def _unknowns(row: Mapping[str, Any]) -> str:
-    return f"{row['unknowns']:,}"
-
-
-def _impulse(row: Mapping[str, Any]) -> str:
-    return percent(row["impulse_error"])
 
 
 def why_exact(accuracy: str, kinds: Set[str], facts: Facts) -> Iterator[str]:

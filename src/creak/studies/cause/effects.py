@@ -24,6 +24,7 @@ from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started, unstarted
+from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.radiation import Ear, Radiation
@@ -140,14 +141,15 @@ def effect_of(
     to: Radiation | None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
-    setup, window = result.setup, result.window
-    channels = channels_at([place], setup.model, gaps, history)[0]
+    study, window = result.setup.study, result.window
+    channels = channels_at([place], result.setup.model, gaps, history)[0]
     inside = (history.time >= window[0]) & (history.time <= window[1])
     impulse = (history.weights * inside) @ history.force
-    count = len(events_at([channels], setup, gaps, history, window)[0])
+    count = len(events_at([channels], study.config.verification, gaps, history, window)[0])
     heard: Sequence[float | None] = (None, None)
     if to is not None:
-        heard = n5_of(setup, window, system, gaps, history, [channels], to)
+        background = background_of(study.config.background, study.places)
+        heard = n5_of(background, window, system, gaps, history, [channels], to)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 

@@ -180,7 +180,10 @@ def static_shapes(loads: Loads, reference: ReferenceModel, reduction: Reduction)
     ------
     InputError : there are forces, and only contact holds the structure.
     """
-    B = force_columns(loads, reference.system)
+    system = reference.system
+    B = np.zeros((system.n, len(loads.force_labels)))
+    for j, labels in enumerate(loads.force_labels):
+        B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
     if not B.shape[1]:
         return B
     if reference.stiffness is None:
@@ -192,11 +195,3 @@ def static_shapes(loads: Loads, reference: ReferenceModel, reduction: Reduction)
             fix='Use method = "craig-bampton".',
         )
     return reference.stiffness.solve(np.asfortranarray(B))
-
-
-def force_columns(loads: Loads, system: System) -> FloatArray:
-    """B of the force excitations, (n, n_force)."""
-    B = np.zeros((system.n, len(loads.force_labels)))
-    for j, labels in enumerate(loads.force_labels):
-        B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
-    return B
