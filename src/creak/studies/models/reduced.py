@@ -118,7 +118,6 @@ def reduce_model(
     made: Callable[[Reduced], Reduced] | None = None,
     *,
     keep: bool = False,
-    further: bool | None = None,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
@@ -128,7 +127,6 @@ def reduce_model(
     keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
-    further : whether further modes are computed too; by default as `Band.further` says.
 
     Raises
     ------
@@ -136,8 +134,6 @@ def reduce_model(
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
     structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
-    if further is not None:
-        reduction = replace(reduction, band=replace(reduction.band, further=further))
     band = reduction.band
     if reduction.table.method == WHOLE:
         found = _modes_of_whole(band.raised_to(0), reference, progress)
@@ -239,17 +235,22 @@ def with_more_modes(
 ) -> ReducedModel:
     """The same with the further modes too, which are computed where the reduction has not done so already."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    reduction, found = setup.reduction, reduced.found
-    if not reduction.band.further:
-        reduced = reduce_model(setup, reference, gaps, progress, further=True)
-        found = reduced.found
+    structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
+    known, band = reduction.band.further, replace(reduction.band, further=True)
+    reduction, found, parts = replace(reduction, band=band), reduced.found, list(reduced.superelements)
     if found is not None:
+        found = found if known else _modes_of_whole(band, reference, progress)
         static = static_shapes(setup.loads, reference, reduction)
-        more = _whole(setup.model, reference, gaps, found, found.omega2.size, static)
-    else:
-        every = [with_all_modes(r) for r in reduced.superelements]
-        more = coupled_again(setup.structure, reduction, setup.exterior, reference, gaps, every, progress)
-    return _with_times(more, wall, cpu)
+        return _with_times(_whole(setup.model, reference, gaps, found, found.omega2.size, static), wall, cpu)
+    if not known:
+        cut = partition(structure, reduction, exterior, reference, gaps)
+        parts = []
+        for sub in cut.substructures:
+            if not sub.stays:
+                parts.append(reduce_substructure(setup.model, reduction, exterior, sub, None, progress)[0])
+                parts[-1].inside.release(above=KEPT)
+    every = [with_all_modes(part) for part in parts]
+    return _with_times(coupled_again(structure, reduction, exterior, reference, gaps, every, progress), wall, cpu)
 
 
 def raised_model(band: Band, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
