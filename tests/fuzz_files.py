@@ -71,7 +71,7 @@ def write_good(folder: Path) -> list[list[Path]]:
     table.write_text("time,value\n" + "".join(f"{k / 10},{k}\n" for k in range(30)))
     road, bench = folder / "road.rsp", folder / "bench.unv"
     road.write_bytes(rpc3())
-    write_functions(bench, TIME, [Function("A", 17, 3, DISPLACEMENT, "Displacement", "mm", COURSES["Acc_X"])])
+    write_functions(bench, [Function("A", 17, 3, DISPLACEMENT, "Displacement", "mm", TIME, COURSES["Acc_X"])])
     return [*found, [superelement], [results], [table], [road], [bench]]
 
 

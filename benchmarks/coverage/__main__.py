@@ -4,8 +4,8 @@
 
 Each seed is a deck of two parts and a study that says nothing numerical. A row for each goes to random.jsonl as it is
 found, and a seed that is there is not run again; random.json has the counts. `--only` runs one seed anew, keeps its
-deck and study, and prints its row. Closed forms: `python -m benchmarks.coverage.closed`; the door against other marches
-of its own reduced model: `python -m benchmarks.coverage.door`.
+deck and study, and prints its row. Closed forms: `python -m benchmarks.coverage.closed`; the door against its unreduced
+model: `python -m benchmarks.coverage.door`.
 """
 
 from __future__ import annotations

@@ -10,5 +10,11 @@ Steps = Callable[[int, int], None]
 """The same of one piece of work, which needs no name."""
 
 
+class Sentence(str):
+    """What is to be told at once, in place of the name of a phase; with it 1 of 1 step is done."""
+
+    __slots__ = ()
+
+
 def silent(*_: object) -> None:
     """No progress."""

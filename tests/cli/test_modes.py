@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import json
+import math
 import xml.etree.ElementTree as ET
 
+import numpy as np
 import pytest
 
+from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import two_strips
+from helpers_punch import punched
 
 
 @pytest.fixture
@@ -30,12 +34,21 @@ def test_tables_and_files(creak, deck, tmp_path):
         out / "m.vtu",
         "--uff",
         out / "m.unv",
+        "--pch",
+        out / "m.pch",
     )
     assert said.status == 0, said.words
     for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
         assert word in said.words
     assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
     assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3
+    found = deck_modes(deck, count=3)
+    for punch, frequency, motion in zip(punched(out / "m.pch"), found.frequencies, found.motion(), strict=True):
+        eigenvalue = float(punch.after("$EIGENVALUE =").split()[0])
+        assert eigenvalue == pytest.approx((2.0 * math.pi * frequency) ** 2, rel=1e-7)
+        assert list(punch.rows) == found.model.nodes.ids.tolist()
+        np.testing.assert_allclose([*punch.rows.values()], motion, rtol=5.1e-7, atol=1e-99)
+        assert np.abs(motion[:, 3:]).max() > 0.0
 
 
 @pytest.mark.parametrize("name", ["-", "new/m.json"])

@@ -38,9 +38,10 @@ def commands(made, target):
         ("schema", "--out", target),
         ("modes", no.with_suffix(".inp"), "--json", target),
         ("modes", no.with_suffix(".inp"), "--uff", target),
+        ("modes", no.with_suffix(".inp"), "--pch", target),
         ("report", no, "--out", target),
         *([("modes", no.with_suffix(".inp"), "--vtk", target)] if ending == ".vtu" else []),
-        *([("convert", no.with_suffix(".h5"), target)] if ending in (".unv", ".csv", ".pvd") else []),
+        *([("convert", no.with_suffix(".h5"), target)] if ending in (".unv", ".pch", ".csv", ".pvd") else []),
         *([("convert", no.with_suffix(".inp"), target)] if ending in (".inp", ".bdf") else []),
         *([("convert", no.with_suffix(".inp"), target, "--matrices", "npz")] if ending == ".npz" else []),
         *([("new", no.with_suffix(".inp"), "--out", target, "--overwrite")] if ending == ".toml" else []),
@@ -48,7 +49,7 @@ def commands(made, target):
     return found
 
 
-@pytest.mark.parametrize("ending", [".vtu", ".unv", ".csv", ".pvd", ".inp", ".bdf", ".npz", ".toml", ".json"])
+@pytest.mark.parametrize("ending", [".vtu", ".unv", ".pch", ".csv", ".pvd", ".inp", ".bdf", ".npz", ".toml", ".json"])
 @pytest.mark.parametrize("kind", ["folder", "socket", "block device"])
 def test_other_nodes_are_refused_before_anything_is_read(creak, made, tmp_path, monkeypatch, kind, ending):
     target = tmp_path / f"node{ending}"
@@ -85,6 +86,7 @@ def read_later(pipe):
         (".unv", ("modes", "strips.inp", "--uff", "PIPE", "--quiet"), "    -1\n   164"),
         (".csv", ("convert", "out/results.h5", "PIPE"), "time [s],"),
         (".unv", ("convert", "out/results.h5", "PIPE"), "    -1\n   164"),
+        (".pch", ("convert", "out/results.h5", "PIPE"), "$TITLE   ="),
         (".inp", ("convert", "strips.inp", "PIPE"), "*"),
         (".html", ("report", "out", "--out", "PIPE"), "\n<!DOCTYPE html>"),
     ],

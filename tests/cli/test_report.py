@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from helpers_decks import STUDY, write_strips
+from helpers_punch import punched
 from helpers_uff import data_sets, fields
 from helpers_vtu import arrays
 
@@ -105,6 +106,63 @@ def functions(path):
         yield int(names[41:51]), int(names[51:55]), int(kind[:10]), float(shape[30:43]), float(shape[43:56]), values
 
 
+def moved(folder):
+    """Times, nodes and relative motion of the points of E-lines that a run keeps."""
+    with h5py.File(folder / "results.h5") as file:
+        lines = file["runs/reduced/elines"]
+        return lines["time"][()], lines["node_ids"][()], lines["motion"][()].astype(float)
+
+
+def test_the_motion_of_a_contact_s_line_is_its_gap(folder):
+    """z of each point against the gap of its channel; the measures of the line against the motion itself."""
+    time, _, motion = moved(folder)
+    with h5py.File(folder / "results.h5") as file:
+        run, lines = file["runs/reduced"], file["report/elines"]
+        rows = np.searchsorted(run["time"][()], time - 1e-9)
+        np.testing.assert_allclose(run["time"][()][rows], time, rtol=1e-12)
+        column = [run["channels"].asstr()[()].tolist().index(name) for name in run["elines/points"].asstr()[()]]
+        opened = run["gap"][()][rows][:, column] - lines["gap0"][()]
+        np.testing.assert_allclose(motion[:, :, 2], opened, atol=1e-6 * np.abs(opened).max())
+        np.testing.assert_allclose((-motion[:, :, 2]).max(axis=0), lines["contact/closing"][()], rtol=1e-6)
+        np.testing.assert_allclose(np.ptp(motion[:, :, :2], axis=0), lines["contact/along"][()], atol=1e-6)
+
+
+def test_histories_become_a_punch_file(creak, folder, tmp_path):
+    """Every number to the seven digits of the format; points by their nodes, named by the label."""
+    said = creak("convert", folder / "results.h5", tmp_path / "histories.pch")
+    assert said.status == 0, said.words
+    assert "39 points of E-lines" in said.words
+    found = punched(tmp_path / "histories.pch")
+    line_time, line_nodes, motion = moved(folder)
+    with h5py.File(folder / "results.h5") as file:
+        run = file["runs/reduced"]
+        time, nodes, channels = run["time"][()], run["node_ids"][()], run["channel_nodes"][()]
+        displacement, force = run["displacement"][()], run["normal_force"][()]
+        names = run["channels"].asstr()[()]
+    expected = [("$DISPLACEMENTS", 1, n, time, displacement[:, k]) for k, n in enumerate(nodes)]
+    expected += [
+        ("$DISPLACEMENTS", 2, n, line_time, np.pad(motion[:, k], ((0, 0), (0, 3)))) for k, n in enumerate(line_nodes)
+    ]
+    expected += [("$MPCF", 3, n, time, np.outer(force[:, k], [0, 0, 1, 0, 0, 0])) for k, n in enumerate(channels)]
+    assert len(found) == len(expected)
+    for output, (kind, subcase, node, of, numbers) in zip(found, expected, strict=True):
+        assert output.head[3:5] == [kind, "$REAL OUTPUT"]
+        assert output.after("$SUBCASE ID =") == str(subcase)
+        assert output.after("$POINT ID =") == f"{node}  IDENTIFIED BY TIME"
+        np.testing.assert_allclose([*output.rows], of, rtol=5.1e-7)
+        np.testing.assert_allclose([*output.rows.values()], numbers, rtol=5.1e-7, atol=1e-99)
+    assert found[-1].after("$LABEL   =").endswith(names[-1])
+    assert found[0].after("$SUBTITLE=") == "written by creak: mm, N, s"
+    # A file of creak gives way to another one, a punch file of another program does not.
+    assert creak("convert", folder / "results.h5", tmp_path / "histories.pch", "--run", "reference").status == 0
+    other = (tmp_path / "histories.pch").read_text().replace("written by creak: mm, N, s", "a load case of the door   ")
+    (tmp_path / "histories.pch").write_text(other)
+    said = creak("convert", folder / "results.h5", tmp_path / "histories.pch")
+    assert said.status == 2
+    assert "no file that creak wrote" in said.err
+    assert (tmp_path / "histories.pch").read_text() == other
+
+
 def test_histories_become_functions_of_a_universal_file(creak, folder, tmp_path):
     said = creak("convert", folder / "results.h5", tmp_path / "histories.unv")
     assert said.status == 0, said.words
@@ -115,11 +173,14 @@ def test_histories_become_functions_of_a_universal_file(creak, folder, tmp_path)
         displacement, force = run["displacement"][()], run["normal_force"][()]
     assert force.any()
     expected = [(n, axis + 1, 8, displacement[:, k, axis]) for k, n in enumerate(nodes) for axis in range(3)]
-    expected += [(n, 0, 9, force[:, k]) for k, n in enumerate(channels)]
+    line_time, line_nodes, motion = moved(folder)
+    relative = [(n, axis + 1, 8, motion[:, k, axis]) for k, n in enumerate(line_nodes) for axis in range(3)]
+    expected += [*relative, *((n, 0, 9, force[:, k]) for k, n in enumerate(channels))]
     assert len(found) == len(expected)
     for (node, direction, kind, start, step, values), (*what, numbers) in zip(found, expected, strict=True):
         assert [node, direction, kind] == what
-        np.testing.assert_allclose(start + step * np.arange(time.size), time, atol=1e-5 * time[-1])
+        of = line_time if numbers.base is motion else time
+        np.testing.assert_allclose(start + step * np.arange(of.size), of, atol=1e-5 * time[-1])
         np.testing.assert_allclose(values, numbers, rtol=1e-12, atol=1e-99)
 
 

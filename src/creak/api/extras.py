@@ -9,6 +9,7 @@ from creak.errors import InputError
 REPORT = ("plotly", "matplotlib", "jinja2")
 """What report.html and the pages of sweeps and the thesis are made with: the extra `report`."""
 HOW = "pip install 'creak[report]'"
+HOW_PANDAS = "pip install 'creak[pandas]'"
 
 
 def missing_for_report() -> tuple[str, ...]:

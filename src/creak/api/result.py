@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
-from creak.api.shown import Events, Kind, facts, figure, line, table
+from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
 from creak.errors import NumericalError
 from creak.studies.evaluate import Evaluation
 
@@ -69,6 +69,21 @@ class Result(Evaluation):
             installed.
         """
         return figure(self._view(0.0), kind)
+
+    def to_frame(self, kind: TableKind = "events") -> Any:
+        """A table as a pandas DataFrame, with the unit of each column in its `attrs["units"]`.
+
+        Parameters
+        ----------
+        kind : "events" (contact events of the main run), "places" (where it rattles or squeaks) or "elines" (a row for
+            each E-line in the run without contact, `linear`, and in that with it, `contact`); figures as in
+            summary.json.
+
+        Raises
+        ------
+        InputError : a table that there is not, or pandas (the extra `pandas`) is not installed.
+        """
+        return frame(kind, self.events, self.summary)
 
     @property
     def history(self) -> History:

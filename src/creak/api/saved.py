@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
-from creak.api.shown import Events, Kind, facts, figure, line, table
+from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
 
 if TYPE_CHECKING:
     from creak.report.found import Found, FoundRun
@@ -48,6 +48,10 @@ class SavedResult:
     def plot(self, kind: Kind = "force") -> Any:
         """A figure of the report, as a plotly Figure; kinds and errors as `Result.plot`."""
         return figure(self.found, kind)
+
+    def to_frame(self, kind: TableKind = "events") -> Any:
+        """A table as a pandas DataFrame; kinds and errors as `Result.to_frame`."""
+        return frame(kind, self.events, self.summary)
 
     @property
     def agreement(self) -> EventMatch | None:

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
-from creak.api.extras import need_report
+from creak.api.extras import HOW_PANDAS, need_report
 from creak.errors import InputError
 from creak.verify.events import Event
 
@@ -27,6 +27,21 @@ COLUMNS = {
     "touches": "",
 }
 """Column of a table of events -> its unit, or the attribute of `report.words.text.Units` that names it."""
+PLACES = {
+    **dict.fromkeys(("name", "contact", "nodes", "events"), ""),
+    **{"impulse": "impulse", "force": "force", "closing_speed": "speed", "share": "", "irregularity": ""},
+    **{"friction": "", "slips": "", "slip_rate": "1/s", "slip_path": "length", "friction_energy": "energy"},
+    **{"n5": "sone", "n_max": "sone", "level": "dB(A)", "sound_share": ""},
+}
+"""The same of a table of places."""
+OF_LINE = {"name": "", "contact_pair": "", "points": "", "tolerance": "length", "material": "", "outcome": ""}
+OF_LINE_IN_RUN = {
+    **dict.fromkeys(("margin", "margin_percentile", "gap", "closing", "across"), "length"),
+    **dict.fromkeys(("in_plane", "in_plane_percentile", "in_plane_touching"), "length"),
+    **dict.fromkeys(("node", "in_plane_node", "risk", "points_at_risk", "squeak"), ""),
+}
+ELINES = {**OF_LINE, "run": "", **OF_LINE_IN_RUN}
+"""The same of a table of E-lines, a row for each line in each run: `linear` and `contact`."""
 ROWS = 10
 """Events that a notebook shows."""
 
@@ -53,10 +68,7 @@ class Events(list[Event]):
 
     def units(self) -> dict[str, str]:
         """Unit of each column of `rows`; empty: a name or a number."""
-        from creak.model.units import UNITS
-
-        known = UNITS[self._units]
-        return {name: getattr(known, unit, unit) for name, unit in COLUMNS.items()}
+        return _units(COLUMNS, self._units)
 
     def to_frame(self) -> Any:
         """`rows` as a pandas DataFrame; its `attrs["units"]` are `units()`.
@@ -65,15 +77,7 @@ class Events(list[Event]):
         ------
         InputError : pandas is not installed.
         """
-        try:
-            import pandas
-        except ImportError as error:
-            raise InputError(
-                "pandas is not installed here", fix="Install it: pip install pandas, or use events.rows()."
-            ) from error
-        frame = pandas.DataFrame(self.rows(), columns=list(COLUMNS))
-        frame.attrs["units"] = self.units()
-        return frame
+        return _frame(self.rows(), COLUMNS, self._units, "events.rows()")
 
     def __repr__(self) -> str:
         return f"<{_count(self)}>"
@@ -88,6 +92,54 @@ class Events(list[Event]):
 
 def _cell(value: Any) -> str:
     return f"<td>{value:.4g}</td>" if isinstance(value, float) else f"<td>{escape(str(value))}</td>"
+
+
+TableKind = Literal["events", "places", "elines"]
+
+
+def frame(kind: TableKind, events: Events, summary: dict[str, Any]) -> Any:
+    """A table of a result as a pandas DataFrame, with the unit of each column in `attrs["units"]`.
+
+    Raises
+    ------
+    InputError : a table that there is not; pandas is not installed.
+    """
+    units = summary["units"]
+    if kind == "events":
+        return events.to_frame()
+    if kind == "places":
+        main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {"places": []}
+        return _frame(main["places"], PLACES, units, 'summary["runs"]')
+    if kind == "elines":
+        return _frame(_line_rows(summary["elines"]), ELINES, units, 'summary["elines"]')
+    raise InputError(f"no table {kind!r}", expected="'events', 'places' or 'elines'")
+
+
+def _line_rows(elines: dict[str, Any] | None) -> list[dict[str, Any]]:
+    """A row for each line in each run that there is."""
+    return [
+        {**{name: line[name] for name in OF_LINE}, "run": run, **line[run]}
+        for line in ([] if elines is None else elines["lines"])
+        for run in ("linear", "contact")
+        if line[run] is not None
+    ]
+
+
+def _frame(rows: list[dict[str, Any]], columns: dict[str, str], units: str, instead: str) -> Any:
+    try:
+        import pandas
+    except ImportError as error:
+        raise InputError("pandas is not installed here", fix=f"Install it: {HOW_PANDAS}, or use {instead}.") from error
+    made = pandas.DataFrame(rows, columns=list(columns))
+    made.attrs["units"] = _units(columns, units)
+    return made
+
+
+def _units(columns: dict[str, str], units: str) -> dict[str, str]:
+    """The unit of each column, out of what names it."""
+    from creak.model.units import UNITS
+
+    return {name: getattr(UNITS[units], unit, unit) for name, unit in columns.items()}
 
 
 def _count(events: Events) -> str:

@@ -32,9 +32,14 @@ def recovered(
         yield here, system.recover(q[:, here], s[:, here])
 
 
-def by_node(u: FloatArray, labels: IntArray, n_node: int) -> FloatArray:
-    """(k, n_node, 3) translations of all nodes from (n_label, k) motion; zero where a node has no such dof."""
-    out = np.zeros((u.shape[1], n_node, 3))
-    moves = dofs_of(labels) <= 3
+def by_node(u: FloatArray, labels: IntArray, n_node: int, dofs: int = 3) -> FloatArray:
+    """(k, n_node, dofs) motion of all nodes from (n_label, k) motion; zero where a node has no such dof.
+
+    Parameters
+    ----------
+    dofs : 3: translations; 6: rotations too.
+    """
+    out = np.zeros((u.shape[1], n_node, dofs))
+    moves = dofs_of(labels) <= dofs
     out[:, nodes_of(labels[moves]), dofs_of(labels[moves]) - 1] = u[moves].T
     return out

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 MATRICES = {"npz": "npz", "mtx": "matrix-market", "op4": "op4", "dmig": "dmig"}
 """What --matrices takes -> name of the format."""
 RESULTS = (".h5", ".hdf5")
-OF_RESULTS = (".pvd", ".vtu", ".unv", ".uff", ".csv")
+OF_RESULTS = (".pvd", ".vtu", ".unv", ".uff", ".pch", ".csv")
 """What results are written to."""
 
 
@@ -32,7 +32,7 @@ def convert(
     out: Path = typer.Argument(
         ...,
         metavar="OUT",
-        help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .vtu, .unv, .csv.",
+        help="The deck to write, .inp, .bdf, .dat, .nas; or the matrices; of results .pvd, .vtu, .unv, .pch, .csv.",
     ),
     matrices: str | None = typer.Option(None, "--matrices", help="Write K, M and C instead: npz, mtx, op4 or dmig."),
     mass: str | None = typer.Option(
@@ -54,8 +54,9 @@ def convert(
 
     Of results it writes the motion of all nodes for ParaView, around the hardest event or as [output] field_interval
     says: OUT.pvd with the times, and a folder of that name with a VTU for each instant. Of any results it writes the
-    histories of watched nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) with translations and
-    normal forces; and OUT.vtu, E-lines and places as points with their figures.
+    histories of watched nodes and gap channels: OUT.csv with all of them, OUT.unv (data set 58) and OUT.pch (Nastran
+    punch) with displacements and normal forces, and the relative motion at E-lines; and OUT.vtu, E-lines and places as
+    points with their figures.
 
     Example: creak convert plate.bdf plate.inp --mass consistent
 
@@ -114,7 +115,7 @@ def _check_results(of_run: bool, out: Path, run: str | None, others: list[str | 
     if of_run and out.suffix.lower() not in OF_RESULTS:
         raise InputError(
             f"cannot write results to {out}",
-            expected=".pvd (motion) or .vtu (lines, places) for ParaView, .unv or .csv (histories)",
+            expected=".pvd (motion) or .vtu (lines, places) for ParaView, .unv, .pch or .csv (histories)",
         )
     if not of_run and out.suffix.lower() in (".pvd", ".vtu"):
         raise InputError(f"a {out.suffix} holds what a run found", expected="results.h5 as IN")
@@ -160,22 +161,28 @@ def _write_points(results: Path, out: Path, run: str | None, words: Output) -> N
 
 
 def _write_histories(results: Path, out: Path, run: str | None, words: Output) -> None:
-    """Watched nodes and gap channels of a run over time."""
-    from creak.formats.measured.histories import read_histories, write_csv, write_universal
+    """Watched nodes, E-lines and gap channels of a run over time."""
+    from creak.formats.measured.histories import read_histories, write_csv, write_punch, write_universal
 
     with words as output:
         with output.progress as progress:
             histories = read_histories(results, run)
             with progress.phase(f"write {out.name}"):
-                (write_csv if out.suffix.lower() == ".csv" else write_universal)(histories, out)
+                write = {".csv": write_csv, ".pch": write_punch}.get(out.suffix.lower(), write_universal)
+                write(histories, out)
             output.wrote(out)
         output.tell_written()
         nodes, channels, times = len(histories.node_names), len(histories.channels), histories.time.size
-        output.say(f"{nodes} nodes and {channels} channels of the {histories.run} run at {times} times")
+        points = 0 if histories.elines is None or out.suffix.lower() == ".csv" else len(histories.elines.names)
+        lines = f", {points} points of E-lines" if points else ""
+        output.say(f"{nodes} nodes{lines} and {channels} channels of the {histories.run} run at {times} times")
+        for what in histories.renumbered if out.suffix.lower() == ".pch" else ():
+            output.say(f"note: several {what} are at one node; they are numbered 1, 2, ..., and $LABEL names each")
         output.result(
             {
                 "run": histories.run,
                 "nodes": nodes,
+                "eline_points": points,
                 "channels": channels,
                 "times": times,
                 "written": [str(out)],

@@ -33,6 +33,7 @@ def modes(
     about: str = typer.Option("0,0,0", "--about", metavar="X,Y,Z", help="Point of the rotations of effective mass."),
     vtk: Path | None = typer.Option(None, "--vtk", help="Write the shapes here (.vtu) for ParaView."),
     uff: Path | None = typer.Option(None, "--uff", help="Write the shapes here as a universal file (data set 55)."),
+    pch: Path | None = typer.Option(None, "--pch", help="Write the shapes here as a Nastran punch file (.pch)."),
     units: UnitsName = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
     ignore: list[str] = IGNORE,
     quiet: bool = QUIET,
@@ -50,7 +51,7 @@ def modes(
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
     on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
-    files = [path for path in (vtk, uff, None if on_stdout else json_file) if path is not None]
+    files = [path for path in (vtk, uff, pch, None if on_stdout else json_file) if path is not None]
     will_read(deck)
     for path in files:
         writable_file(path)
@@ -60,14 +61,14 @@ def modes(
             model_detail(output, found.model)
             for path in files:
                 path.parent.mkdir(parents=True, exist_ok=True)
-            _write(output, found, vtk, uff, units, deck.name)
+            _write(output, found, (vtk, uff, pch), units, deck.name)
             if json_file is not None and not on_stdout:
                 _write_json(output, found, json_file)
         _print(output, found)
         ids = found.model.nodes.ids.tolist()
-        if uff is not None and len(set(ids)) < len(ids):
+        if (uff is not None or pch is not None) and len(set(ids)) < len(ids):
             output.say(
-                "note: instances repeat node labels; the universal file numbers the nodes 1, 2, ... in the "
+                "note: instances repeat node labels; universal and punch files number the nodes 1, 2, ... in the "
                 "order of the deck"
             )
         output.tell_written()
@@ -85,16 +86,14 @@ def _point(text: str) -> tuple[float, ...]:
 
 
 def _write(
-    output: Output,
-    found: DeckModes,
-    vtk: Path | None,
-    uff: Path | None,
-    units: UnitsName,
-    title: str,
+    output: Output, found: DeckModes, paths: tuple[Path | None, Path | None, Path | None], units: UnitsName, title: str
 ) -> None:
+    """The shapes, for ParaView, as a universal file, as a punch file."""
+    from creak.formats.measured.punch import write_mode_punch
     from creak.formats.measured.uff import write_uff
     from creak.formats.vtu import write_vtu
 
+    vtk, uff, pch = paths
     if vtk is not None:
         with output.progress.phase("write the shapes for ParaView"):
             write_vtu(vtk, found.model, found.frequencies, found.translations())
@@ -103,6 +102,10 @@ def _write(
         with output.progress.phase("write the universal file"):
             write_uff(uff, found.model, found.frequencies, found.translations(), units, title=title)
         output.wrote(uff)
+    if pch is not None:
+        with output.progress.phase("write the punch file"):
+            write_mode_punch(pch, found.model, found.frequencies, found.motion(), title=title)
+        output.wrote(pch)
 
 
 def _write_json(output: Output, found: DeckModes, path: Path) -> None:

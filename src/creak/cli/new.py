@@ -16,6 +16,8 @@ from creak.errors import InputError
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
+    from creak.cli.output import ProgressBars
+    from creak.model.mesh import Model
     from creak.studies.propose.proposal import Proposal
 
 
@@ -25,7 +27,10 @@ def new(
     ),
     out: Path | None = typer.Option(None, "--out", help="The study to write; default: beside the deck, ending .toml."),
     distance: float | None = typer.Option(
-        None, "--distance", help="Surfaces nearer than this may touch; default: a hundredth of the model's size."
+        None,
+        "--distance",
+        help="Surfaces nearer than this may touch; default: a hundredth of the model's size, "
+        "and up to twice that is asked about.",
     ),
     units: UnitsName | None = typer.Option(
         None, "--units", help="Units of the deck; default: guessed from materials and size."
@@ -38,13 +43,15 @@ def new(
 ) -> None:
     """Look at a deck and write a study for it: contacts, supports, excitation, outputs, each with a comment.
 
-    Beside it the schema for editors. What the deck has no names for is left to be filled in and named.
+    Beside it the schema for editors, and a picture of each contact that is doubtful: too far, overlapping, or on an
+    unsure side. The study asks about these in comments. What the deck has no names for is named there, or left to be
+    filled in.
 
     Example: creak new car.inp --out car.toml --distance 5
     """
     from creak.formats.decks import read_model
     from creak.studies.file.schema import SCHEMA_FILE
-    from creak.studies.propose.proposal import propose
+    from creak.studies.propose.proposal import propose, with_pictures
     from creak.studies.propose.text import proposal_text
 
     path = _study_path(deck, out, overwrite)
@@ -56,8 +63,9 @@ def new(
                 model = read_model(deck)
             _study_path(deck, out, overwrite)  # once more: what has been read meanwhile stays
             model_detail(output, model)
-            found = propose(model, distance, units, progress)
+            found = with_pictures(propose(model, distance, units, progress), path.stem)
             relative = Path(os.path.relpath(deck, path.parent)).as_posix()
+            pictures = _pictures(found, model, path, progress)
             _write(path, proposal_text(found, model, relative, path.stem))
             with progress.phase("check the study"):
                 missing, warnings = _missing(path, ignore)
@@ -65,7 +73,7 @@ def new(
                 missing = ". ".join(filter(None, (found.untouched, missing or undriven)))
             if missing:
                 _write(path, proposal_text(found, model, relative, path.stem, " ".join(missing.split())))
-            output.wrote(path, path.with_name(SCHEMA_FILE))
+            output.wrote(path, path.with_name(SCHEMA_FILE), *pictures)
         _tell(output, found, path, missing)
         tell_warnings(output, warnings, set())
         output.result(
@@ -106,6 +114,25 @@ def _write(path: Path, text: str) -> None:
         write_text(file, content)
 
 
+def _pictures(found: Proposal, model: Model, path: Path, progress: ProgressBars) -> list[Path]:
+    """A picture beside the study of each question that names one."""
+    asked = [c for c in found.contacts if c.picture]
+    if not asked:
+        return []
+    import numpy as np
+
+    from creak.formats.complete_file import files_together
+    from creak.report.figures.question import question_picture
+
+    with progress.phase("draw the questions"), files_together() as together:
+        for c in asked:
+            png = question_picture(model, c.parts, c.nodes, np.array(c.at), np.array(c.toward), c.gap)
+            with together.file(path.with_name(c.picture)) as file:
+                file.write_bytes(png)
+        together.appear()
+    return [path.with_name(c.picture) for c in asked]
+
+
 def _missing(path: Path, ignore: list[str]) -> tuple[str, list[str]]:
     """What keeps the study from running, empty if nothing does; and what it is warned of."""
     from creak.studies.file.reader import read_study
@@ -123,8 +150,13 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     unit = found.units.words[0]
     output.say(f"units: {found.units.name} ({found.guess})")
     for c in found.contacts:
-        state = f"{c.channels} channels" if not c.problem else f"left out, because {c.problem}"
-        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.gap:.3g} {unit} apart at node {c.place}, {state}")
+        state = f"left out, because {c.problem}" if c.problem else f"{c.channels} channels"
+        if c.question:
+            state = f"asked in the study ({c.question})" + (f", see {c.picture}" if c.picture else "")
+        how = f"{max(c.gap, 0.0):.3g} {unit} apart" if c.gap > -1e-9 else f"{-c.gap:.3g} {unit} inside each other"
+        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {how} at node {c.place}, {state}")
+    for joint in found.joints:
+        output.say(f"joined by the deck: {joint}")
     if not found.contacts:
         near = "" if found.closest is None else "; nearest: {} and {}, {:.3g}".format(*found.closest)
         output.say(f"no contact: no surfaces within {found.distance:.3g} {unit}{near}")
@@ -144,6 +176,7 @@ def _data(found: Proposal) -> dict[str, Any]:
         "units_guess": found.guess,
         "distance": found.distance,
         "contacts": [asdict(c) for c in found.contacts],
+        "joints": list(found.joints),
         "held": found.held,
         "held_nodes": found.n_held,
         "excitation": None if found.drive is None else asdict(found.drive),

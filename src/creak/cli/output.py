@@ -26,6 +26,7 @@ from rich.text import Text
 from creak.cli.console import Terminal, printable
 from creak.errors import CreakError, InputError, shortened
 from creak.formats.destination import Destination, destination
+from creak.progress import Sentence
 
 QUIET = typer.Option(False, "--quiet", "-q", help="No progress and no tables; warnings and errors stay.")
 VERBOSE = typer.Option(False, "--verbose", "-v", help="More lines: seconds of each phase, sizes, choices made.")
@@ -266,7 +267,11 @@ class ProgressBars:
         self._bars.stop()
 
     def __call__(self, stage: str, done: int, total: int) -> None:
-        """Report that `done` of `total` of a phase is finished."""
+        """Report that `done` of `total` of a phase is finished, or a sentence (`creak.progress.Sentence`)."""
+        if isinstance(stage, Sentence):
+            if not self._quiet:
+                self._console.print(stage)
+            return
         now, known = time.monotonic(), self._stages.get(stage)
         if known is not None and known.finished and (done, total) == (known.done, known.total):
             return

@@ -10,9 +10,8 @@ from importlib.metadata import version as installed
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
@@ -42,7 +41,6 @@ from creak.version import version
 
 ANIMATION_BYTES = 12_000_000
 """What the motion around events may take of a report."""
-SingleArray = NDArray[np.float32]
 PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
 
 

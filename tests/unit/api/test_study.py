@@ -185,16 +185,48 @@ def test_events_are_a_list_and_a_table(result, monkeypatch):
     assert set(events.units()) == set(row)
     assert events.units()["closing_speed"] == "mm/s"
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(creak.InputError, match=r"pip install pandas, or use events.rows\(\)"):
+    with pytest.raises(creak.InputError, match=r"pip install 'creak\[pandas\]', or use events.rows\(\)"):
         events.to_frame()
+    with pytest.raises(creak.InputError, match="no table 'gaps'; expected 'events', 'places' or 'elines'"):
+        result.to_frame("gaps")
 
 
-def test_events_make_a_frame_where_there_is_pandas(result):
-    pandas = pytest.importorskip("pandas", reason="pip install pandas")
-    frame = result.events.to_frame()
-    assert isinstance(frame, pandas.DataFrame)
-    assert frame["impulse"].sum() == pytest.approx(result.summary["runs"]["reduced"]["impulse_total"])
-    assert frame.attrs["units"]["force"] == "N"
+class Frame:
+    """What creak asks of a DataFrame."""
+
+    def __init__(self, rows, columns):
+        self.rows, self.columns, self.attrs = rows, columns, {}
+
+
+@pytest.mark.parametrize("kind", ["events", "places", "elines"])
+def test_tables_go_to_pandas_with_their_units(result, tmp_path, monkeypatch, kind):
+    """Every column is in every row, of the run and of what it left on disk."""
+    result.save(tmp_path)
+    monkeypatch.setitem(sys.modules, "pandas", SimpleNamespace(DataFrame=Frame))
+    for one in (result, creak.open_result(tmp_path)):
+        frame = one.to_frame(kind)
+        assert frame.rows
+        assert all(set(frame.columns) <= set(row) for row in frame.rows)
+        assert list(frame.attrs["units"]) == frame.columns
+    if kind == "elines":
+        (line,) = result.summary["elines"]["lines"]
+        assert [row["run"] for row in frame.rows] == ["linear", "contact"]
+        assert [row["margin"] for row in frame.rows] == [line["linear"]["margin"], line["contact"]["margin"]]
+        assert frame.attrs["units"]["margin"] == "mm"
+    else:
+        run = result.summary["runs"]["reduced"]
+        total = run["impulse_total"] if kind == "events" else sum(place["impulse"] for place in run["places"])
+        assert sum(row["impulse"] for row in frame.rows) == pytest.approx(total)
+        assert frame.attrs["units"]["force"] == "N"
+
+
+def test_tables_are_frames_where_there_is_pandas(result):
+    pandas = pytest.importorskip("pandas", reason="pip install 'creak[pandas]'")
+    for kind in ("events", "places", "elines"):
+        frame = result.to_frame(kind)
+        assert isinstance(frame, pandas.DataFrame)
+        assert len(frame) > 0
+    assert frame["margin"].min() == result.summary["elines"]["lines"][0]["linear"]["margin"]
 
 
 def test_names_in_a_notebook_are_text(result):

@@ -29,8 +29,8 @@ def test_channels_of_rpc3(tmp_path, order, kind):
 
 
 def uff(path, precision: int = 4):
-    functions = [Function(n, 17, 3, DISPLACEMENT, "Displacement", "mm", v) for n, v in COURSES.items()]
-    write_functions(path, TIME, functions)
+    functions = [Function(n, 17, 3, DISPLACEMENT, "Displacement", "mm", TIME, v) for n, v in COURSES.items()]
+    write_functions(path, functions)
     if precision == 2:  # as single precision writes it: six numbers of 13 to a line
         lines = path.read_text().replace("\r", "").splitlines()
         rows = iter(lines)

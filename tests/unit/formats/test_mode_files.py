@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.measured.punch import write_mode_punch
 from creak.formats.measured.uff import write_uff
 from creak.formats.vtu import write_vtu
+from helpers_punch import punched
 from helpers_uff import data_sets, fields
 from helpers_vtu import arrays
 
@@ -139,3 +141,31 @@ def test_uff_numbers_the_nodes_where_instances_repeat_labels(model, shapes, tmp_
     assert [int(line[:10]) for line in sets[15]] == list(range(1, 14))
     assert [int(v) for v in sets[55][8::2]] == list(range(1, 14))
     assert float(sets[164][1][:25].replace("D", "E")) == 1000.0
+
+
+def test_punch(model, tmp_path, measured):
+    motions = np.random.default_rng(4).standard_normal((2, model.nodes.count, 6)) * [[[1e-7]], [[1e-120]]]
+    write_mode_punch(tmp_path / "m.pch", model, FREQUENCIES, iter(motions), title="a title " * 20)
+    first, second = punched(tmp_path / "m.pch")
+    assert first.head[3:6] == ["$EIGENVECTOR", "$REAL OUTPUT", "$SUBCASE ID =           1"]
+    assert second.after("$LABEL   =") == "mode 2, 123.457 Hz"
+    value, number = second.after("$EIGENVALUE =").split("MODE =")
+    assert float(value) == pytest.approx((2.0 * np.pi * 123.456789) ** 2, rel=1e-7)
+    assert int(number) == 2
+    assert list(first.rows) == model.nodes.ids.tolist()
+    got = np.array([*first.rows.values()])
+    measured(
+        "decks",
+        "shapes in a punch file, relative error",
+        np.abs(got / motions[0] - 1.0).max(),
+        at_most=5.1e-7,
+        source="themselves",
+    )
+    assert not np.array([*second.rows.values()]).any()  # 1e-120 does not fit 1PE18.6 of two digits
+
+
+def test_punch_numbers_the_nodes_where_instances_repeat_labels(model, tmp_path):
+    object.__setattr__(model.nodes, "ids", np.ones_like(model.nodes.ids))
+    write_mode_punch(tmp_path / "m.pch", model, [1.0], iter([np.ones((13, 6))]))
+    (only,) = punched(tmp_path / "m.pch")
+    assert list(only.rows) == list(range(1, 14))

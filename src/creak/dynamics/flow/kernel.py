@@ -18,7 +18,7 @@ from creak.dynamics.compiled import DONE, NOT_FINITE, inner, outer
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_together, new_held, rests, same_set
+from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_rubbing, hold_together, new_held, rests, same_set
 from creak.dynamics.flow.model import FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
@@ -171,7 +171,6 @@ def march(  # type: ignore[no-untyped-def]
     P,
     A,
     W,
-    B,
     lasting,
     gain,
     light,
@@ -190,7 +189,6 @@ def march(  # type: ignore[no-untyped-def]
 ):
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow.rows`).
 
-    lasting: level of the steps of lasting contact, B (m, m) what a constant force moves in one; beyond the last: none.
     Channels that press at rest count as lasting from the start. Where only springs press, rates of open channels are
     looked at when nothing presses any more: half of what is read of the model near contact.
 
@@ -203,7 +201,7 @@ def march(  # type: ignore[no-untyped-def]
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
-    patience = PATIENCE * (parts >> lasting) if lasting <= levels else 0
+    patience = PATIENCE * (parts >> lasting.level) if lasting.level <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, True)
@@ -220,12 +218,21 @@ def march(  # type: ignore[no-untyped-def]
                 open_block(
                     block, model, slope, band, D, energy, course, H / parts, (step + at / parts) * H, used, at, now
                 )
-            if kicked and lasting <= levels and at % (parts >> lasting) == 0 and calm >= patience:
-                level, h = lasting, H / (1 << lasting)
+            if kicked and lasting.level <= levels and at % (parts >> lasting.level) == 0 and calm >= patience:
+                level, h = lasting.level, H / (1 << lasting.level)
                 if calm == patience:
                     look_rates(model, now)
-                    hold_together(laws, B, now.force[: now.gap.size], together)
-                held = hold(model, laws, slope, P[level], B, together, gain, D, course, h, now, after, block)
+                if lasting.A.size > 0:
+                    if A is not None:
+                        held = hold_rubbing(
+                            model, laws, slope, P[level], lasting, gain, D, course, h, now, after, block
+                        )
+                else:
+                    if calm == patience:
+                        hold_together(laws, lasting.B, now.force[: now.gap.size], together)
+                    held = hold(
+                        model, laws, slope, P[level], lasting.B, together, gain, D, course, h, now, after, block
+                    )
                 calm = calm + 1 if held else 0
                 if held:
                     settled(W, H / parts, after)
@@ -263,7 +270,7 @@ def march(  # type: ignore[no-untyped-def]
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
                     look_rates(model, after)
-                if not same_set(now, after):
+                if not same_set(laws, now, after):
                     calm = 0
                 elif calm < patience:
                     calm += 1

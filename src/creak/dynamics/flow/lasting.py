@@ -17,12 +17,14 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.books import EXTERNAL, GIVEN
+from creak.contact.step_problem import solve_step
+from creak.dynamics.books import EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import inner, inner_fast, with_arrays
+from creak.dynamics.compiled import DONE, inner, inner_fast, with_arrays
 from creak.dynamics.flow.block import look_near, under_way
-from creak.dynamics.flow.motion import fly, gap_of, look, settle_supports, times
-from creak.dynamics.vector_kernels import fill
+from creak.dynamics.flow.kicks import GIVE
+from creak.dynamics.flow.motion import fly, gap_of, look, quiet, rate_of, settle_supports, times
+from creak.dynamics.vector_kernels import dot, fill, put
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
@@ -30,10 +32,24 @@ LOSS = 0.02
 """Of what a spring's force changes by in a step this share acts too late."""
 
 
+class Lasting(NamedTuple):
+    """Steps of lasting contact."""
+
+    level: int
+    """H / 2^level long; beyond the last level: there are none."""
+    B: FloatArray
+    """(m + 2 f, m + 2 f) what a constant force moves in one, length / force."""
+    A: FloatArray
+    """(m + 2 f, m + 2 f) what a force at its end moves, and what sticks gives way; (0, 0) where nothing rubs."""
+
+
 @inner
-def same_set(now, after):  # type: ignore[no-untyped-def]
-    """Do the same channels press at both instants, and at least one?"""
+def same_set(laws, now, after):  # type: ignore[no-untyped-def]
+    """Do the same channels press, and stick, at both instants, and at least one?"""
     any_presses = False
+    for f in range(now.stuck.size):
+        if now.stuck[f] != after.stuck[f] and now.force[laws.rubs[f]] > 0.0:
+            return False
     for i in range(now.gap.size):
         if (now.force[i] > 0.0) != (after.force[i] > 0.0):
             return False
@@ -61,8 +77,9 @@ class Held(NamedTuple):
     """(m m,) (1 / k + w B)^-1, rows one after the other."""
     right: FloatArray
     end: FloatArray
+    """(m,) right side, forces at the end of a step."""
     mean: FloatArray
-    """(m,) right side, forces at the end of a step, their means."""
+    """(m,) of the forces of all channels over it."""
 
 
 def new_held(m: int) -> Held:
@@ -94,19 +111,73 @@ def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
     fly(model, P, gain, D, now, after, False)
     settle_supports(course, h, after)
-    n, m, u = held.number[0], now.gap.size, after.x.reshape(after.x.size)[model.u0 : model.u1]
-    pressing, right, p1, mean = held.pressing[:n], held.right[:n], held.end[:n], held.mean[:n]
+    n, u = held.number[0], after.x.reshape(after.x.size)[model.u0 : model.u1]
+    pressing, right, p1, mean = held.pressing[:n], held.right[:n], held.end[:n], held.mean
     for a in range(n):
         right[a] = -gap_of(model, pressing[a], u, after)
         for b in range(n):
             right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
     times(held.inverse[: n * n].reshape((n, n)), right, p1)
+    quiet(after)
+    fill(mean, 0.0)
     for a in range(n):
         if p1[a] <= 0.0:
             return False
-        mean[a] = (0.5 - LOSS) * now.force[pressing[a]] + (0.5 + LOSS) * p1[a]
+        after.force[pressing[a]] = p1[a]
+        mean[pressing[a]] = (0.5 - LOSS) * now.force[pressing[a]] + (0.5 + LOSS) * p1[a]
+    return go(model, laws, slope, P, gain, D, h, mean, now, after, block)
+
+
+@with_arrays
+def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
+    """The same of channels that rub; False also where one begins or ends to slide, or turns round in it."""
+    fly(model, P, gain, D, now, after, False)
+    settle_supports(course, h, after)
+    B, A, m, n = lasting.B, lasting.A, now.gap.size, now.force.size
+    u = after.x.reshape(after.x.size)[model.u0 : model.u1]
+    free, mean = np.empty(n), np.empty(n)
+    for i in range(n):
+        free[i] = gap_of(model, i, u, after) if i < m else moved(model, i, now, after)
+        mean[i] = (0.5 - LOSS) * now.force[i]
+    for j in range(n):
+        if mean[j] != 0.0:
+            for i in range(n):
+                free[i] += B[j, i] * mean[j]
+            if j >= m:
+                free[j] -= GIVE / (1.0 + GIVE) * A[j, j] * now.force[j]
+    put(after.force, 0, now.force)
+    put(after.stuck, 0, now.stuck)
+    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, laws, after.stuck, after.force) != DONE:
+        return False
+    if not same_set(laws, now, after):
+        return False
+    for j in range(n):
+        mean[j] += (0.5 + LOSS) * after.force[j]
+    return go(model, laws, slope, P, gain, D, h, mean, now, after, block)
+
+
+@inner
+def moved(model, j, now, after):  # type: ignore[no-untyped-def]
+    """Way of channel j in a step."""
+    u0 = now.x.reshape(now.x.size)[model.u0 : model.u1]
+    u1 = after.x.reshape(after.x.size)[model.u0 : model.u1]
+    return dot(model.rows[j], u1) - dot(model.rows[j], u0) + carried(model, j, now, after)
+
+
+@inner
+def carried(model, j, now, after):  # type: ignore[no-untyped-def]
+    """What of it the supports make."""
+    way = 0.0
+    for s in range(now.support.shape[1]):
+        way += model.rows_s[j, s] * (after.support[0, s] - now.support[0, s])
+    return way
+
+
+@inner
+def go(model, laws, slope, P, gain, D, h, mean, now, after, block):  # type: ignore[no-untyped-def]
+    """The step under the mean forces (m + 2 f,), `after.force` being those at its end; False where it is not taken."""
     fill(after.F, 0.0)
-    push_by(model, pressing, mean, after.F)
+    push(model, mean, after.F)
     add(D[0], after.F, 1.0)
     fly(model, P, gain, D, now, after, False)
     add(D[0], after.F, -1.0)
@@ -114,33 +185,43 @@ def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):
         look_near(block, model, now, after, h, True)
     else:
         look(model, after)
+    m, v = now.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
     for i in range(m):
         watched = slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
         if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
             return False
-    fill(after.force, 0.0)
-    for a in range(n):
-        i = pressing[a]
-        after.force[i] = p1[a]
-        carried = 0.0
-        for s in range(now.support.shape[1]):
-            carried += model.rows_s[i, s] * (after.support[0, s] - now.support[0, s])
-        after.energy[GIVEN] += mean[a] * (after.gap[i] - now.gap[i] - carried)
-        after.energy[EXTERNAL] -= mean[a] * carried
-    fill(after.F, 0.0)
-    push_by(model, pressing, p1, after.F)
     fill(after.sliding, 0.0)
-    fill(after.stuck, True)
+    for f in range(after.stuck.size):
+        along = 0.0
+        for j in range(m + 2 * f, m + 2 * f + 2):
+            after.rate[j] = rate_of(model, j, v, after)
+            if not after.stuck[f] and after.force[laws.rubs[f]] > 0.0:
+                after.sliding[j - m] = after.rate[j]
+                along += after.rate[j] * moved(model, j, now, after)
+        if along < 0.0:
+            return False
+    for j in range(mean.size):
+        if mean[j] == 0.0:
+            continue
+        by_supports = carried(model, j, now, after)
+        way = after.gap[j] - now.gap[j] if j < m else moved(model, j, now, after)
+        after.energy[GIVEN] += mean[j] * (way - by_supports)
+        after.energy[EXTERNAL] -= mean[j] * by_supports
+        if j >= m and not after.stuck[(j - m) // 2]:
+            after.energy[FRICTION] -= mean[j] * way
+    fill(after.F, 0.0)
+    push(model, after.force, after.F)
     return True
 
 
 @inner_fast
-def push_by(model, pressing, p, F):  # type: ignore[no-untyped-def]
+def push(model, p, F):  # type: ignore[no-untyped-def]
     """F += push' p"""
-    for a in range(pressing.size):
-        force, row = p[a], model.push[pressing[a]]
-        for i in range(F.size):
-            F[i] += force * row[i]
+    for j in range(p.size):
+        if p[j] != 0.0:
+            force, row = p[j], model.push[j]
+            for i in range(F.size):
+                F[i] += force * row[i]
 
 
 @inner_fast

@@ -24,6 +24,7 @@ from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
+from creak.dynamics.flow.lasting import LOSS, Lasting
 from creak.dynamics.flow.model import CONSTANT, FORCE, FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
@@ -220,7 +221,7 @@ class FlowRun:
         """What a run writes to while it goes on."""
         self.block = self._block()
         self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
-        self.desk = new_desk(self.model, self.steps.reach.shape[1], self.lasting <= self.steps.levels)
+        self.desk = new_desk(self.model, self.steps.reach.shape[1], self.lasting.level <= self.steps.levels)
 
     def _resolve(self) -> None:
         """Steps near contact, and what channels do within one."""
@@ -250,41 +251,41 @@ class FlowRun:
         give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(self.W))
         self.A = np.ascontiguousarray(static + THETA * h * h / RATE * (self.W + np.diag(give)))
         self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
-        self.lasting, self.B = self._lasting(resolution)
+        self.lasting = self._lasting(resolution)
         self.slope = steepest(self.steps.laws)
 
     def _block(self) -> Block:
         """Blocks of contact: none where coordinates without mass move at once."""
         steps, levels = self.steps, self.steps.levels
         few = self.gaps.m < FEWEST or self.light or not self.model.presses
-        lengths = [n for n in STEPS if 2 ** max(levels - self.lasting, 0) <= n <= 2**levels]
+        lengths = [n for n in STEPS if 2 ** max(levels - self.lasting.level, 0) <= n <= 2**levels]
         width = np.linalg.norm(seen_through(self.form, steps.mollifier), axis=1)
         none = few or not lengths
         off = np.stack([straight(self.form, steps, n * steps.h) for n in lengths or STEPS])
         return new_block(0 if none else lengths[0], off, width)
 
-    def _lasting(self, resolution: Resolution) -> tuple[int, FloatArray]:
-        """Level of the steps of lasting contact and what a constant force moves in one; where all laws are lines."""
+    def _lasting(self, resolution: Resolution) -> Lasting:
+        """Steps of lasting contact; where all laws are lines."""
         levels, model = self.steps.levels, self.model
         level = next((n for n in range(levels) if 0.5**n <= resolution.longest), levels)
         at_rest = self.gaps.preload is not None and bool(self.gaps.preload.any())
         curved = bool((self.steps.laws.curve >= 0).any())
-        if (
-            (level + 3 > levels and not at_rest)
-            or model.damped
-            or self.gaps.rubbing
-            or self.light
-            or curved
-            or not model.presses
-        ):
-            return levels + 1, np.zeros_like(self.W)
+        short = level + 3 > levels and not at_rest
+        none = np.zeros((0, 0))
+        if short or model.damped or self.light or curved or not model.presses:
+            return Lasting(levels + 1, none, none)
         n, Q = model.m.size, self.P[level]
         if self.form.basis is None:
             moved = model.push * Q[Q0 + 1]
         else:
             a, b = model.push[:, :n], model.push[:, n:]
             moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
-        return level, np.ascontiguousarray(model.rows @ moved.T)
+        B = np.ascontiguousarray(model.rows @ moved.T)
+        if not self.gaps.rubbing:
+            return Lasting(level, B, none)
+        A = (0.5 + LOSS) * symmetric(B)
+        give = np.where(np.arange(len(B)) < self.gaps.m, 0.0, GIVE * np.diag(A))
+        return Lasting(level, B, A + np.diag(give))
 
     def _check_dampers(self) -> None:
         laws = self.gaps.laws
@@ -323,7 +324,6 @@ class FlowRun:
             self.P,
             self.A if self.solver else None,
             self.W,
-            self.B,
             self.lasting,
             self.gain,
             self.light,

@@ -40,6 +40,7 @@ KINDS = {
     "a series for ParaView": rb'<\?xml [^>]*>\s*<VTKFile type="Collection"',
     "a VTU file": rb'<\?xml [^>]*>\s*<VTKFile type="UnstructuredGrid"',
     "a universal file": rb"\s*-1\s+164\s",
+    "a punch file of creak": rb"\$TITLE   =[^\n]*\n\$SUBTITLE=written by creak",
     "a Matrix Market file": rb"%%MatrixMarket",
     "a matrix of Abaqus": rb"\*\*\s*\n\*\* GENERATION OF SUBSTRUCTURE|(-?\d+,-?\d+, ){2}[-+.\dE]+\s",
     "bulk data of matrices": rb"(\$[^\n]*\n)*(GRID\*|SPOINT|DMIG)",

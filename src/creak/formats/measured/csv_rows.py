@@ -8,18 +8,25 @@ from pathlib import Path
 
 from creak.errors import InputError
 
+NAMES = {",": "commas", ";": "semicolons", "\t": "tabs"}
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How a cell starts that a spreadsheet computes."""
 
 
-def csv_rows(lines: Iterable[str], path: Path) -> Iterator[tuple[int, list[str]]]:
+def csv_rows(
+    lines: Iterable[str], path: Path, separator: str = ",", *, start: int = 0
+) -> Iterator[tuple[int, list[str]]]:
     """Line number and cells of each row.
+
+    Parameters
+    ----------
+    start : lines of the file before these.
 
     Raises
     ------
     InputError : a cell is longer than the 131,072 characters that Python's reader takes, or holds a zero byte.
     """
-    rows = csv.reader(lines)
+    rows = csv.reader(lines, delimiter=separator)
     while True:
         try:
             row = next(rows)
@@ -28,11 +35,11 @@ def csv_rows(lines: Iterable[str], path: Path) -> Iterator[tuple[int, list[str]]
         except csv.Error as error:
             raise InputError(
                 f"this row cannot be read ({error})",
-                where=f"{path}:{rows.line_num}",
-                expected="cells with commas between them",
+                where=f"{path}:{start + rows.line_num}",
+                expected=f"cells with {NAMES[separator]} between them",
                 fix="Is this a CSV file? Look for a quote without its partner.",
             ) from error
-        yield rows.line_num, row
+        yield start + rows.line_num, row
 
 
 def plain_cell(value: object) -> object:

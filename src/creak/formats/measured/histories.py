@@ -1,4 +1,4 @@
-"""The time histories of results.h5: watched nodes and gap channels, as CSV and as functions of a universal file."""
+"""The time histories of results.h5: watched nodes, E-lines and gap channels, as CSV, universal file and punch file."""
 
 from __future__ import annotations
 
@@ -6,18 +6,25 @@ import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+import h5py
 import numpy as np
+from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
 from creak.formats.measured.csv_rows import plain_row
+from creak.formats.measured.punch import DISPLACEMENTS, MPCF, PointHistory, write_history_punch
+from creak.formats.measured.text_fields import unique_labels
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
-from creak.formats.stored.results import check_beside, reading, require_run
+from creak.formats.stored.results import LineRecord, check_beside, reading, require_run
 from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
 from creak.model.units import UNITS, UnitsName
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
+WATCHED, ELINES, CONTACTS = 1, 2, 3
+"""Subcases of a punch file."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +46,16 @@ class Histories:
     """(n_time, n_channel)"""
     normal_force: FloatArray
     """(n_time, n_channel)"""
+    title: str = ""
+    """Of the study."""
+    elines: LineRecord | None = None
+    """None: the run has none, or was stored without their motion."""
+
+    @property
+    def renumbered(self) -> tuple[str, ...]:
+        """What is numbered 1, 2, ... in a punch file, for several of its points are at one node."""
+        ids = {"E-line points": () if self.elines is None else self.elines.node_ids, "contacts": self.channel_nodes}
+        return tuple(what for what, nodes in ids.items() if np.unique(nodes).size < len(nodes))
 
 
 def read_histories(path: Path, run: str | None = None) -> Histories:
@@ -71,15 +88,22 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
             group["channel_nodes"][()],
             group["gap"][()],
             group["normal_force"][()],
+            str(file.attrs.get("title", "")),
+            _lines(group["elines"]) if "elines" in group else None,
         )
         _check(found)
         return found
 
 
+def _lines(group: h5py.Group) -> LineRecord:
+    time, motion, ids = (group[name][()] for name in ("time", "motion", "node_ids"))
+    return LineRecord(time, motion, tuple(map(str, group["points"].asstr()[()])), ids)
+
+
 def _check(h: Histories) -> None:
     """Raise Damaged where the arrays do not fit each other."""
     n, nodes, channels = h.time.size, len(h.node_names), len(h.channels)
-    shapes = {
+    shapes: dict[str, tuple[NDArray[Any], tuple[int, ...]]] = {
         "time": (h.time, (n,)),
         "node_ids": (h.node_ids, (nodes,)),
         "displacement": (h.displacement, (n, nodes, 6)),
@@ -87,10 +111,18 @@ def _check(h: Histories) -> None:
         "gap": (h.gap, (n, channels)),
         "normal_force": (h.normal_force, (n, channels)),
     }
+    if h.elines is not None:
+        k, points = h.elines.time.size, len(h.elines.names)
+        shapes |= {
+            "elines/time": (h.elines.time, (k,)),
+            "elines/motion": (h.elines.motion, (k, points, 3)),
+            "elines/node_ids": (h.elines.node_ids, (points,)),
+        }
     wrong = [key for key, (array, shape) in shapes.items() if array.shape != shape or array.dtype.kind not in "iuf"]
     if wrong:
         raise Damaged(f"{wrong[0]} does not fit the other arrays")
-    if not np.isfinite(h.time).all() or (np.diff(h.time) <= 0.0).any() or h.units not in UNITS:
+    times = [h.time] if h.elines is None else [h.time, h.elines.time]
+    if any(not np.isfinite(t).all() or (np.diff(t) <= 0.0).any() for t in times) or h.units not in UNITS:
         raise Damaged("its time does not increase, or its units are not known")
 
 
@@ -115,17 +147,61 @@ def write_csv(histories: Histories, out: Path) -> None:
 
 
 def write_universal(histories: Histories, out: Path) -> None:
-    """Data sets 58: the translations of the watched nodes and the normal force of each channel over time."""
-    write_functions(out, histories.time, _functions(histories), histories.units)
+    """Data sets 58: translations of the watched nodes, relative motion of the E-lines, normal force of each channel."""
+    write_functions(out, _functions(histories), histories.units)
 
 
 def _functions(h: Histories) -> Iterator[Function]:
-    """Forces carry no direction: they act along the normal of the contact."""
+    """Directions of an E-line are those of its own frame: its name is that of the response. Forces carry no direction:
+    they act along the normal of the contact."""
     length, force = UNITS[h.units].length, UNITS[h.units].force
     for k, (label, name) in enumerate(zip(h.node_ids.tolist(), h.node_names, strict=True)):
         for axis in range(3):
             title = f"{h.run} run: displacement {AXES[axis]} of {name}"
-            yield Function(title, label, axis + 1, DISPLACEMENT, "Displacement", length, h.displacement[:, k, axis])
+            moved = h.displacement[:, k, axis]
+            yield Function(title, label, axis + 1, DISPLACEMENT, "Displacement", length, h.time, moved)
+    for label, name, time, moved in _relative(h):
+        for axis in range(3):
+            title, line = f"{h.run} run: relative {AXES[axis].lower()} of {name}", name.partition(":")[0]
+            yield Function(title, label, axis + 1, DISPLACEMENT, "Relative motion", length, time, moved[:, axis], line)
     for k, (label, name) in enumerate(zip(h.channel_nodes.tolist(), h.channels, strict=True)):
         title = f"{h.run} run: normal force of {name}"
-        yield Function(title, label, 0, REACTION_FORCE, "Normal force", force, h.normal_force[:, k])
+        yield Function(title, label, 0, REACTION_FORCE, "Normal force", force, h.time, h.normal_force[:, k])
+
+
+def _relative(h: Histories, *, unique: bool = False) -> Iterator[tuple[int, str, FloatArray, FloatArray]]:
+    """Label of the node, name, times and relative motion (k, 3) of each point of an E-line.
+
+    Parameters
+    ----------
+    unique : number them where labels repeat.
+    """
+    if h.elines is not None:
+        labels = unique_labels(h.elines.node_ids) if unique else h.elines.node_ids
+        for k, (label, name) in enumerate(zip(labels.tolist(), h.elines.names, strict=True)):
+            yield label, name, h.elines.time, h.elines.motion[:, k].astype(np.float64)
+
+
+def write_punch(histories: Histories, out: Path) -> None:
+    """Points over time: `$DISPLACEMENTS` of the watched nodes (subcase 1) and, relative, of the E-lines (subcase 2),
+    T1 T2 T3 along x, y, z of the point's own frame; `$MPCF` of the contacts (subcase 3), T3 the normal force.
+
+    A point of an E-line or a contact has the label of its secondary node; where several are at one node
+    (`Histories.renumbered`), all of that subcase are numbered 1, 2, ... in the order of results.h5. `$LABEL` names
+    each.
+    """
+    unit = UNITS[histories.units]
+    names = f"{unit.length}, {unit.force}, {unit.time}"
+    write_history_punch(out, _point_histories(histories), title=histories.title, units=names)
+
+
+def _point_histories(h: Histories) -> Iterator[PointHistory]:
+    for k, (label, name) in enumerate(zip(h.node_ids.tolist(), h.node_names, strict=True)):
+        told = f"{h.run} run: displacement of {name}"
+        yield PointHistory(DISPLACEMENTS, WATCHED, label, told, h.time, h.displacement[:, k])
+    for point, name, time, moved in _relative(h, unique=True):
+        told = f"{h.run} run: relative x, y, z of {name}"
+        yield PointHistory(DISPLACEMENTS, ELINES, point, told, time, np.pad(moved, ((0, 0), (0, 3))))
+    for k, (point, name) in enumerate(zip(unique_labels(h.channel_nodes).tolist(), h.channels, strict=True)):
+        force = np.pad(h.normal_force[:, k, None], ((0, 0), (2, 3)))
+        yield PointHistory(MPCF, CONTACTS, point, f"{h.run} run: normal force of {name}", h.time, force)

@@ -11,6 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
+from creak.formats.measured.text_fields import holdable, plain_text, unique_labels
 from creak.model.mesh import ElementBlock, Model
 from creak.model.solid_faces import HEX20
 from creak.model.units import UNITS, UnitsName
@@ -40,8 +41,6 @@ CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)")}
 """Units code and its name; force is N in both."""
 SEGMENTS = 80
 """Two-node elements in one trace line."""
-SMALLEST = 1e-99
-"""Smaller values are written as 0: their exponent has three digits, which the fields cannot hold."""
 
 TIME_RESPONSE, TIME = 1, 17
 """Type of function, kind of abscissa."""
@@ -74,7 +73,7 @@ def write_uff(
     Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati): widths 6I10, 8I10,
     4I10 with 1P3E13.5, 6E13.5.
     """
-    labels = _unique(model.nodes.ids)
+    labels = unique_labels(model.nodes.ids)
     with complete_file(path) as partial, partial.open("w", encoding="ascii", newline="\r\n") as file:
         _data_set(file, 164, _units(units))
         _data_set(file, 15, _nodes(labels, model.nodes.coords))
@@ -98,47 +97,46 @@ class Function:
     """`DISPLACEMENT` or `REACTION_FORCE`."""
     label: str
     unit: str
+    time: FloatArray
+    """(n_time,) s, evenly spaced."""
     values: FloatArray
+    entity: str = "NONE"
+    """Name of what the node belongs to, of which ten characters are written."""
 
 
-def write_functions(path: Path, time: FloatArray, functions: Iterable[Function], units: UnitsName = "mm-t-s") -> None:
+def write_functions(path: Path, functions: Iterable[Function], units: UnitsName = "mm-t-s") -> None:
     """Write one data set 58 per function: a time response, real, double precision, evenly spaced.
 
     Parameters
     ----------
-    time : (n_time,) s, evenly spaced. units : of the values; they name the units of the file (164).
+    units : of the values; they name the units of the file (164).
 
     Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati), data set 58: five
     lines of text, 2(I5,I10),2(1X,10A1,I10,I4), 3I10,3E13.5, four of I10,3I5,2(1X,20A1), then 4E20.12.
     """
-    step = (time[-1] - time[0]) / max(time.size - 1, 1)
     with complete_file(path) as partial, partial.open("w", encoding="ascii", newline="\r\n") as file:
         _data_set(file, 164, _units(units))
         for number, function in enumerate(functions, start=1):
-            _data_set(file, 58, _history(number, function, float(time[0]), float(step)))
+            _data_set(file, 58, _history(number, function))
 
 
-def _history(number: int, f: Function, start: float, step: float) -> Iterator[str]:
-    yield _text(f.title, 80)
+def _history(number: int, f: Function) -> Iterator[str]:
+    start, step = f.time[0], (f.time[-1] - f.time[0]) / max(f.time.size - 1, 1)
+    yield plain_text(f.title, 80)
     yield from ["NONE"] * 4
-    of, against = f" {'NONE':<10}{f.node:10d}{f.direction:4d}", f" {'NONE':<10}{0:10d}{0:4d}"
+    of, against = f" {plain_text(f.entity[:10], 10):<10}{f.node:10d}{f.direction:4d}", f" {'NONE':<10}{0:10d}{0:4d}"
     yield f"{TIME_RESPONSE:5d}{number:10d}{0:5d}{0:10d}{of}{against}"
     yield f"{DOUBLE:10d}{f.values.size:10d}{EVEN:10d}{_e13(np.array([start, step, 0.0]))}"
     yield _axis(TIME, (0, 0, 0), "Time", "s")
     yield _axis(f.kind, EXPONENTS[f.kind], f.label, f.unit)
     yield from [_axis(0, (0, 0, 0), "NONE", "NONE")] * 2
-    values = np.where(np.abs(f.values) < SMALLEST, 0.0, f.values).tolist()
+    values = holdable(f.values).tolist()
     for k in range(0, len(values), 4):
         yield "".join(f"{v:20.12E}" for v in values[k : k + 4])
 
 
 def _axis(kind: int, exponents: tuple[int, int, int], label: str, unit: str) -> str:
     return f"{kind:10d}{''.join(f'{e:5d}' for e in exponents)} {label:<20.20} {unit:<20.20}"
-
-
-def _text(words: str, width: int) -> str:
-    """The end of it where it is too long."""
-    return words.encode("ascii", "replace").decode()[-width:]
 
 
 def _data_set(file: TextIO, number: int, lines: Iterable[str]) -> None:
@@ -166,7 +164,7 @@ def _nodes(labels: IntArray, coords: FloatArray) -> Iterator[str]:
 def _elements(model: Model, labels: IntArray) -> Iterator[str]:
     """Two records an element: label, descriptor, property and material tables, colour, number of nodes; nodes."""
     blocks = [b for b in model.blocks if b.kind in DESCRIPTORS]
-    numbers = _unique(np.concatenate([b.ids for b in blocks]))
+    numbers = unique_labels(np.concatenate([b.ids for b in blocks]))
     start = 0
     for block in blocks:
         nodes = labels[_order(block)]
@@ -197,14 +195,13 @@ def _trace_line(number: int, nodes: list[int]) -> Iterator[str]:
 
 
 def _mode(title: str, labels: IntArray, mode: int, frequency: float, shape: FloatArray) -> Iterator[str]:
-    yield _text(title, 80)
+    yield plain_text(title, 80)
     yield f"Mode {mode}, {frequency:.6g} Hz"
     yield from ["NONE", "mass-normalised", "NONE"]
     yield "".join(f"{v:10d}" for v in (1, 2, 2, 8, 2, 3))  # structural, normal mode, translations, real, 3 values
     yield "".join(f"{v:10d}" for v in (2, 4, 1, mode))
     yield _e13(np.array([frequency, 1.0, 0.0, 0.0]))
-    rows = np.where(np.abs(shape) < SMALLEST, 0.0, shape)
-    for label, u in zip(labels.tolist(), rows, strict=True):
+    for label, u in zip(labels.tolist(), holdable(shape), strict=True):
         yield f"{label:10d}"
         yield _e13(u)
 
@@ -217,7 +214,3 @@ def _i10(values: list[int]) -> Iterator[str]:
     """8I10"""
     for start in range(0, len(values), 8):
         yield "".join(f"{v:10d}" for v in values[start : start + 8])
-
-
-def _unique(ids: IntArray) -> IntArray:
-    return ids if np.unique(ids).size == ids.size else np.arange(1, ids.size + 1)

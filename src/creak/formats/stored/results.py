@@ -10,7 +10,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.hdf5 import Hdf5, hdf5_file
@@ -72,6 +72,19 @@ class ContactRecord:
 
 
 @dataclass(frozen=True)
+class LineRecord:
+    """Relative motion at the points of E-lines over the verification window."""
+
+    time: FloatArray
+    """(k,) s, evenly spaced."""
+    motion: SingleArray
+    """(k, n_point, 3) along x, y, z of each point, length."""
+    names: Sequence[str]
+    node_ids: IntArray
+    """(n_point,) label of the secondary node."""
+
+
+@dataclass(frozen=True)
 class RunRecord:
     """Arrays of one run as they are stored."""
 
@@ -100,6 +113,7 @@ class RunRecord:
     """(n_out, n_term)"""
     energy_terms: Sequence[str]
     field: Field | None = None
+    elines: LineRecord | None = None
 
 
 @contextmanager
@@ -175,9 +189,8 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Units) -> Non
     _put(group, "node_ids", run.node_ids, "", "node")
     _put(group, "energy", run.energy, unit.energy, "time, term")
     group["energy"].attrs["terms"] = list(run.energy_terms)
-    text = h5py.string_dtype()
-    group.create_dataset("node_names", data=np.array(list(run.node_names), dtype=object), dtype=text)
-    group.create_dataset("channels", data=np.array(list(run.channels), dtype=object), dtype=text)
+    _put_names(group, "node_names", run.node_names)
+    _put_names(group, "channels", run.channels)
     _put(group, "channel_nodes", run.channel_nodes, "", "channel")
     if run.contact.rubbing.size:
         rub, axes = run.contact.rubbing, "time, rubbing channel, tangent"
@@ -190,6 +203,19 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Units) -> Non
     _write_contact(group.create_group("contact"), run.contact, unit)
     if run.field is not None:
         _write_field(out, group.create_group("field"), run.field, unit)
+    if run.elines is not None:
+        _write_lines(group.create_group("elines"), run.elines, unit)
+
+
+def _put_names(group: h5py.Group, name: str, names: Sequence[str]) -> None:
+    group.create_dataset(name, data=np.array(list(names), dtype=object), dtype=h5py.string_dtype())
+
+
+def _write_lines(group: h5py.Group, lines: LineRecord, unit: Units) -> None:
+    _put(group, "time", lines.time, unit.time, "time")
+    _put(group, "motion", lines.motion, unit.length, "time, point, axis", "axes x, y, z of each point; z opens the gap")
+    _put_names(group, "points", lines.names)
+    _put(group, "node_ids", lines.node_ids, "", "point")
 
 
 def _write_contact(group: h5py.Group, c: ContactRecord, unit: Units) -> None:
@@ -231,7 +257,9 @@ def _write_field(out: Hdf5, group: h5py.Group, field: Field, unit: Units) -> Non
         out.check(motion.dtype.itemsize * 3 * n * (field.time.size - here.stop))
 
 
-def _put(group: h5py.Group, name: str, data: FloatArray | IntArray, unit: str, axes: str, note: str = "") -> None:
+def _put(
+    group: h5py.Group, name: str, data: FloatArray | IntArray | SingleArray, unit: str, axes: str, note: str = ""
+) -> None:
     dataset = group.create_dataset(name, data=data, **(COMPRESSED if data.size > BIG else {}))
     dataset.attrs["unit"] = unit
     dataset.attrs["axes"] = axes

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -74,11 +74,36 @@ def nearest_nodes(
     ------
     InputError : an unknown part; no node within the distance; two nodes at one place, or one nearest to two.
     """
+    among, points = nodes_of_part(model, part, where), np.array(near, dtype=np.float64).reshape(-1, 3)
+    fix = ("Correct the place, or raise within.", "Give part, or labels instead of near.")
+    rows, off = nodes_at(model, among, points, within, lambda _: where, fix)
+    if np.unique(rows).size < rows.size:
+        raise InputError("two of the places have the same nearest node", where=where, fix="Give each node one place.")
+    return rows, float(off.max())
+
+
+def nodes_at(
+    model: Model,
+    among: IntArray,
+    points: FloatArray,
+    within: float | None,
+    where: Callable[[int], str],
+    fix: tuple[str, str],
+) -> tuple[IntArray, FloatArray]:
+    """Rows of those nodes that lie nearest to each of (n, 3) points, and how far off.
+
+    Parameters
+    ----------
+    within : how far they may lie off; None: `REACH` of the model's size. where : of each point. fix : what to do where
+        no node is near enough, and where two lie at one place.
+
+    Raises
+    ------
+    InputError : no node within the distance; two nodes at one place.
+    """
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    among = nodes_of_part(model, part, where)
-    points, coords = np.array(near, dtype=np.float64).reshape(-1, 3), model.nodes.coords[among]
-    size = float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
+    coords, size = model.nodes.coords[among], float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
     reach = within if within is not None else REACH * size
     off, at = (a.reshape(points.shape[0], -1) for a in cKDTree(coords).query(points, k=min(2, among.size)))
     for k, point in enumerate(points):
@@ -88,22 +113,19 @@ def nearest_nodes(
             raise InputError(
                 f"no node within {reach:g} of {place}: the nearest, {nearest} at {_words(coords[at[k, 0]])}, is "
                 f"{off[k, 0]:g} away",
-                where=where,
+                where=where(k),
                 expected="a place on the mesh, in the deck's axes and units",
-                fix="Correct the place, or raise within.",
+                fix=fix[0],
             )
         if among.size > 1 and np.linalg.norm(coords[at[k, 0]] - coords[at[k, 1]]) <= SAME * size:
             other = model.nodes.label(int(among[at[k, 1]]))
             raise InputError(
                 f"nodes {nearest} and {other} both lie at {place}",
-                where=where,
+                where=where(k),
                 expected="one node at the place",
-                fix="Give part, or labels instead of near.",
+                fix=fix[1],
             )
-    rows = among[at[:, 0]]
-    if np.unique(rows).size < rows.size:
-        raise InputError("two of the places have the same nearest node", where=where, fix="Give each node one place.")
-    return rows.astype(np.int64), float(off[:, 0].max())
+    return among[at[:, 0]].astype(np.int64), off[:, 0]
 
 
 def nodes_of_part(model: Model, part: str | None, where: str) -> IntArray:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from creak.studies.file.quantities import Force, Length, LevelText, LoudnessText
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+
+PointColumn = (
+    Literal["id", "main", "secondary", "x1", "y1", "z1", "x2", "y2", "z2", "x", "y", "z"]
+    | Literal["direction", "normal_x", "normal_y", "normal_z"]
+)
+"""Columns of a file of points."""
 
 
 class ElineTable(Table):
@@ -20,7 +26,10 @@ class ElineTable(Table):
     """The same of the other side; each of its nodes that faces the main side is a point."""
     points: str | Annotated[list[tuple[Finite, Finite, Finite]], Field(min_length=1)] | None = None
     """Coordinates [[x, y, z], ...] along the line: the nearest nodes of both sides are taken. A string names a CSV
-    file with the header x,y,z, or with main,secondary: labels of nodes, without the keys main and secondary."""
+    file with the columns x,y,z, or with pairs: main,secondary (labels of nodes, without the keys main and secondary)
+    or x1,y1,z1,x2,y2,z2. Separators, units, other names of the columns and lines above them are understood."""
+    columns: dict[PointColumn, Annotated[str, Field(min_length=1)]] = {}
+    """What the file of points calls its columns, where it calls them otherwise: { main = "Node A" }."""
     clearance: Finite | None = None
     """length; replaces the geometric gap."""
     normal: tuple[Finite, Finite, Finite] | None = None
@@ -42,6 +51,8 @@ class ElineTable(Table):
             raise ValueError("give both main and secondary, or neither")
         if isinstance(self.points, list) and self.main is None:
             raise ValueError("points need main and secondary, the sides that they lie between")
+        if self.columns and not isinstance(self.points, str):
+            raise ValueError("columns are those of a file of points: give points the name of one")
         if not self.drawn and (self.clearance is not None or self.normal is not None):
             raise ValueError("clearance and normal are for lines with main and secondary; a contact has its own")
         return self

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 import numpy as np
@@ -79,21 +80,15 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> Rows:
     ------
     InputError : no such file, unreadable, wrong header.
     """
-    return read_one_of(path, where, kind, [header])[1]
-
-
-def read_one_of(path: Path, where: str, kind: str, headers: list[list[str]]) -> tuple[list[str], Rows]:
-    """The same with the header, of several, that the file has."""
     found, rows = read_header(path, where, kind)
-    known = next((h for h in headers if found[: len(h)] == h), None)
-    if known is None:
+    if found[: len(header)] != header:
         raise InputError(
             f"the table starts with {','.join(found) or 'nothing'}",
             where=f"{path}:1",
-            expected=f"the header {' or '.join(','.join(h) for h in headers)}",
+            expected=f"the header {','.join(header)}",
             fix="Put it into the first line.",
         )
-    return known, rows
+    return rows
 
 
 def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
@@ -103,14 +98,29 @@ def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
     ------
     InputError : no such file, or unreadable.
     """
-    try:
-        lines = plain_file(path, where).read_text(encoding="utf-8-sig").splitlines()
-    except FileNotFoundError as error:
-        raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
+    lines = read_lines(path, where, kind)
     rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
+
+
+def read_lines(path: Path, where: str, kind: str) -> list[str]:
+    """Lines of a text file: UTF-8, UTF-16 where it starts with the mark of that, else Latin-1.
+
+    Raises
+    ------
+    InputError : no such file, or unreadable.
+    """
+    try:
+        data = plain_file(path, where).read_bytes()
+        encoding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+        try:
+            return data.decode(encoding).splitlines()
+        except UnicodeDecodeError:
+            return data.decode("latin-1").splitlines()
+    except FileNotFoundError as error:
+        raise InputError(f"no such {kind}: {path}", where=where, fix="Check the path.") from error
+    except OSError as error:
+        raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
 
 
 def _numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:

@@ -55,9 +55,16 @@ class DeckModes:
 
     def translations(self) -> Iterator[FloatArray]:
         """(n_node, 3) motion of all nodes, mode by mode, dependent and held nodes included; mass-normalised."""
+        return self._motion(3)
+
+    def motion(self) -> Iterator[FloatArray]:
+        """(n_node, 6) the same with rotations, rad."""
+        return self._motion(6)
+
+    def _motion(self, dofs: int) -> Iterator[FloatArray]:
         nothing = np.zeros((self.system.supports.count, self.shapes.shape[1]))
         for _, u in recovered(self.system, self.shapes, nothing):
-            yield from by_node(u, self.system.labels, self.model.nodes.count)
+            yield from by_node(u, self.system.labels, self.model.nodes.count, dofs)
 
 
 def deck_modes(

@@ -51,6 +51,8 @@ class ReferenceModel:
     """Of each part; none where nothing is kept."""
     key: str = ""
     """Digest of all that stiffness and mass depend on; empty where nothing is kept."""
+    linear_closed: FloatArray | None = None
+    """(2,) share of the pre-check's time in which a gap is closed, and how many are then; None where there was none."""
 
     @property
     def free_dof(self) -> int:

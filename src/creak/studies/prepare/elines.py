@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -18,16 +16,12 @@ from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
-from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.places import Places
 from creak.studies.file.quantities import length_in
-from creak.studies.file.tables import Rows, read_one_of
-
-BY_NODES, BY_PLACE = ["main", "secondary"], ["x", "y", "z"]
-"""Headers of a file of points."""
+from creak.studies.prepare.eline_points import Pairs, pairs_of, places_or_pairs
 
 
 @dataclass(frozen=True)
@@ -91,7 +85,7 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
             )
         else:
             lines.append(_line(given, name, False, known))
-            operators.append(_drawn(model, given.elines[name], name, given.places).without_force())
+            operators.append(_drawn(model, given, name).without_force())
     if not operators:
         return NO_ELINES
     points, frames = _with_frames(model, join(operators))
@@ -122,22 +116,16 @@ def _check_contact(given: Lines, name: str) -> None:
         )
 
 
-def _drawn(model: Model, t: ElineTable, name: str, at: Places) -> GapOperator:
+def _drawn(model: Model, given: Lines, name: str) -> GapOperator:
     """Points of a line that the study draws."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    places = None
-    if t.points is not None:
-        places = _places(model, t, name, at)
-    if t.main is None or t.secondary is None:
-        assert isinstance(places, tuple)
-        return _node_pairs(model, t, name, at, *places)
-    if isinstance(places, tuple):
-        raise InputError(
-            "the file of points names nodes, and the line has main and secondary too",
-            where=at.where("eline", name, "points"),
-            fix="Leave out main and secondary, or give x,y,z.",
-        )
+    t, at = given.elines[name], given.places
+    places = None if t.points is None else places_or_pairs(model, t, name, given)
+    if isinstance(places, Pairs):
+        return _between(model, t, name, at, places)
+    assert t.main is not None
+    assert t.secondary is not None
     where = at.where("eline", name)
     secondary = nodes_of(model, t.secondary, where=f"{where} secondary").rows
     if places is not None:
@@ -147,7 +135,7 @@ def _drawn(model: Model, t: ElineTable, name: str, at: Places) -> GapOperator:
         return _faced(model, t, name, at, secondary)
     main = nodes_of(model, t.main, where=f"{where} main").rows
     nearest = cKDTree(model.nodes.coords[main]).query(model.nodes.coords[secondary])[1]
-    return _node_pairs(model, t, name, at, main[nearest], secondary)
+    return _between(model, t, name, at, pairs_of(model, t, main[nearest], secondary, at.where("eline", name)))
 
 
 def _has_facets(model: Model, name: str) -> bool:
@@ -178,37 +166,35 @@ def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray) 
     return every.select(keep)
 
 
-def _node_pairs(model: Model, t: ElineTable, name: str, at: Places, main: IntArray, secondary: IntArray) -> GapOperator:
-    """Points between pairs of nodes: z along the line between them, or the study's normal."""
+def _between(model: Model, t: ElineTable, name: str, at: Places, pairs: Pairs) -> GapOperator:
+    """Points between pairs of nodes: z along the line between them, or as it is given."""
     X = model.nodes.coords
+    main, secondary = pairs.main, pairs.secondary
     apart = X[secondary] - X[main]
     length = np.linalg.norm(apart, axis=1)
-    if t.normal is None:
-        same = np.flatnonzero(length <= 0.0)
-        if same.size:
-            two = [model.nodes.label(int(rows[same[0]])) for rows in (main, secondary)]
-            raise InputError(
-                f"nodes {' and '.join(two)} lie in one place: there is no direction across the gap",
-                where=at.where("eline", name),
-                fix="Give normal, from the main to the secondary side.",
-            )
-        z = apart / length[:, None]
-    else:
-        given = np.array(t.normal)
-        if not np.linalg.norm(given) > 0.0:
-            raise InputError(f"normal = {list(t.normal)} has no direction", where=at.where("eline", name, "normal"))
-        z = np.tile(given / np.linalg.norm(given), (main.size, 1))
-        across = np.einsum("nx,nx->n", apart, z)
-        worst = int(np.argmin(across))
-        if across[worst] < -1e-9 * length[worst]:
-            raise InputError(
-                f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
-                f"the normal {list(t.normal)}",
-                where=at.where("eline", name, "normal"),
-                expected="a direction from the main to the secondary side",
-                fix="Turn it round, or exchange main and secondary.",
-            )
-    gap = np.einsum("nx,nx->n", apart, z) if t.clearance is None else np.full(main.size, t.clearance)
+    free = np.isnan(pairs.normals[:, 0])
+    same = np.flatnonzero(free & (length <= 0.0))
+    if same.size:
+        two = [model.nodes.label(int(rows[same[0]])) for rows in (main, secondary)]
+        raise InputError(
+            f"nodes {' and '.join(two)} lie in one place: there is no direction across the gap",
+            where=pairs.where[int(same[0])],
+            fix="Give normal, from the main to the secondary side.",
+        )
+    z = np.where(free[:, None], apart / np.where(length > 0.0, length, 1.0)[:, None], pairs.normals)
+    across = np.einsum("nx,nx->n", apart, z)
+    z, across = np.where((pairs.axes & (across < 0.0))[:, None], -z, z), np.where(pairs.axes, np.abs(across), across)
+    behind = np.flatnonzero(across < -1e-9 * length)
+    if behind.size:
+        worst = int(behind[np.argmin(across[behind])])
+        raise InputError(
+            f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
+            f"the normal {z[worst].tolist()}",
+            where=at.where("eline", name, "normal") if t.normal is not None else pairs.where[worst],
+            expected="a direction from the main to the secondary side",
+            fix="Turn it round, or exchange main and secondary.",
+        )
+    gap = across if t.clearance is None else np.full(main.size, t.clearance)
     label = node_dofs(np.column_stack([secondary, main]).ravel(), TRANSLATIONS)
     vectors = [np.concatenate([v, -v], axis=1).ravel() for v in (z, *tangents_of(z))]
     none = np.zeros(main.size)
@@ -218,64 +204,10 @@ def _node_pairs(model: Model, t: ElineTable, name: str, at: Places, main: IntArr
         stiffness=none,
         damping=none,
         area=none,
-        names=[f"{name}:{model.nodes.label(int(i))}" for i in secondary],
+        names=[f"{name}:{point}" for point in pairs.names],
         nodes_idx=secondary,
         group=name,
     )
-
-
-def _places(model: Model, t: ElineTable, name: str, at: Places) -> FloatArray | tuple[IntArray, IntArray]:
-    """Coordinates (k, 3) of the points that a line lists, or node rows of both its sides."""
-    where = at.where("eline", name, "points")
-    if not isinstance(t.points, str):
-        return np.array(t.points, dtype=np.float64)
-    path = at.sibling(t.points)
-    header, rows = read_one_of(path, where, "file of points", [BY_PLACE, BY_NODES])
-    if not rows:
-        raise InputError("the file of points has no rows", where=path, expected=f"{','.join(header)} lines")
-    if header == BY_NODES:
-        return _nodes_in(model, path, rows)
-    if t.main is None:
-        raise InputError(
-            f"{t.points} has coordinates, and the line no sides that they lie between",
-            where=where,
-            expected="main and secondary",
-            fix="Name both sets.",
-        )
-    return np.array([_coordinates(path, line, row) for line, row in rows])
-
-
-def _coordinates(path: Path, line: int, row: list[str]) -> list[float]:
-    try:
-        values = [float(cell) for cell in row[:3]]
-    except ValueError:
-        values = []
-    if len(values) != 3 or not all(map(math.isfinite, values)):
-        raise InputError(
-            f"got {','.join(row)!r}",
-            where=f"{path}:{line}",
-            expected="three finite numbers: x,y,z",
-            fix="Repair the row.",
-        )
-    return values
-
-
-def _nodes_in(model: Model, path: Path, rows: Rows) -> tuple[IntArray, IntArray]:
-    known = node_labels(model, np.arange(model.nodes.count))
-    found = []
-    for line, row in rows:
-        for cell in (*row, "", "")[:2]:
-            label = cell.strip().upper()
-            if label not in known:
-                raise InputError(
-                    f"unknown node {cell.strip()!r}",
-                    where=f"{path}:{line}",
-                    expected="labels of nodes of the deck: main,secondary",
-                    fix="Correct the label.",
-                )
-            found.append(known[label])
-    main, secondary = np.array(found, dtype=np.int64).reshape(-1, 2).T
-    return main, secondary
 
 
 def _with_frames(model: Model, points: GapOperator) -> tuple[GapOperator, FloatArray]:

@@ -214,7 +214,7 @@ def set_up_model(
     plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, c.damping)
-    notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest)
+    notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)
     superelements = imported_superelements(model, c.superelement, places, rayleigh, override)
     check_static(model, driving, driven)
     notes += gravity_warnings(model, driving)

@@ -13,7 +13,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.model.dofs import node_dofs
+from creak.model.dofs import node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
@@ -32,6 +32,8 @@ CRITICAL = 1.0
 """Fraction of critical from Rayleigh damping, at the highest excitation frequency, that can hardly be meant."""
 UNUSED = 0.01
 """Share of a table that a run must reach before the rest is taken for a mistake in its unit of time."""
+ALONG = 1e-3
+"""Share of a node's motion in a gap from which on it moves along the normal of the contact."""
 WARPED = 0.2
 """Distance of the corners from their mean plane over the root of the area: one corner of a square folded up by some
 50 degrees; coarse meshes of sharp bends have less."""
@@ -59,8 +61,9 @@ def drive_warnings(
     driven: Driven,
     rayleigh: Rayleigh,
     highest: float,
+    contacts: GapOperator,
 ) -> list[str]:
-    """Excitations that move nothing, steps too long for them, and damping that lets nothing vibrate.
+    """Excitations that move nothing or what contact should move, steps too long, damping that lets nothing vibrate.
 
     Parameters
     ----------
@@ -68,6 +71,7 @@ def drive_warnings(
     highest : frequency that the excitations hold, Hz; 0 where it is not known.
     """
     texts = [*_idle(driving, loads), *_stuck(model, driving, loads, driven)]
+    texts += _driven_contact(model, driven, contacts)
     texts += [*_coarse(time, highest), *_damped(modal, rayleigh, highest)]
     return [Warned(text) for text in texts]
 
@@ -189,6 +193,24 @@ def _stuck(model: Model, driving: Driving, loads: Loads, driven: Driven) -> list
         for name, labels in zip(forced, loads.force_labels, strict=True)
         if np.isin(labels, held).all()
     ]
+
+
+def _driven_contact(model: Model, driven: Driven, contacts: GapOperator) -> list[str]:
+    """Prescribed motion of contact nodes along the contact's normal: no contact force can push them back.
+
+    Motion along the surface, as that of a belt under a tip, is left alone.
+    """
+    pressed = contacts.labels[np.unique(contacts.G.indices[np.abs(contacts.G.data) > ALONG])]
+    texts = []
+    for name, labels in driven.labels.items():
+        nodes = np.unique([node_and_dof(label)[0] for label in labels[np.isin(labels, pressed)].tolist()])
+        if nodes.size:
+            texts.append(
+                f"[excitation.{name}] moves {nodes.size} node(s) of a contact along its normal, the first "
+                f"{model.nodes.label(int(nodes[0]))}: they give way to no blow. Move nodes away from the contact, or "
+                "push these by a force; leave it as it is where they are carried along, as by a rigid fixture"
+            )
+    return texts
 
 
 def _coarse(time: TimeTable, highest: float) -> list[str]:

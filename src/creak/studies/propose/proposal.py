@@ -2,54 +2,33 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
-from creak.contact.pair import ContactPair
-from creak.contact.surface_to_surface import surface_to_surface
-from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
-from creak.studies.propose.proximity import Near, closest_parts, covering_sets, near_parts, numbers_of
+from creak.studies.propose.contacts import Contact, find_contacts
+from creak.studies.propose.joints import joints_of
+from creak.studies.propose.proximity import closest_parts, near_parts
 from creak.words import listed
 
 REACH = 0.01
 """Share of the model's size up to which surfaces count as near unless told otherwise."""
+FAR = 2.0
+"""Times that distance: what is farther than the distance and nearer than this is asked about."""
 MOST_NODES = 100
 """Sets with more nodes are proposed neither for excitation nor for output."""
 OTHER_SETS = 8
 """Most sets named beside the one proposed for excitation."""
+PICTURES = 12
+"""Most questions that are drawn."""
 OUTPUTS = 3
 """Most node sets proposed for output."""
-
-
-@dataclass(frozen=True)
-class Contact:
-    """A contact table, or why the deck's names make none."""
-
-    name: str
-    secondary: str
-    main: str
-    gap: float
-    """Smallest distance between the surfaces of the two parts, length."""
-    place: str
-    """Label of the node where it is."""
-    near: int
-    """Elements of the secondary part that are near."""
-    elements: int
-    """Elements of the secondary surface or set."""
-    channels: int
-    start: float | None
-    """Smallest gap of a channel at the start, length."""
-    problem: str = ""
-    """Why the pair cannot be used as it is; empty: it can."""
 
 
 @dataclass(frozen=True)
@@ -86,13 +65,20 @@ class Proposal:
     pairs: str | tuple[str, str] | None
     """For [verification]."""
     outputs: tuple[str, ...]
+    joints: tuple[str, ...]
+    """What joins parts in the deck, a line each."""
 
     @property
     def untouched(self) -> str:
         """Why nothing of the study could touch, and what to fill in; empty where something can."""
-        if any(c.channels for c in self.contacts):
+        if any(c.live for c in self.contacts):
             return ""
         fill = "fill in a [contact.NAME] or a [[connector]]"
+        asked = [c.name for c in self.contacts if not c.problem]
+        if asked:
+            return (
+                f"no contact: all are questions that the study asks ({listed(asked)}); uncomment those that can touch"
+            )
         if self.contacts:
             why = "; ".join(f"{c.name} is left out, because {c.problem}" for c in self.contacts)
             return f"no contact: {why}; {fill}"
@@ -103,19 +89,22 @@ class Proposal:
 def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
     """Look at a deck for what a study needs.
 
+    What lies between the distance and `FAR` times it is asked about, unless the distance was told.
+
     Parameters
     ----------
     distance : between surfaces that count as near, in the deck's unit of length; None: `REACH` of its size.
     units : of the deck; None: guessed from its materials and size.
     """
     system, guess = _units(model, units)
+    far = FAR * REACH * across(model) if distance is None else distance
     distance = REACH * across(model) if distance is None else distance
     progress("look for parts near each other", 0, 1)
-    near = near_parts(model, distance)
+    near = near_parts(model, distance, far)
     progress("look for parts near each other", 1, 1)
-    contacts = _contacts(model, near, progress)
+    contacts = find_contacts(model, near, distance, progress)
     held = held_dofs(model)
-    drive = _drive(model, held)
+    drive = _drive(model, held, contacts)
     return Proposal(
         system,
         guess,
@@ -128,7 +117,15 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         "" if drive is not None else _undriven(model, held),
         _pairs(model),
         _outputs(model),
+        joints_of(model),
     )
+
+
+def with_pictures(found: Proposal, stem: str) -> Proposal:
+    """The first questions each with a picture, `STEM_question_1.png`."""
+    asked = [c.name for c in found.contacts if c.question][:PICTURES]
+    files = {name: f"{stem}_question_{k}.png" for k, name in enumerate(asked, start=1)}
+    return replace(found, contacts=tuple(replace(c, picture=files.get(c.name, "")) for c in found.contacts))
 
 
 def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:
@@ -144,55 +141,6 @@ def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:
         return SYSTEMS["mm-t-s"], f"the deck seems to be in {fits[0].name}, which creak has no labels for: convert it"
     tried = ", ".join([*SYSTEMS, *(s.name for s in OTHERS)])
     return SYSTEMS["mm-t-s"], f"not known: materials and size fit none of {tried}"
-
-
-def _contacts(model: Model, near: Sequence[Near], progress: Progress) -> tuple[Contact, ...]:
-    found: list[Contact] = []
-    for k, n in enumerate(near):
-        progress("try the contacts", k, len(near))
-        sides, known = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)], len(found)
-        for first, second in product(*sides):
-            members = [numbers_of(model, first), numbers_of(model, second)]
-            facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
-            if facing.any():
-                found.append(_contact(model, n, (first, second), members))
-        if len(found) == known:
-            bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
-            problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
-            (a, b), count, node = n.parts, len(n.elements[0]), model.nodes.label(n.node)
-            found.append(Contact(_pair_name(n.parts), a, b, n.gap, node, count, count, 0, None, problem))
-    progress("try the contacts", len(near), len(near))
-    names: dict[str, int] = {}
-    out = []
-    for c in found:
-        k = names[c.name] = names.get(c.name, 0) + 1
-        out.append(c if k == 1 else replace(c, name=f"{c.name}-{k}"))
-    return tuple(out)
-
-
-def _contact(model: Model, near: Near, names: tuple[str, str], members: list[IntArray]) -> Contact:
-    """The pair with the finer side as secondary; the other way round where that does not work."""
-    fine = len(near.elements[0]) >= len(near.elements[1])
-    orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
-    label = _pair_name([near.parts[i] for i in orders[0]])
-    problem = ""
-
-    def contact(a: int, b: int, channels: int, start: float | None, problem: str = "") -> Contact:
-        node, sizes = model.nodes.label(near.node), (len(near.elements[a]), len(members[a]))
-        return Contact(label, names[a], names[b], near.gap, node, *sizes, channels, start, problem)
-
-    for a, b in orders:
-        try:
-            operator, _ = surface_to_surface(model, ContactPair(label, names[a], names[b]))
-        except InputError as error:
-            problem = problem or error.what
-            continue
-        return contact(a, b, operator.m, float(operator.gap0.min()))
-    return contact(*orders[0], 0, None, problem)
-
-
-def _pair_name(parts: Sequence[str]) -> str:
-    return "-".join(re.sub(r"[^a-z0-9_]+", "_", name.lower()) for name in parts)
 
 
 def held_dofs(model: Model) -> BoolArray:
@@ -221,10 +169,14 @@ def _all_held(held: BoolArray, rows: IntArray) -> str:
     return " ".join(d for k, d in enumerate(DOFS) if at_all[k])
 
 
-def _drive(model: Model, held: BoolArray) -> Drive | None:
-    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free."""
+def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
+    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free.
+
+    Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
+    """
     following, structural = _following(model), _with_elements(model)
-    found: list[tuple[tuple[int, int], Drive]] = []
+    touching = np.array(sorted({row for c in contacts for row in c.nodes}), dtype=np.int64)
+    found: list[tuple[tuple[int, int, int], Drive]] = []
     for name, rows in _named_sets(model).items():
         if following[rows].any() or not structural[rows].all():
             continue
@@ -236,7 +188,7 @@ def _drive(model: Model, held: BoolArray) -> Drive | None:
             drive = Drive(name, dof, "displacement", f"the deck holds {dofs} of it and leaves {dof} free")
         else:
             drive = Drive(name, dof, "force", "the deck holds nothing of it")
-        found.append(((len(dofs.split()), -rows.size), drive))
+        found.append(((len(dofs.split()), -int(np.isin(rows, touching).sum()), -rows.size), drive))
     if not found:
         return None
     best = max(found, key=lambda f: f[0])

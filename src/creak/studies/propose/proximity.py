@@ -1,69 +1,102 @@
-"""Where parts come near each other: stretches of their skins, and the names of the deck that cover them."""
+"""Which parts come near each other, and the names of the deck that cover what is near."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.model.materials import GeneralShell, ShellSection
-from creak.model.mesh import ElementBlock, Model
-from creak.model.projection import nearest_points
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
+from creak.arrays import BoolArray, IntArray
+from creak.model.mesh import Model
+from creak.model.shell_facets import SHELL_FACETS
+from creak.model.solid_faces import FACES
+from creak.studies.propose.opposite import Kind, Met, Skin, element_numbers, joined, opposite, skin_of
 
 LEAST = 0.05
 """A set that covers less than this share of what is near is not taken."""
-
-
-@dataclass(frozen=True)
-class Skin:
-    """Shells and free faces of solids of a part."""
-
-    facets: IntArray
-    """(n, 4) node rows; triangles repeat their third."""
-    element: IntArray
-    """(n,) number of the element that each facet belongs to, see `element_numbers`."""
-    half: FloatArray
-    """(n,) half thickness; 0 for faces of solids."""
+FITS = 0.8
+"""A node set that fits less well than this does not stand for near nodes."""
 
 
 @dataclass(frozen=True)
 class Near:
-    """Two parts whose surfaces come within the distance."""
+    """Two parts whose surfaces, or the free edges of whose shells, come near each other."""
 
+    kind: Kind
     parts: tuple[str, str]
+    """Of an edge on a face the edge's part first."""
     elements: tuple[IntArray, IntArray]
     """Numbers of the near elements of either part."""
     touching: IntArray
-    """(k, 2) numbers of elements of the first and the second part that are opposite each other."""
-    gap: float
-    """Smallest distance between the surfaces, thickness taken off; negative: they overlap."""
-    node: int
-    """Row of the node of the first part where it is smallest."""
+    """(m, 2) numbers of elements of the first and the second part that are opposite each other."""
+    met: Met
+    """The near nodes, of both parts; of edges those of the edges alone."""
+
+    @property
+    def gap(self) -> float:
+        """Smallest distance between the surfaces, thickness taken off; negative: they overlap."""
+        return float(self.met.gap.min())
+
+    @property
+    def node(self) -> int:
+        """Row of the node where it is smallest."""
+        return int(self.met.nodes[self.met.gap.argmin()])
 
 
-def near_parts(model: Model, distance: float) -> list[Near]:
-    """Pairs of parts whose surfaces are nearer than `distance`, the nearest first.
+def near_parts(model: Model, distance: float, far: float) -> list[Near]:
+    """Pairs of parts that come nearer than `distance`, or else than `far`, the nearest first.
 
     Nodes that links or ties hold are left out: nothing rattles there. Parts without shells and solids have no skin.
+    Two edges are told only of parts that are near each other nowhere else.
 
     Parameters
     ----------
-    distance : between the surfaces, in the deck's unit of length.
+    distance, far : between the surfaces, in the deck's unit of length.
     """
     skins = {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
     tied = tied_nodes(model)
-    found = []
+    found: list[Near] = []
     for i, j in combinations(skins, 2):
-        pair = _near(model, (i, j), (skins[i], skins[j]), distance, tied)
-        if pair is not None:
-            found.append(pair)
+        there = opposite(model, skins[i], skins[j], far, tied, 0)
+        back = opposite(model, skins[j], skins[i], far, tied, 1)
+        names = (model.parts[i].name, model.parts[j].name)
+        of_kind = partial(_near, skins=(skins[i], skins[j]), distance=distance)
+        pairs = [
+            of_kind("face", names, [there.of("face"), back.of("face")]),
+            of_kind("edge", names, [there.of("edge")]),
+            of_kind("edge", names, [back.of("edge")]),
+        ]
+        if not any(pairs):
+            pairs = [of_kind("ends", names, [there.of("ends"), back.of("ends")])]
+        found += [pair for pair in pairs if pair is not None]
     return sorted(found, key=lambda n: n.gap)
+
+
+def _near(
+    kind: Kind, names: tuple[str, str], sides: list[Met], skins: tuple[Skin, Skin], distance: float
+) -> Near | None:
+    met = joined(sides)
+    if not met.nodes.size:
+        return None
+    close = met.gap <= distance
+    met = met.where(close if close.any() else ~close)
+    pairs = []
+    for side in (0, 1):
+        mine, other = met.where(met.side == side), skins[1 - side]
+        facet_at = np.full(1 + int(max(skins[side].facets.max(), mine.nodes.max(initial=0))), -1, dtype=np.int64)
+        facet_at[mine.nodes] = mine.facet
+        opposite = facet_at[skins[side].facets]
+        facet, corner = np.nonzero(opposite >= 0)
+        pair = np.column_stack([skins[side].element[facet], other.element[opposite[facet, corner]]])
+        pairs.append(pair if side == 0 else pair[:, ::-1])
+    touching = np.unique(np.concatenate(pairs), axis=0)
+    if kind == "edge" and met.side[0] == 1:
+        names, touching, met = (names[1], names[0]), touching[:, ::-1], replace(met, side=0 * met.side)
+    return Near(kind, names, (np.unique(touching[:, 0]), np.unique(touching[:, 1])), touching, met)
 
 
 def closest_parts(model: Model) -> tuple[str, str, float] | None:
@@ -73,94 +106,12 @@ def closest_parts(model: Model) -> tuple[str, str, float] | None:
     return min(pairs, key=lambda p: p[2], default=None)
 
 
-def element_numbers(model: Model) -> IntArray:
-    """First number of each block's elements: element k of block b has number first[b] + k."""
-    return np.cumsum([0, *(b.ids.size for b in model.blocks)]).astype(np.int64)
-
-
-def skin_of(model: Model, part: int) -> Skin:
-    """Shells and free solid faces of a part."""
-    first, pieces = element_numbers(model), []
-    for row, block in enumerate(model.blocks):
-        if block.part == part and (block.kind in SHELL_FACETS or block.kind in FACES):
-            pieces.append(_skin_of_block(block, int(first[row])))
-    if not pieces:
-        none = np.zeros(0, dtype=np.int64)
-        return Skin(none.reshape(0, 4), none, np.zeros(0))
-    facets, element, half, solid = (np.concatenate(x) for x in zip(*pieces, strict=True))
-    keep = np.ones(len(facets), dtype=bool)
-    rows = np.flatnonzero(solid)
-    keep[rows] = False
-    keep[rows[free_faces(facets[rows], [facets[rows]])]] = True
-    return Skin(facets[keep], element[keep], half[keep])
-
-
-def _skin_of_block(block: ElementBlock, first: int) -> tuple[IntArray, IntArray, FloatArray, BoolArray]:
-    n = block.ids.size
-    if block.kind in SHELL_FACETS:
-        section = block.section
-        thickness = section.thickness if isinstance(section, ShellSection | GeneralShell) else 0.0
-        faces, half, solid = facets_of_shells(block.kind, block.nodes_idx), 0.5 * thickness, False
-    else:
-        faces, half, solid = faces_of(block.kind, block.nodes_idx), 0.0, True
-    m = n * faces.shape[1]
-    number = first + np.repeat(np.arange(n), faces.shape[1])
-    return faces.reshape(-1, 4), number, np.full(m, half), np.full(m, solid)
-
-
 def tied_nodes(model: Model) -> BoolArray:
     """(n_node,) nodes that any link, coupling, tie or equation names."""
     tied = np.zeros(model.nodes.count, dtype=bool)
     for c in model.constraints:
         tied[c.nodes] = True
     return tied
-
-
-def _near(model: Model, at: tuple[int, int], skins: tuple[Skin, Skin], distance: float, tied: BoolArray) -> Near | None:
-    there = _opposite(model, skins[0], skins[1], distance, tied)
-    back = _opposite(model, skins[1], skins[0], distance, tied)
-    if there is None and back is None:
-        return None
-    sides = [x for x in (there, back) if x is not None]
-    node, gap = min(((int(x.nodes[x.gap.argmin()]), float(x.gap.min())) for x in sides), key=lambda p: p[1])
-    pairs = [np.column_stack([x.own, x.other] if x is there else [x.other, x.own]) for x in sides]
-    touching = np.unique(np.concatenate(pairs), axis=0)
-    names = (model.parts[at[0]].name, model.parts[at[1]].name)
-    return Near(names, (np.unique(touching[:, 0]), np.unique(touching[:, 1])), touching, gap, node)
-
-
-@dataclass(frozen=True)
-class _Opposite:
-    """Near nodes of one skin with the gap there, and elements opposite each other."""
-
-    nodes: IntArray
-    gap: FloatArray
-    own: IntArray
-    other: IntArray
-
-
-def _opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolArray) -> _Opposite | None:
-    """Nodes of a skin that lie within the distance of the other's facets."""
-    coords = model.nodes.coords
-    half = np.zeros(model.nodes.count)
-    np.maximum.at(half, skin.facets, skin.half[:, None])
-    limit = distance + float(half.max()) + float(other.half.max())
-    corners = coords[other.facets]
-    low, high = corners.min(axis=(0, 1)) - limit, corners.max(axis=(0, 1)) + limit
-    rows = np.unique(skin.facets)
-    rows = rows[((coords[rows] >= low) & (coords[rows] <= high)).all(axis=1) & ~tied[rows]]
-    if not rows.size:
-        return None
-    met = nearest_points(coords[rows], corners, other.facets[:, 2] == other.facets[:, 3], limit)
-    gap = met.distance - half[rows] - other.half[met.facet]
-    good = met.found & (gap <= distance)
-    if not good.any():
-        return None
-    facet_at = np.full(model.nodes.count, -1, dtype=np.int64)
-    facet_at[rows[good]] = met.facet[good]
-    opposite = facet_at[skin.facets]
-    facet, corner = np.nonzero(opposite >= 0)
-    return _Opposite(rows[good], gap[good], skin.element[facet], other.element[opposite[facet, corner]])
 
 
 def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:
@@ -188,6 +139,18 @@ def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:
         left[candidates[name]] = False
         taken[candidates[name]] = True
     return chosen
+
+
+def fitting_node_set(model: Model, near: IntArray, part: str) -> str | None:
+    """The node set of a part alone that fits its near nodes (k,) best, by the same measure; None: none fits well."""
+    rows = next(p.nodes_idx for p in model.parts if p.name == part)
+    fits = [
+        (2.0 * np.isin(members, near).sum() / (members.size + near.size), name)
+        for name, members in model.node_sets.items()
+        if members.size and not name.startswith("_") and np.isin(members, rows).all()
+    ]
+    score, name = max(fits, default=(0.0, ""))
+    return name if score >= FITS else None
 
 
 def numbers_of(model: Model, name: str) -> IntArray:

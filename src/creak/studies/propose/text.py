@@ -6,7 +6,9 @@ from creak.assembly.part import is_damped
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
-from creak.studies.propose.proposal import Contact, Proposal
+from creak.studies.prepare.excitation import START
+from creak.studies.propose.contact_text import contact_lines, key_line
+from creak.studies.propose.proposal import Proposal
 
 F_MAX = 100.0
 """Hz up to which a road excites."""
@@ -33,25 +35,22 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
         [f"# To be filled in before it runs: {missing}"] if missing else [],
         _model(found, model, deck),
         *_contacts(found),
+        _joints(found),
         _supports(found),
         _excitation(found),
         _damping(model),
         _reduction(),
         _precheck(found),
         _time(found),
-        ["[reference]", _line("run", "spots", 'single events of the unreduced model; "whole": all of its run; "none"')],
+        _reference(),
         _output(found),
         _verification(found),
     ]
     return "\n\n".join("\n".join(lines) for lines in blocks if lines) + "\n"
 
 
-def _line(key: str, value: object, comment: str) -> str:
-    return f"{f'{key} = {toml_value(value)}':<37} # {comment}"
-
-
 def _model(found: Proposal, model: Model, deck: str) -> list[str]:
-    lines = ["[model]", f"deck = {toml_value(deck)}", _line("units", found.units.name, found.guess)]
+    lines = ["[model]", f"deck = {toml_value(deck)}", key_line("units", found.units.name, found.guess)]
     unread = [u for u in model.unread if u.changes_answer]
     if unread:
         lines += [
@@ -88,32 +87,19 @@ def _contacts(found: Proposal) -> list[list[str]]:
         "the names",
         "# in the deck that fit best. Delete those that cannot touch.",
     ]
-    blocks = [_contact(c, found) for c in found.contacts]
+    blocks = [contact_lines(c, unit, found.distance) for c in found.contacts]
     return [[*head, *blocks[0]], *blocks[1:]]
 
 
-def _contact(c: Contact, found: Proposal) -> list[str]:
-    unit = found.units.words[0]
-    how = f"{c.gap:.3g} {unit} apart" if c.gap >= 0.0 else f"{-c.gap:.3g} {unit} inside each other"
+def _joints(found: Proposal) -> list[str]:
+    """What the deck joins is used as it is; the study need not say it."""
+    if not found.joints:
+        return []
     lines = [
-        f"# {c.secondary} and {c.main}: {how} at node {c.place}; "
-        f"{c.near} elements are near, {c.secondary} has {c.elements}."
+        "# Joints of the deck, used as they are. Nodes of links, couplings and ties are in none of the contacts above:"
     ]
-    if c.elements > 3 * c.near:
-        lines.append("# A *SURFACE or *ELSET of the near elements alone would make the study faster.")
-    if c.problem:
-        lines += [f"# To be filled in, because {c.problem}.", f"# [contact.{c.name}]"]
-        return [*lines, f"# secondary = {toml_value(c.secondary)}", f"# main = {toml_value(c.main)}"]
-    return [
-        *lines,
-        f"# {c.channels} gap channels, open by {c.start:.3g} {unit} or more; the pre-check keeps those that a "
-        "linear run all but closes.",
-        f"[contact.{c.name}]",
-        _line("secondary", c.secondary, "its nodes become the gap channels"),
-        _line("main", c.main, "what they may touch"),
-        _line("stiffness", "auto", "from the elements, no stiffer than the step resolves"),
-        _line("friction", 0.0, "coefficient; squeak needs one"),
-    ]
+    lines += [f"#   {joint}" for joint in found.joints[:SHOWN]]
+    return [*lines, "#   ..."] if len(found.joints) > SHOWN else lines
 
 
 def _supports(found: Proposal) -> list[str]:
@@ -143,17 +129,17 @@ def _excitation(found: Proposal) -> list[str]:
         *([f"# As well: {', '.join(d.others)}."] if d.others else []),
         *(["# Prescribed motion needs a support of which the deck leaves one direction free."] if force else []),
         "[excitation.road]",
-        _line("node_set", d.node_set, "all its nodes get the same signal"),
-        _line("dof", d.dof, "the direction"),
-        _line("kind", d.kind, "on each node" if force else "or velocity, acceleration; force on free nodes"),
+        key_line("node_set", d.node_set, "all its nodes get the same signal"),
+        key_line("dof", d.dof, "the direction"),
+        key_line("kind", d.kind, "on each node" if force else "or velocity, acceleration; force on free nodes"),
         "",
         "[excitation.road.signal]",
-        _line("type", "multisine", "sines of equal amplitude and random phase: a rough road"),
-        _line("f_min", 1.0, "Hz"),
-        _line("f_max", F_MAX, "Hz"),
-        _line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
-        _line("period", 1.0, "s"),
-        _line("seed", 1, "of the phases"),
+        key_line("type", "multisine", "sines of equal amplitude and random phase: a rough road"),
+        key_line("f_min", 1.0, "Hz"),
+        key_line("f_max", F_MAX, "Hz"),
+        key_line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
+        key_line("period", 1.0, "s"),
+        key_line("seed", 1, "of the phases"),
     ]
 
 
@@ -166,7 +152,7 @@ def _damping(model: Model) -> list[str]:
         f"# {100.0 * DAMPING:g} % of critical is usual for trim and sheet metal that are clipped or screwed together; "
         "1 to 5 % is measured.",
         "[damping]",
-        _line("modal", DAMPING, "fraction of critical of every mode"),
+        key_line("modal", DAMPING, "fraction of critical of every mode"),
     ]
 
 
@@ -174,39 +160,61 @@ def _reduction() -> list[str]:
     return [
         "# `creak advise` looks closer: retained dofs, f_max and what they cost, with the errors to expect.",
         "[reduction]",
-        _line("method", "craig-bampton", "or guyan, gap-modes, none"),
-        _line("f_max", "auto", "modes kept: as far as it takes until more change nothing; or Hz"),
+        key_line("method", "craig-bampton", "or guyan, gap-modes, none"),
+        key_line("f_max", START * F_MAX, 'Hz, 11 times the excitation; "auto": until more modes change nothing'),
     ]
 
 
 def _precheck(found: Proposal) -> list[str]:
     return [
         "[precheck]",
-        _line("enabled", True, "keep contact only where a linear run closes the gap"),
-        _line("margin", "auto", "what may stay open without contact: 15 % of each gap; or a length"),
+        key_line("enabled", True, "keep contact only where a linear run closes the gap"),
+        key_line("margin", "auto", "what may stay open without contact: 15 % of each gap; or a length"),
     ]
 
 
 def _time(found: Proposal) -> list[str]:
-    long = _line("periods", 5, "of the excitation") if found.drive is not None else _line("end", 1.0, "s")
-    return ["[time]", long, _line("accuracy", "settled", "or quick, fine; steps follow from it")]
+    driven = found.drive is not None
+    long = key_line("periods", 1, "of the excitation") if driven else key_line("end", 1.0, "s")
+    return [
+        "# A first look, of a minute or so. What is to be relied on is run again with more periods (5),",
+        '# accuracy "settled", f_max "auto" and reference "spots" take some ten times as long, and earn a verdict.',
+        "[time]",
+        long,
+        key_line("accuracy", "quick", 'or "settled", "fine"; steps follow from it'),
+    ]
+
+
+def _reference() -> list[str]:
+    return [
+        "[reference]",
+        key_line("run", "none", '"spots": single events of the unreduced model; "whole": all of its run'),
+    ]
 
 
 def _output(found: Proposal) -> list[str]:
-    if not found.outputs:
-        return ["# [output]", '# nodes = ["NODE SET"]                # sets whose motion is to be kept']
-    return ["[output]", _line("nodes", list(found.outputs), "node sets whose motion is kept")]
+    lines = ["[output]"]
+    if found.outputs:
+        lines.append(key_line("nodes", list(found.outputs), "node sets whose motion is kept"))
+    else:
+        lines.append('# nodes = ["NODE SET"]                # sets whose motion is to be kept')
+    return [
+        *lines,
+        "# ParaView: `creak convert OUT/results.h5 motion.pvd` has the motion around the hardest event; of all the run",
+        "# with the next line (large).",
+        "# field_interval = 0.002              # s",
+    ]
 
 
 def _verification(found: Proposal) -> list[str]:
     lines = ["[verification]"]
     if found.pairs is not None:
         value = found.pairs if isinstance(found.pairs, str) else list(found.pairs)
-        lines.append(_line("pairs", value, "main and secondary nodes in turn: motion and modes are compared there"))
+        lines.append(key_line("pairs", value, "main and secondary nodes in turn: motion and modes are compared there"))
     else:
         lines.append('# pairs = ["MAIN NODES", "SECONDARY NODES"]  # two node sets across a contact, to compare motion')
     return [
         *lines,
-        _line("f_max", 500.0, "Hz, spectra and low-passed forces"),
-        _line("mac_f_max", F_MAX, "Hz, mode shapes"),
+        key_line("f_max", 500.0, "Hz, spectra and low-passed forces"),
+        key_line("mac_f_max", F_MAX, "Hz, mode shapes"),
     ]

@@ -21,7 +21,7 @@ from creak.formats.complete_file import files_together, write_bytes, write_text
 from creak.formats.destination import destination
 from creak.formats.measured.csv_rows import plain_row
 from creak.formats.partials import remove_dead
-from creak.formats.stored.results import ContactRecord, Field, RunRecord, put_results
+from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord, put_results
 from creak.formats.stored.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
 from creak.formats.stored.sealed_json import sealed_text
 from creak.formats.stored.tree import write_tree
@@ -141,7 +141,16 @@ def _record(run: Run, result: StudyResult) -> RunRecord:
         energy=h.energy[at],
         energy_terms=ENERGIES,
         field=_field(run, result),
+        elines=_lines(run, result),
     )
+
+
+def _lines(run: Run, result: StudyResult) -> LineRecord | None:
+    moved, points = run.line_motion, result.setup.elines.points
+    if moved is None:
+        return None
+    labels = result.setup.model.nodes.ids[points.nodes_idx].astype(np.int64)
+    return LineRecord(moved.time, moved.motion, points.names, labels)
 
 
 def _means(h: History, x: FloatArray) -> FloatArray:

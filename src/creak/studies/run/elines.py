@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
@@ -61,6 +61,16 @@ class LineFindings:
     """Why a run is missing; empty: none is."""
 
 
+@dataclass(frozen=True)
+class LineMotion:
+    """Relative motion at all points over the verification window."""
+
+    time: FloatArray
+    """(k,) s, evenly spaced."""
+    motion: SingleArray
+    """(k, p, 3) of the secondary side along x, y, z of each point, length; z opens the gap."""
+
+
 def line_steps(setup: Setup, n: int) -> IntArray:
     """Whole steps of the verification window at which a run of n coordinates keeps them for its E-lines.
 
@@ -80,8 +90,13 @@ def line_steps(setup: Setup, n: int) -> IntArray:
     return inside[::every].astype(np.int64)
 
 
-def measured(setup: Setup, system: System, history: History, steps: IntArray) -> PointMeasures | None:
-    """Measures of all points out of the coordinates that a run has kept; None where it has not kept them."""
+def measured(
+    setup: Setup, system: System, history: History, steps: IntArray
+) -> tuple[PointMeasures, LineMotion] | None:
+    """Measures of all points out of the coordinates that a run has kept; None where it has not kept them.
+
+    The motion beside them is at the instants of the output interval, or at all that were kept where those are fewer.
+    """
     keep = np.isin(history.whole_at, steps)
     if not steps.size or system.n != history.coordinates.shape[0] or np.count_nonzero(keep) < 2:
         return None
@@ -90,11 +105,16 @@ def measured(setup: Setup, system: System, history: History, steps: IntArray) ->
     s = setup.loads.support[0, parts * history.whole_at[keep]].T
     points, percentile = setup.elines.points, setup.study.config.limit.percentile
     at_once = int(np.clip(AT_ONCE // (24 * q.shape[1]), 1, 512))
+    shown = slice(None, None, max(1, output_every(setup.study.course) // int(steps[1] - steps[0])))
+    time = output_times(setup)[history.whole_at[keep]][shown]
+    kept = np.zeros((time.size, points.m, 3), dtype=np.float32)
     pieces = []
     for start in range(0, points.m, at_once):
         some = points.select(np.arange(start, min(start + at_once, points.m)))
-        pieces.append(measure(relative_motion(system, some, q, s), percentile))
-    return joined(pieces)
+        motion = relative_motion(system, some, q, s)
+        kept[:, start : start + some.m] = motion[shown]
+        pieces.append(measure(motion, percentile))
+    return joined(pieces), LineMotion(time, kept)
 
 
 def relative_motion(system: System, points: GapOperator, q: FloatArray, s: FloatArray) -> FloatArray:
@@ -122,7 +142,8 @@ def without_contact(setup: Setup, system: System, progress: Progress, name: str)
         whole_at=steps,
         progress=lambda done, total: progress(name, done, total),
     )
-    return measured(setup, marched, history, steps)
+    found = measured(setup, marched, history, steps)
+    return None if found is None else found[0]
 
 
 def modal_measures(setup: Setup, reference: ReferenceModel, progress: Progress) -> PointMeasures | None:

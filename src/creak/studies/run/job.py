@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
@@ -17,7 +18,7 @@ from creak.dynamics.record.thinning import spacing_words
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
 from creak.model.dofs import node_dofs
-from creak.progress import Progress, Steps
+from creak.progress import Progress, Sentence, Steps
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
@@ -29,9 +30,10 @@ from creak.studies.run.agreement import ModeComparison, SpectraComparison, compa
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import compare_events, compared_setup, main_run
 from creak.studies.run.costs import Cost, Meter
-from creak.studies.run.elines import LineFindings, compare_lines, line_steps, measured
+from creak.studies.run.elines import LineFindings, LineMotion, compare_lines, line_steps, measured
 from creak.studies.run.forced_step import limited, step_warnings
-from creak.studies.run.integrate import integrate, output_times
+from creak.studies.run.foretold import run_s, words
+from creak.studies.run.integrate import flowing, integrate, output_times, resolution_of
 from creak.studies.run.kernels import compile_for
 from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
 from creak.studies.run.precheck import MOST_RUNS, ready, with_closed
@@ -78,6 +80,8 @@ class Run:
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
     """Stick-slip of each pair that rubs, in the verification window."""
+    line_motion: LineMotion | None = None
+    """Over time, with `lines`."""
     notes: tuple[str, ...] = ()
     """What should be known of it: instants that were not kept, a run that was taken from another case."""
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
@@ -246,6 +250,8 @@ def _reduced_run(
 
     def march(setup: Setup, reduced: ReducedModel) -> Run:
         system = reduced.system
+        if setup.raised == 0 and (said := foretold(setup, system, gaps, reference.linear_closed)):
+            progress(Sentence(said), 1, 1)
         return march_run("reduced", setup, system, gaps, progress, reduced, record=record, watch=True, lines=True)
 
     for left in reversed(range(MOST_RUNS)):
@@ -262,6 +268,16 @@ def _reduced_run(
         gaps = closed[0]
         notes.append(closed[1])
     return gaps, found, [*notes, *more]
+
+
+def foretold(setup: Setup, system: System, gaps: GapOperator, closed: FloatArray | None) -> str:
+    """What a run of a reduced model will take, where that is long; empty of a forced step, whose progress tells it."""
+    table = setup.study.config.time
+    modal = flowing(system)[0] if table.exact and gaps.presses else None
+    if modal is None:
+        return ""
+    seconds = run_s(modal, gaps, setup.loads, resolution_of(setup), closed)
+    return words(seconds, table.accuracy != "quick", closed)
 
 
 def _only_run(
@@ -365,10 +381,11 @@ def march_run(
     size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
     kept = at_steps(history, np.union1d(field, on_trial))
     recording = recorded(setup, system, kept, events) if record else None
-    at_lines = measured(setup, system, history, of_lines) if stopped is None else None
+    found = measured(setup, system, history, of_lines) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study.course, output_times(setup))))
     left, told = at_steps(history, field), spacing_words(history.spacing)
-    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, told)
+    at_lines, moved = (None, None) if found is None else found
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, moved, told)
 
 
 def unreduced_run(

@@ -21,6 +21,7 @@ from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, build_reference, static_shapes
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, nothing_closes
+from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_run, scheme_of
 from creak.studies.run.kernels import needs_solver
 from creak.studies.run.static_start import begin
@@ -50,7 +51,8 @@ def with_linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, pr
     """The same with the gaps of the linear run, where the study asks for a pre-check and the structure is held."""
     if not setup.study.config.precheck.enabled or setup.contacts.m == 0 or reference.stiffness is None:
         return reference
-    return replace(reference, linear_gaps=linear_gaps(setup, reference, scheme, progress))
+    gaps, closed = linear_course(setup, reference, scheme, progress)
+    return replace(reference, linear_gaps=gaps, linear_closed=closed)
 
 
 def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, list[str]]:
@@ -70,14 +72,23 @@ def prechecked(setup: Setup, reference: ReferenceModel) -> tuple[GapOperator, li
 
 def linear_gaps(setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress) -> FloatArray:
     """(m,) smallest gap of every contact channel over a run without contact."""
+    return linear_course(setup, reference, scheme, progress)[0]
+
+
+def linear_course(
+    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+) -> tuple[FloatArray, FloatArray]:
+    """Of a run without contact: (m,) smallest gap of every channel, and (2,) how long and how many are closed."""
 
     def run() -> dict[str, FloatArray]:
         system = linear_system(setup, reference)
         history = linear_run(setup, system, scheme, lambda done, total: progress("linear pre-check", done, total))
-        return {"closes": np.asarray((history.gap - setup.contacts.gap0).min(axis=0))}
+        lowest = np.asarray((history.gap - setup.contacts.gap0).min(axis=0))
+        return {"closes": lowest, "closed": closed_in(history.gap)}
 
-    made_from = [] if reference.store is None else _made_from(setup, reference, scheme)
-    return np.asarray(setup.contacts.gap0 + solved(reference.store, "precheck", made_from, run)["closes"])
+    made_from = [] if reference.store is None else [*_made_from(setup, reference, scheme), "and how long"]
+    found = solved(reference.store, "precheck", made_from, run)
+    return setup.contacts.gap0 + found["closes"], found["closed"]
 
 
 def _made_from(setup: Setup, reference: ReferenceModel, scheme: Scheme) -> list[str]:

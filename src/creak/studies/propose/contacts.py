@@ -1,0 +1,265 @@
+"""The contacts of a first study: which names or nodes stand for what is near, tried; which are doubtful."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+
+from creak.arrays import BoolArray, IntArray
+from creak.contact.node_to_surface import node_to_surface
+from creak.contact.pair import ContactPair
+from creak.contact.surface_to_surface import surface_to_surface
+from creak.errors import InputError
+from creak.model.mesh import Model
+from creak.progress import Progress
+from creak.studies.propose.opposite import STRAIGHT, Met
+from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of
+from creak.words import listed
+
+EVEN = 0.05
+"""Share of the thickness by which gaps may differ for one clearance to stand for all."""
+TELLS = 0.05
+"""Of half of the plate's thickness: a node nearer to its middle does not tell the side on which the edge stands."""
+FAR = "far"
+OVERLAP = "overlap"
+SIDE = "side"
+EDGES = "edges"
+UNEVEN = "uneven"
+"""Why a contact is asked about."""
+
+
+@dataclass(frozen=True)
+class Contact:
+    """A contact table; or a question, or why the deck's names make none: then it is commented out."""
+
+    name: str
+    secondary: str
+    main: str
+    gap: float
+    """Smallest distance between the surfaces of the two parts, length."""
+    place: str
+    """Label of the node where it is."""
+    near: int
+    """Elements of the secondary part that are near; nodes of an edge or a node set."""
+    elements: int
+    """Elements of the secondary surface or set; nodes of an edge or a node set."""
+    channels: int
+    start: float | None
+    """Smallest gap of a channel at the start, length."""
+    problem: str = ""
+    """Why the pair cannot be used as it is; empty: it can."""
+    parts: tuple[str, str] = ("", "")
+    """Of the secondary and of the main side."""
+    edge: bool = False
+    """The secondary side is the free edge of shells."""
+    method: str = "surface-to-surface"
+    labels: tuple[str, ...] = ()
+    """Nodes of the secondary side, where the study itself has to name them."""
+    clearance: float | None = None
+    normal: tuple[float, float, float] | None = None
+    question: str = ""
+    """Why it is doubtful: far, overlap, side, edges, uneven; empty: it is not."""
+    at: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """The place, length."""
+    toward: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    """Direction of the other side there."""
+    nodes: tuple[int, ...] = ()
+    """Rows of the near nodes."""
+    ends: tuple[str, ...] = ()
+    """Labels of the nearest nodes of two edges."""
+    picture: str = ""
+    """File beside the study that shows it; empty: none is drawn."""
+
+    @property
+    def live(self) -> bool:
+        return self.channels > 0 and not self.problem and not self.question
+
+
+def find_contacts(model: Model, near: Sequence[Near], distance: float, progress: Progress) -> tuple[Contact, ...]:
+    """The contacts of what is near, those that are sure first."""
+    found: list[Contact] = []
+    for k, n in enumerate(near):
+        progress("try the contacts", k, len(near))
+        found += {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind](model, n)
+    progress("try the contacts", len(near), len(near))
+    found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
+    names: dict[str, int] = {}
+    out = []
+    for c in sorted(found, key=lambda c: not c.live):
+        k = names[c.name] = names.get(c.name, 0) + 1
+        if k > 1:
+            own = f"{c.secondary}_{k}" if c.labels else c.secondary
+            c = replace(c, name=f"{c.name}-{k}", secondary=own)
+        out.append(c)
+    return tuple(out)
+
+
+def _of_faces(model: Model, n: Near) -> list[Contact]:
+    sides, found = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)], []
+    for first, second in product(*sides):
+        members = [numbers_of(model, first), numbers_of(model, second)]
+        facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
+        if facing.any():
+            near = n.met.where(_meets(n.met, members))
+            if near.nodes.size:
+                found.append(_surfaces(model, n, near, (first, second), members))
+    if found:
+        return found
+    for side in (0, 1):
+        if sides[side] and not sides[1 - side]:
+            return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side])
+    bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
+    problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
+    count = len(n.elements[0])
+    return [replace(_drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), problem=problem)]
+
+
+def _meets(met: Met, members: Sequence[IntArray]) -> BoolArray:
+    return np.where(met.side == 0, np.isin(met.element, members[1]), np.isin(met.element, members[0]))
+
+
+def _drawn(model: Model, met: Met, name: str, parts: tuple[str, str], near: int, elements: int) -> Contact:
+    """A contact of the near nodes, of which no more is known than where it is."""
+    k = int(met.gap.argmin())
+    x, y, z = model.nodes.coords[met.nodes[k]].tolist()
+    place, nodes = model.nodes.label(int(met.nodes[k])), tuple(np.unique(met.nodes).tolist())
+    c = Contact(name, *parts, float(met.gap[k]), place, near, elements, 0, None, parts=parts)
+    u, v, w = met.toward[k].tolist()
+    return replace(c, at=(x, y, z), toward=(u, v, w), nodes=nodes)
+
+
+def _surfaces(model: Model, n: Near, met: Met, names: tuple[str, str], members: list[IntArray]) -> Contact:
+    """The pair with the finer side as secondary; the other way round where that does not work."""
+    fine = len(n.elements[0]) >= len(n.elements[1])
+    orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
+    tried = []
+    for a, b in orders:
+        parts = (n.parts[a], n.parts[b])
+        drawn = _drawn(model, met, _pair_name(parts), parts, len(n.elements[a]), len(members[a]))
+        tried.append(_tried(model, replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))))
+        if not tried[-1].problem:
+            return tried[-1]
+    return _closed(met, tried[0]) if tried[0].question else tried[0]
+
+
+def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str]) -> list[Contact]:
+    """Nodes of the side that has no surface or element set, each against the names of the other."""
+    found, parts = [], (n.parts[side], n.parts[1 - side])
+    for main in mains:
+        near = met.where(np.isin(met.element, numbers_of(model, main)))
+        if not near.nodes.size:
+            continue
+        drawn = _nodes(model, near, parts, main, "near")
+        # Nodes of a set have no thickness of their own, so the study says the gap.
+        thick = float(near.apart.max() - near.gap.min())
+        even = float(np.ptp(near.gap)) <= EVEN * max(thick, float(near.gap.max()))
+        clearance = max(float(f"{near.gap.mean():.4g}"), 0.0)
+        question = _overlaps(near) or ("" if even or thick <= 0.0 else UNEVEN)
+        found.append(_tried(model, replace(drawn, clearance=clearance if thick > 0.0 else None, question=question)))
+    return found
+
+
+def _of_edge(model: Model, n: Near) -> list[Contact]:
+    """The free edge of shells on a face: node by node, for the edge has no area."""
+    found = []
+    for main in covering_sets(model, n.elements[1], n.parts[1]):
+        over = n.met.where(np.isin(n.met.element, numbers_of(model, main)))
+        for met in _by_direction(over):
+            drawn = replace(_nodes(model, met, n.parts, main, "edge"), edge=True)
+            found.append(_tried(model, _sided(met, drawn)))
+    if found:
+        return found
+    problem = f"the deck has no surface or element set of {n.parts[1]} alone that is near"
+    count = n.met.nodes.size
+    return [replace(_drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), edge=True, problem=problem)]
+
+
+def _by_direction(met: Met) -> list[Met]:
+    """Edge nodes that need to be told on which side they stand, by that side; else all of them together."""
+    if not met.nodes.size:
+        return []
+    if not _sideless(met).any():
+        return [met]
+    groups, left = [], np.ones(met.nodes.size, dtype=bool)
+    while left.any():
+        like = left & (met.toward @ met.toward[left.argmax()] > STRAIGHT)
+        groups.append(met.where(like))
+        left &= ~like
+    return groups
+
+
+def _sideless(met: Met) -> BoolArray:
+    return met.apart <= TELLS * (met.apart - met.gap)
+
+
+def _sided(met: Met, c: Contact) -> Contact:
+    """With the direction of the side where the nodes do not tell it, and closed where thickness explains an overlap."""
+    question = SIDE if met.unsure.any() else _overlaps(met)
+    if _sideless(met).any() or question:
+        mean = met.toward.mean(axis=0)
+        x, y, z = (np.round(mean / np.linalg.norm(mean), 4) + 0.0).tolist()
+        c = replace(c, normal=(x, y, z))
+    return _closed(met, replace(c, question=question))
+
+
+def _closed(met: Met, c: Contact) -> Contact:
+    """A clearance of nothing where all of it overlaps: nothing is left to be set to zero at the start."""
+    return replace(c, clearance=0.0) if (met.gap <= 0.0).all() else c
+
+
+def _overlaps(met: Met) -> str:
+    return OVERLAP if (met.gap < -met.excused).any() else ""
+
+
+def _nodes(model: Model, met: Met, parts: tuple[str, str], main: str, suffix: str) -> Contact:
+    """The node set that fits the near nodes, or else their labels."""
+    rows = np.unique(met.nodes)
+    name = fitting_node_set(model, rows, parts[0])
+    size = rows.size if name is None else model.node_sets[name].size
+    c = replace(_drawn(model, met, _pair_name(parts), parts, rows.size, size), main=main, method="node-to-surface")
+    if name is not None:
+        return replace(c, secondary=name)
+    labels = tuple(model.nodes.label(int(row)) for row in rows)
+    taken = {n.upper() for n in (*model.node_sets, *model.element_sets, *model.surfaces)}
+    own = _upper(f"{parts[0]}_{suffix}_on_{parts[1]}")
+    while own in taken:
+        own += "_"
+    return replace(c, secondary=own, labels=labels)
+
+
+def _ends(model: Model, n: Near) -> list[Contact]:
+    """Two edges: no contact of shells can be made of them."""
+    count = n.met.nodes.size
+    drawn, k = _drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), int(n.met.gap.argmin())
+    side = int(n.met.side[k])
+    if side == 1:
+        drawn = replace(drawn, parts=(n.parts[1], n.parts[0]), secondary=n.parts[1], main=n.parts[0])
+    other = next(p.nodes_idx for p in model.parts if p.name == drawn.parts[1])
+    nearest = other[np.linalg.norm(model.nodes.coords[other] - n.met.point[k], axis=1).argmin()]
+    return [replace(drawn, edge=True, question=EDGES, ends=(drawn.place, model.nodes.label(int(nearest))))]
+
+
+def _tried(model: Model, c: Contact) -> Contact:
+    """With its channels, or what keeps it from having any."""
+    pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal)
+    try:
+        if c.method == "surface-to-surface":
+            operator, _ = surface_to_surface(model, pair)
+        else:
+            sets = {**model.node_sets, **({c.secondary: np.array(c.nodes)} if c.labels else {})}
+            operator, _ = node_to_surface(replace(model, node_sets=sets), pair)
+    except InputError as error:
+        return replace(c, problem=error.what)
+    return replace(c, channels=operator.m, start=float(operator.gap0.min()))
+
+
+def _pair_name(parts: Sequence[str]) -> str:
+    return "-".join(re.sub(r"[^a-z0-9_]+", "_", name.lower()) for name in parts)
+
+
+def _upper(name: str) -> str:
+    return re.sub(r"[^A-Z0-9_]+", "_", name.upper())

@@ -1,0 +1,56 @@
+"""What joins the parts of a deck: springs, clips, connectors, ties, links, couplings and equations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.model.constraints import (
+    Constraint,
+    DistributingCoupling,
+    Equation,
+    KinematicCoupling,
+    RigidLink,
+    Tie,
+)
+from creak.model.mesh import ElementBlock, Model
+from creak.words import listed
+
+ELEMENTS = {"spring2": "spring or dashpot element(s)", "bush2": "connector or bushing element(s)"}
+CONSTRAINTS: dict[type[Constraint], str] = {
+    Equation: "equation(s)",
+    KinematicCoupling: "kinematic coupling(s)",
+    DistributingCoupling: "distributing coupling(s)",
+    RigidLink: "rigid link(s)",
+    Tie: "tied node(s)",
+}
+
+
+def joints_of(model: Model) -> tuple[str, ...]:
+    """`2 rigid link(s) between LID and BOX, first at nodes 12 and 40`: one line for each kind and pair of parts.
+
+    Elements that lie in one part, and constraints among nodes of one part, are left out.
+    """
+    part = np.full(model.nodes.count, -1, dtype=np.int64)
+    for i, p in enumerate(model.parts):
+        part[p.nodes_idx] = i
+    found: dict[tuple[str, tuple[int, ...]], list[IntArray]] = {}
+    for words, nodes in [*_elements(model.blocks), *_constraints(model.constraints)]:
+        joined = np.unique(part[nodes])
+        if joined.size > 1:
+            found.setdefault((words, tuple(joined.tolist())), []).append(nodes)
+    return tuple(_line(model, words, joined, each) for (words, joined), each in found.items())
+
+
+def _elements(blocks: tuple[ElementBlock, ...]) -> list[tuple[str, IntArray]]:
+    return [(ELEMENTS[block.kind], nodes) for block in blocks if block.kind in ELEMENTS for nodes in block.nodes_idx]
+
+
+def _constraints(constraints: tuple[Constraint, ...]) -> list[tuple[str, IntArray]]:
+    return [(CONSTRAINTS[type(c)], c.nodes) for c in constraints]
+
+
+def _line(model: Model, words: str, joined: tuple[int, ...], each: list[IntArray]) -> str:
+    names = [model.parts[i].name if i >= 0 else "nodes of no part" for i in sorted(joined, reverse=True)]
+    first = [model.nodes.label(int(row)) for row in each[0][:2]]
+    return f"{len(each)} {words} between {listed(names)}, first at nodes {listed(first)}"

@@ -1,0 +1,102 @@
+"""How long a run by exact flow and its repeats will take, told before them."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow.march import SAMPLES, form_of
+from creak.dynamics.flow.resolution import Resolution, flow_steps
+from creak.dynamics.loads import Loads
+from creak.dynamics.state import LinearTerms
+from creak.linalg.threads import one_blas_thread
+from creak.words import duration
+
+TOLD = 60.0
+"""s from which it is told."""
+REPEATS = 7.0
+"""Cost of a run and its repeats (contact twice as fine, half and twice as stiff, more modes) over that of the run."""
+QUICK = 0.5
+"""Cost of a run of quick accuracy over that of a settled one."""
+LASTS = 0.3
+"""Share of the time from which contact is what costs."""
+READS = 2.2
+"""Step of a diagonal model over the time that reading its channel rows and ten vectors takes (measured on the door)."""
+TRIALS = 5
+BATCH = 64
+"""Instants whose output is recovered at a time in the timing."""
+
+
+def closed_in(gap: FloatArray) -> FloatArray:
+    """(2,) of gaps (n_time, m): share of the instants at which any is closed, and how many of them are then closed."""
+    closed = gap <= 0.0
+    some = closed.any(axis=1)
+    return np.array([some.mean(), closed[some].sum(axis=1).mean() if some.any() else 0.0])
+
+
+def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, closed: FloatArray | None) -> float:
+    """Seconds of a run by exact flow here, from a step that is timed and from where the linear run closes gaps.
+
+    Parameters
+    ----------
+    system : with the modes that it is marched in. closed : (2,) of the linear run (`closed_in`); None where there is
+        none: only contact holds the structure, which presses all the time.
+
+    Contact throws parts apart and lets them bounce: expect a factor of two.
+    """
+    form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
+    n, levels = loads.n_step // SAMPLES, flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution).levels
+    share, rows = (1.0, 0.25 * gaps.m) if closed is None else closed.tolist()
+    return n * (1.0 + share * 2.0**levels) * step_s(system.n, math.ceil(rows))
+
+
+def words(seconds: float, repeated: bool, closed: FloatArray | None) -> str:
+    """What is told of a run of so many seconds, and of its repeats; empty where both are short."""
+    whole = (REPEATS if repeated else 1.0) * seconds
+    if whole < TOLD:
+        return ""
+    said = f"the run will take about {duration(seconds)}"
+    if repeated:
+        said += (
+            f", {duration(whole)} with the repeats that tell how far it has settled; a first look, creak run --quick, "
+            f"about {duration(QUICK * seconds)}"
+        )
+    if closed is None or closed[0] >= LASTS:
+        share = 1.0 if closed is None else float(closed[0])
+        said += (
+            f". Contact presses in some {100 * share:.0f} % of the time, which is what costs: a joint that never opens "
+            "is cheaper tied, and parts that are not to touch at rest want a clearance"
+        )
+    return said
+
+
+def step_s(unknowns: int, rows: int, observed: float = 0.0) -> float:
+    """A step of a diagonal model: its (rows, unknowns) channel rows read, and the motion that it writes; timed here.
+
+    Parameters
+    ----------
+    observed : physical dofs whose motion is kept, divided by the steps between two outputs.
+    """
+    n = max(unknowns, 1)
+    G, vectors, x, X = np.ones((max(rows, 1), n)), np.ones((10, n)), np.ones(n), np.ones((n, BATCH))
+    with one_blas_thread():
+        reading = READS * median_s(lambda: (G @ x, vectors @ x))
+        return reading + (observed / G.shape[0] * median_s(lambda: G @ X) / BATCH if observed else 0.0)
+
+
+def median_s(work: Callable[[], object]) -> float:
+    """Median time of a piece of work, s."""
+    work()
+    seconds = []
+    for _ in range(TRIALS):
+        started = time.perf_counter()
+        work()
+        seconds.append(time.perf_counter() - started)
+    return float(np.median(seconds))

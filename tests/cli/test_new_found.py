@@ -1,0 +1,151 @@
+"""`creak new` finds edges on faces, node sets and joints, and asks about what is doubtful."""
+
+from __future__ import annotations
+
+import json
+import re
+import tomllib
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from helpers_decks import STUDY, two_strips, write_strips
+from helpers_ribs import deck, patch, rib_on_plate
+
+EDGE = ["1001", "1002", "1003", "1004", "1005"]
+
+
+def new(creak, folder, text, *more):
+    """What is told for machines, and the words of the study."""
+    (folder / "own.inp").write_text(text)
+    said = creak("new", folder / "own.inp", "--json", *more)
+    assert said.status == 0, said.err
+    return json.loads(said.out), (folder / "own.toml").read_text()
+
+
+def gaps(folder):
+    return set_up(read_study(folder / "own.toml")).contacts.gap0
+
+
+def answered(text):
+    """The question's table, and what belongs to it, made live: all lines after the one that says so."""
+    before, _, rest = text.partition("uncomment the lines")
+    first, _, rest = rest.partition("\n")
+    block, blank, after = rest.partition("\n\n")
+    return f"{before}uncomment the lines{first}\n" + re.sub(r"(?m)^# ?", "", block) + blank + after
+
+
+@pytest.mark.parametrize(("height", "gap"), [(1.3, 0.3), (1.0, 0.0)])
+def test_the_edge_of_a_rib_is_half_of_the_plate_from_its_middle(creak, tmp_path, height, gap):
+    """The rib has no thickness past its edge: 1 mm of the plate alone is taken off."""
+    told, text = new(creak, tmp_path, rib_on_plate(height))
+    (contact,) = told["contacts"]
+    assert told["ready"]
+    assert contact["gap"] == pytest.approx(gap, abs=1e-9)
+    study = tomllib.loads(text)
+    assert study["nodes"]["RIB_EDGE_ON_PLATE"]["labels"] == EDGE
+    assert study["contact"]["rib-plate"]["method"] == "node-to-surface"
+    assert gaps(tmp_path) == pytest.approx(np.full(5, gap), abs=1e-9)
+    assert told["warnings"] == []
+
+
+def test_a_rib_drawn_on_the_middle_of_the_plate_stands_on_it(creak, tmp_path):
+    """The position does not tell the side there, but the rib does."""
+    told, text = new(creak, tmp_path, rib_on_plate(0.0))
+    table = tomllib.loads(text)["contact"]["rib-plate"]
+    assert (table["clearance"], table["normal"]) == (0.0, [0.0, 0.0, 1.0])
+    assert told["ready"]
+    assert told["warnings"] == []
+    contacts = set_up(read_study(tmp_path / "own.toml")).contacts
+    assert contacts.gap0 == pytest.approx(np.zeros(5))
+    up = contacts.G[:, np.flatnonzero(contacts.labels % 6 == 2)]
+    assert up.max() == pytest.approx(1.0), "the rib's nodes open the gap where they rise"
+
+
+def test_a_rib_below_the_plate_is_not_turned(creak, tmp_path):
+    told, text = new(creak, tmp_path, rib_on_plate(-20.0))
+    assert told["contacts"][0]["normal"] == [0.0, 0.0, -1.0]
+    assert tomllib.loads(text)["contact"]["rib-plate"]["clearance"] == 0.0
+
+
+def test_the_decks_own_set_of_the_edge_is_named(creak, tmp_path):
+    told, text = new(creak, tmp_path, rib_on_plate(1.3, "*NSET, NSET=FOOT\n1001, 1002, 1003, 1004, 1005\n"))
+    assert told["contacts"][0]["secondary"] == "FOOT"
+    assert "nodes" not in tomllib.loads(text)
+
+
+def test_an_edge_that_reaches_through_is_a_question_with_a_picture(creak, tmp_path):
+    told, text = new(creak, tmp_path, rib_on_plate(-0.5))
+    (contact,) = told["contacts"]
+    assert contact["question"] == "overlap"
+    assert not told["ready"]
+    assert "rib-plate" in told["to_fill_in"]
+    assert "# QUESTION: Do RIB and PLATE touch at rest? They are drawn 1.5 mm inside each other" in text
+    assert "# Picture: own_question_1.png" in text
+    assert str(tmp_path / "own_question_1.png") in told["written"]
+    with Image.open(tmp_path / "own_question_1.png") as picture:
+        colours = np.asarray(picture.convert("RGB")).reshape(-1, 3).astype(int)
+    blue, sand = (np.abs(colours - c).sum(axis=1).min() for c in ((127, 168, 207), (227, 191, 130)))
+    assert max(blue, sand) < 60, "both parts are painted"
+    (tmp_path / "own.toml").write_text(answered(text))
+    assert gaps(tmp_path) == pytest.approx(np.zeros(5))
+
+
+def test_what_is_a_little_too_far_is_asked(creak, tmp_path):
+    """1 % of the model's size is 0.69 mm, the edge is 1 mm away."""
+    told, text = new(creak, tmp_path, rib_on_plate(2.0))
+    assert told["contacts"][0]["question"] == "far"
+    assert "Can RIB and PLATE touch? They are 1 mm apart, farther than 0.6" in text
+    (tmp_path / "own.toml").write_text(answered(text))
+    assert gaps(tmp_path) == pytest.approx(np.ones(5))
+    told, _ = new(creak, tmp_path, rib_on_plate(2.0), "--distance", 1.5, "--overwrite")
+    assert told["contacts"][0]["question"] == ""
+
+
+def test_two_edges_are_asked_about_and_offered_a_stop(creak, tmp_path):
+    one = patch(1, "ONE", (0.0, 0.0, 0.0), (40.0, 0.0, 0.0), (0.0, 40.0, 0.0))
+    two = patch(101, "TWO", (40.5, 0.0, 0.0), (40.0, 0.0, 0.0), (0.0, 40.0, 0.0))
+    held = "*NSET, NSET=ENDS\n1, 6, 105, 110\n*BOUNDARY\nENDS, 1, 2\nENDS, 4, 6\n"
+    told, text = new(creak, tmp_path, deck([("ONE", one), ("TWO", two)], held))
+    (contact,) = told["contacts"]
+    assert (contact["question"], contact["gap"]) == ("edges", pytest.approx(0.5))
+    (tmp_path / "own.toml").write_text(answered(text))
+    stop = set_up(read_study(tmp_path / "own.toml")).connectors
+    assert stop.gap0 == pytest.approx([0.5])
+
+
+def test_nodes_of_a_part_without_names_of_its_own_are_listed(creak, tmp_path):
+    """Both strips are in one element set; the surface of one of them is the only name."""
+    text = re.sub("ELSET=(UPPER|LOWER)", "ELSET=ALL", two_strips())
+    text = text.replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    first, second = [m.start() for m in re.finditer(r"\*SHELL SECTION", text)]
+    bottom = "*ELSET, ELSET=BOTTOM, GENERATE\n1001, 1024, 1\n"
+    told, words = new(creak, tmp_path, text[:first] + bottom + text[second:])
+    (contact,) = told["contacts"]
+    assert told["ready"], told["to_fill_in"]
+    assert (contact["main"], contact["method"], len(contact["labels"])) == ("BOTTOM", "node-to-surface", 39)
+    assert gaps(tmp_path) == pytest.approx(np.full(39, contact["gap"]), rel=1e-3)
+    assert tomllib.loads(words)["contact"]
+
+
+def test_joints_between_parts_are_told(creak, tmp_path):
+    spring = "*ELEMENT, TYPE=SPRING2, ELSET=CLIP\n9001, 3, 1013\n*SPRING, ELSET=CLIP\n3, 3\n100.\n"
+    told, text = new(creak, tmp_path, rib_on_plate(1.3, spring + "*MPC\nBEAM, 1012, 2\n"))
+    assert told["joints"] == [
+        "1 spring or dashpot element(s) between RIB and PLATE, first at nodes 3 and 1013",
+        "1 rigid link(s) between RIB and PLATE, first at nodes 1012 and 2",
+    ]
+    assert all(f"#   {joint}" in text for joint in told["joints"])
+
+
+def test_driving_a_contact_along_its_normal_is_a_warning_and_along_its_surface_is_not(tmp_path):
+    drive = 'node_set = "ROOT_UPPER"\ndof = "z"'
+    for dof, warned in (("z", 1), ("x", 0)):
+        study = write_strips(tmp_path, study=STUDY.replace(drive, f'node_set = "TIP_UPPER"\ndof = "{dof}"'))
+        extra = "ROOT_UPPER, 3\n"
+        (tmp_path / "strips.inp").write_text(two_strips() + extra)
+        notes = [n for n in set_up(read_study(study)).notes if "along its normal" in n and "push these by a force" in n]
+        assert len(notes) == warned

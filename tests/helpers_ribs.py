@@ -1,0 +1,39 @@
+"""A plate and a shell with a rib over it, and other parts in doubtful places: decks for tests of what is found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from helpers_decks import STEEL
+
+Vector = tuple[float, float, float]
+
+
+def patch(first: int, elset: str, corner: Vector, u: Vector, v: Vector, cells: tuple[int, int] = (4, 4)) -> str:
+    """Quads that span u and v from a corner on, nodes and elements numbered from `first` on."""
+    nu, nv = cells
+    lines = ["*NODE"]
+    for j in range(nv + 1):
+        for i in range(nu + 1):
+            x = [corner[k] + u[k] * i / nu + v[k] * j / nv for k in range(3)]
+            lines.append(f"{first + j * (nu + 1) + i}, {x[0]:.6f}, {x[1]:.6f}, {x[2]:.6f}")
+    lines.append(f"*ELEMENT, TYPE=S4, ELSET={elset}")
+    for j in range(nv):
+        for i in range(nu):
+            a = first + j * (nu + 1) + i
+            lines.append(f"{first + j * nu + i}, {a}, {a + 1}, {a + nu + 2}, {a + nu + 1}")
+    return "\n".join(lines) + "\n"
+
+
+def deck(patches: Sequence[tuple[str, str]], more: str = "") -> str:
+    """(element set, its lines) as parts 2 mm thick."""
+    sections = "".join(f"*SHELL SECTION, ELSET={name}, MATERIAL=STEEL\n2.0,\n" for name, _ in patches)
+    return "*HEADING\nribs\n" + "".join(lines for _, lines in patches) + STEEL + sections + more
+
+
+def rib_on_plate(height: float, more: str = "") -> str:
+    """A rib along x, 20 mm high, whose lower edge (nodes 1001 to 1005) is drawn at a height over a plate's middle."""
+    plate = patch(1, "PLATE", (0.0, 0.0, 0.0), (40.0, 0.0, 0.0), (0.0, 40.0, 0.0))
+    rib = patch(1001, "RIB", (0.0, 21.0, height), (40.0, 0.0, 0.0), (0.0, 0.0, 20.0))
+    held = "*NSET, NSET=FEET\n1, 5\n*NSET, NSET=TOP\n1021, 1025\n*BOUNDARY\nFEET, 1, 2\nFEET, 4, 6\nTOP, 1, 6\n"
+    return deck([("PLATE", plate), ("RIB", rib)], held + more)
