@@ -58,9 +58,10 @@ def main() -> None:
     for row in whole_reduction(setup, reference, gaps):
         console.print(*row)
         table.add_row(*row)
-    boundaries = [(s.part, s.boundary) for s in partition(setup, reference, gaps).substructures]
+    cut = partition(setup.structure, setup.reduction, setup.exterior, reference, gaps)
+    boundaries = [(s.part, s.boundary) for s in cut.substructures]
     for part, boundary in boundaries:
-        for row in reduction_cost(part, boundary, setup.f_max):
+        for row in reduction_cost(part, boundary, setup.band.f_max):
             console.print(*row)
             table.add_row(*row)
     table.add_section()
@@ -80,9 +81,10 @@ def closest(setup: Setup, reference: ReferenceModel, retained: int) -> GapOperat
     """The channels that come closest in a linear run, as many as retain about so many dofs in all."""
     order = np.argsort(linear_gaps(setup, reference, SCHEME, silent), kind="stable")
     low, high = 1, order.size
+    of = setup.structure, setup.reduction, setup.exterior, reference
     while low < high:
         middle = (low + high + 1) // 2
-        cut = partition(setup, reference, setup.contacts.select(np.sort(order[:middle])))
+        cut = partition(*of, setup.contacts.select(np.sort(order[:middle])))
         count = sum(s.boundary.size for s in cut.substructures)
         low, high = (middle, high) if count <= retained else (low, middle - 1)
     return setup.contacts.select(np.sort(order[:low]))

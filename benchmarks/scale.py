@@ -105,9 +105,9 @@ def measure(folder: Path, f_max: float, log: Log) -> None:
         if reduced.reused:
             return reduced
         path = save_superelement(store, reduced, setup.model, {})  # a check that is killed does not cost it
-        check(setup, reduced)
+        check(reduced, setup.model.nodes.coords, setup.band.excited)
         log.line(f"{name}: saved and checked")
-        return with_modes_of_file(setup, reduced, path)
+        return with_modes_of_file(setup.band, reduced, path)
 
     model = reduce_model(setup, reference, gaps, log, store, made)
     log.line(f"run: {model.retained} retained, {model.modes} modes, {model.system.n} unknowns")

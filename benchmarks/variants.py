@@ -11,6 +11,7 @@ import resource
 import sys
 import tempfile
 import time
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -48,7 +49,9 @@ def scattered(folder: Path, mesh_size: float) -> Study:
 def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOperator]:
     """The model and its draws."""
     setup = set_up(study)
-    causes = make_causes(study, job._fields(setup))
+    c, fields = study.config, job.fields_of(setup.contacts, setup.model.nodes.coords)
+    data, given = c.model_dump(mode="json", by_alias=True), tomllib.loads(study.text)
+    causes = make_causes(c.scatter, data, given, fields, study.places)
     unit = np.random.default_rng(1).random((count, causes[-1].columns.stop))
     draws = [Draw(k, {}, {"flange": field}) for k, field in enumerate(causes[0].values(unit))]
     channels = job.join([setup.contacts, setup.connectors])
@@ -65,7 +68,7 @@ def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
         variant.loads,
         resolution=resolution_of(bench.setup),
         observed=NOTHING,
-        watched=watched(bench.setup, variant.gaps),
+        watched=watched(bench.setup.model, bench.setup.contacts, variant.gaps),
     )
     events = len(find_events(history, variant.gaps, v.merge, v.f_max))
     return time.perf_counter() - start, time.process_time() - cpu, events

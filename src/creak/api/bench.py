@@ -208,7 +208,7 @@ def make_bench(
     if positions is None:
         kept, _ = precheck(setup, reference, scheme_of(setup.study.config.time), report)
     else:
-        kept = setup.contacts.select(_at(setup, positions))
+        kept = setup.contacts.select(_at(setup.model.nodes.coords[setup.contacts.nodes_idx], positions))
     gaps, _ = limited(setup, reference, join([kept, setup.connectors]))
     return Bench(setup, reference, gaps, report, chosen=positions is not None)
 
@@ -220,9 +220,8 @@ def _positions(at: ArrayLike) -> FloatArray:
     return found
 
 
-def _at(setup: Setup, positions: FloatArray) -> IntArray:
-    """Contact channels whose secondary node lies at one of the positions."""
-    coords = setup.model.nodes.coords[setup.contacts.nodes_idx]
+def _at(coords: FloatArray, positions: FloatArray) -> IntArray:
+    """Contact channels whose secondary node, at these coordinates (m, 3), lies at one of the positions."""
     if not positions.size or not coords.size:
         return np.zeros(0, dtype=np.int64)
     away, _ = cKDTree(positions).query(coords)

@@ -146,8 +146,9 @@ def set_up(
             return set_up_deck(path, ignore, units)
         study = read_study(path)
     found = setup.set_up(study, ignore, store_of(study) if superelements is None else Path(superelements))
-    listeners_of(found.model, found.study)
-    background_of(found.study)
+    config, places = found.study.config, found.study.places
+    listeners_of(found.model, config.listener, places)
+    background_of(config.background, places)
     return found
 
 

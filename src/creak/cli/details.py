@@ -49,8 +49,8 @@ def setup_detail(output: Output, setup: Setup) -> None:
     known = f" up to {highest:g} Hz" if highest else ""
     output.detail(f"excitation: {', '.join(config.excitation) or 'none'}{known}")
     method = config.reduction.method
-    more = " or more, as far as it takes" if setup.auto else ""
-    reduction = method if method in ("none", "guyan") else f"{method} to {setup.f_max:g} Hz{more}"
+    more = " or more, as far as it takes" if setup.band.auto else ""
+    reduction = method if method in ("none", "guyan") else f"{method} to {setup.band.f_max:g} Hz{more}"
     output.detail(f"reduction: {reduction}")
     time = config.time
     steps = f"{loads.n_step // time.substeps:,} steps of {time.step:g} s to {loads.time[-1]:g} s"

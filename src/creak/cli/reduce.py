@@ -16,11 +16,11 @@ from creak.cli.run import changed_study
 from creak.errors import CreakError, InputError, NumericalError, suggest
 
 if TYPE_CHECKING:
-    from creak.contact.gap_operator import GapOperator
+    from creak.model.mesh import Model
     from creak.reduction.health import Health
-    from creak.studies.file.reader import Study
+    from creak.studies.file.places import Places
+    from creak.studies.models.part_jobs import PartJob
     from creak.studies.models.reduced import ReducedModel
-    from creak.studies.models.reference import ReferenceModel
     from creak.studies.models.superelements import Reduced
     from creak.studies.prepare.setup import Setup
     from creak.studies.tasks.cluster import Certificates
@@ -69,7 +69,7 @@ def reduce(
     certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
     study = changed_study(study_file, changes)
-    _check_method(study)
+    _check_method(study.config.reduction.method, study.places)
     folder = out if out is not None else store_of(study)
     writable_folder(folder)
     told: set[str] = set()
@@ -82,7 +82,7 @@ def reduce(
             tell_warnings(output, setup.notes, told)
             distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
             model, checks, notes = _reduced(setup, folder, output, distribution)
-            _export(setup, model, folder, export, output)
+            _export(setup.model, model, folder, export, output)
         tell_notes(output, [*setup.notes, *notes, *model.notes], told)
         for r in model.superelements:
             stats, before = r.system.stats, ", taken from before" if r.reused else ""
@@ -102,12 +102,11 @@ def _check_formats(export: Sequence[str]) -> None:
         raise InputError(f"unknown format {unknown[0]!r}", expected=expected, fix=fix)
 
 
-def _check_method(study: Study) -> None:
-    method = study.config.reduction.method
+def _check_method(method: str, places: Places) -> None:
     if method not in ("craig-bampton", "guyan"):
         raise InputError(
             f"method = {method!r} makes no superelements",
-            where=study.places.where("reduction", "method"),
+            where=places.where("reduction", "method"),
             expected='"craig-bampton" or "guyan"',
             fix="`creak run` reduces the whole assembly with it.",
         )
@@ -131,6 +130,7 @@ def _reduced(
     Each is checked and saved as soon as it is made: what stops the command later does not cost it.
     """
     from creak.studies.models.health import check
+    from creak.studies.models.part_jobs import part_jobs
     from creak.studies.models.reduced import reduce_model
     from creak.studies.models.superelements import is_saved, save_superelement, with_modes_of_file
     from creak.studies.run.precheck import ready
@@ -142,7 +142,7 @@ def _reduced(
         try:
             if name not in checks:
                 output.progress(f"{name}: check", 0, 1)
-                checks[name] = check(setup, reduced)
+                checks[name] = check(reduced, setup.model.nodes.coords, setup.band.excited)
                 output.progress(f"{name}: check", 1, 1)
             about["health"] = checks[name].as_dict()
         finally:
@@ -151,14 +151,15 @@ def _reduced(
                 path = save_superelement(folder, reduced, setup.model, about)
             if path is not None:
                 output.wrote(path)
-        return reduced if path is None else with_modes_of_file(setup, reduced, path)
+        return reduced if path is None else with_modes_of_file(setup.band, reduced, path)
 
     alone = setup.study.config.reference.model_copy(update={"run": "none"})
     setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
     try:
         fresh = set[str]()
         if distribution.workers is not None or distribution.scheduler is not None:
-            found = _elsewhere(setup, reference, gaps, folder, output, distribution)
+            jobs = part_jobs(setup, reference, gaps, folder, distribution.ignore)
+            found = _elsewhere(jobs, output, distribution)
             fresh, checks = set(found), checks | found
         return _told(reduce_model(setup, reference, gaps, output.progress, folder, made), fresh), checks, notes
     except CreakError:
@@ -174,25 +175,16 @@ def _told(model: ReducedModel, fresh: set[str]) -> ReducedModel:
     return replace(model, superelements=parts, notes=[n for n in model.notes if not n.startswith(taken)])
 
 
-def _elsewhere(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    folder: Path,
-    output: Output,
-    distribution: Distribution,
-) -> dict[str, Health]:
+def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distribution) -> dict[str, Health]:
     """The health of the parts that workers reduced and saved.
 
     Raises
     ------
     NumericalError : a part could not be reduced; the others are saved.
     """
-    from creak.studies.models.part_jobs import part_jobs
     from creak.studies.tasks.cluster import Certificates, running_cluster
     from creak.studies.tasks.workers import local_workers
 
-    jobs = part_jobs(setup, reference, gaps, folder, distribution.ignore)
     if not jobs:
         return {}
     checks: dict[str, Health] = {}
@@ -218,12 +210,12 @@ def _elsewhere(
     return checks
 
 
-def _export(setup: Setup, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
+def _export(deck: Model, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
     from creak.formats.matrices.superelements import write_superelement
     from creak.studies.models.deck_matrices import named_rows
 
     for reduced in model.superelements:
-        given = named_rows(reduced.system, reduced.system.name, setup.model)
+        given = named_rows(reduced.system, reduced.system.name, deck)
         for form in export:
             output.wrote(*write_superelement(given, folder, form))
 

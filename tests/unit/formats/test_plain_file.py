@@ -145,7 +145,7 @@ def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path,
 
     def read():
         found = set_up(read_study(study)).study
-        background_of(found)
+        background_of(found.config.background, found.places)
         material_pairs(found.lines)
 
     with at_once(), pytest.raises(InputError, match=SAID[kind]):

@@ -102,7 +102,9 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
 def test_the_pre_check_is_that_of_the_whole_with_its_damping(here, change):
     setup = set_up(with_changes(read_study(here / "study.toml"), change))
     whole, scheme = build_reference(setup, silent), scheme_of(setup.study.config.time)
-    system = modal_system(whole.system, whole.modes, whole.support_shapes, static_shapes(setup, whole))
+    system = modal_system(
+        whole.system, whole.modes, whole.support_shapes, static_shapes(setup.loads, whole, setup.reduction)
+    )
     direct = linear_run(setup, system, scheme, None).gap.min(axis=0)
     np.testing.assert_allclose(linear_gaps(setup, whole, scheme, silent), direct, rtol=1e-9)
 

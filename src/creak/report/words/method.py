@@ -7,7 +7,7 @@ from typing import Any
 from creak.model.units import Units
 from creak.report.found import Found
 from creak.report.words.text import number, plural, share, tidy
-from creak.studies.file.config import ReductionTable, StudyConfig, TimeTable, VerificationTable
+from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
@@ -34,9 +34,13 @@ def paragraph(result: Found) -> str:
         )
     laws = _laws(list(c.contact.values()))
     if c.time.exact:
+        given = (
+            c.connector or c.clip or any(t.stiffness != "auto" or t.overclosure is not None for t in c.contact.values())
+        )
+        by_itself = "step" if given else "step, stiffness"  # what follows from the model alone
         words.append(
             "Between contacts the modes move exactly; where a gap may close, steps are halved down to the time scale "
-            f"of the contact itself ({laws}). No {_by_itself(c)} or scheme was chosen by hand; the accuracy asked for "
+            f"of the contact itself ({laws}). No {by_itself} or scheme was chosen by hand; the accuracy asked for "
             f"is {c.time.accuracy!r}."
         )
     else:
@@ -50,12 +54,6 @@ def paragraph(result: Found) -> str:
         "compared."
     )
     return " ".join(words)
-
-
-def _by_itself(c: StudyConfig) -> str:
-    """What follows from the model alone: the stiffness of contact too, unless the study gives one."""
-    given = c.connector or c.clip or any(t.stiffness != "auto" or t.overclosure is not None for t in c.contact.values())
-    return "step" if given else "step, stiffness"
 
 
 def _merging(v: VerificationTable) -> str:

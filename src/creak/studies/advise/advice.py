@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from creak.studies.advise.choice import Change, Choice, choose
+from creak.studies.advise.choice import Change, Choice, choose, settings_of
 from creak.studies.advise.facts import Facts, gather
 from creak.studies.file.toml_text import toml_value
 from creak.studies.prepare.setup import Setup
@@ -45,7 +45,7 @@ def advise(setup: Setup, progress: Progress, band: float | None = None) -> Advic
     InputError : anything wrong in the study or the deck.
     """
     facts = gather(setup, progress, band)
-    return Advice(facts, choose(setup, facts))
+    return Advice(facts, choose(settings_of(setup), facts))
 
 
 def changes_toml(changes: tuple[Change, ...]) -> str:

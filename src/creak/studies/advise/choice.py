@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,7 +10,9 @@ from creak.studies.advise import words
 from creak.studies.advise.contact import StepAdvice, substeps_for
 from creak.studies.advise.evidence import DOOR, case, record
 from creak.studies.advise.facts import Facts, Option
+from creak.studies.file.config import PrecheckTable, Proof, TimeTable
 from creak.studies.models.reduced import WHOLE
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
 from creak.words import duration, percent
 
@@ -37,6 +39,29 @@ class Change:
 
 
 @dataclass(frozen=True)
+class Settings:
+    """What a study says already of all that is advised."""
+
+    reduction: Reduction
+    imported: bool
+    """Whether parts came as matrices."""
+    time: TimeTable
+    precheck: PrecheckTable
+    proof: Proof
+    stiffness: frozenset[str]
+    """How that of its contacts is given: auto, hard, number, table."""
+
+
+def settings_of(setup: Setup) -> Settings:
+    """Those of a study."""
+    c = setup.study.config
+    contacts = c.contact.values()
+    named = {t.stiffness if isinstance(t.stiffness, str) else "number" for t in contacts if t.overclosure is None}
+    kinds = named | {"table" for t in contacts if t.overclosure is not None}
+    return Settings(setup.reduction, bool(setup.superelements), c.time, c.precheck, c.proof, frozenset(kinds))
+
+
+@dataclass(frozen=True)
 class Choice:
     """The advice."""
 
@@ -51,64 +76,63 @@ class Choice:
     warnings: tuple[str, ...]
 
 
-def choose(setup: Setup, facts: Facts) -> Choice:
-    """Settings for this study; what it has already is kept where it is good enough."""
-    step = _step(setup, facts)
-    option, why = _option(setup, facts, step)
-    own = setup.study.config.time.substeps
-    substeps = max(own, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
-    exact, forced = (
-        setup.study.config.time.exact,
-        [
-            *words.why_step(setup, step),
+def choose(own: Settings, facts: Facts) -> Choice:
+    """Settings for a study; what it has already is kept where it is good enough."""
+    time = own.time
+    step = _step(time.step, facts.steps)
+    option, why = _option(own, facts, step)
+    substeps = max(time.substeps, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
+    if time.exact:
+        of_time = [*words.why_exact(time.accuracy, own.stiffness, facts)]
+    else:
+        of_time = [
+            *words.why_step(step, time.step, facts.channels.contacts),
             *words.why_substeps(step, substeps),
-            *words.why_stiffness(setup, step, substeps),
-        ],
-    )
+            *words.why_stiffness(own.stiffness, step, substeps),
+        ]
     because = [
         why,
         *words.why_f_max(facts, option),
-        *(words.why_exact(setup, facts) if exact else forced),
-        *words.why_retained(setup, facts),
+        *of_time,
+        *words.why_retained(own.reduction.table, facts),
         *words.why_unreduced(facts, step),
     ]
-    changes = tuple(_changes(setup, option, step, substeps))
-    return Choice(option, exact, step, substeps, changes, tuple(because), tuple(words.warnings(setup, facts, option)))
+    changes, warnings = _changes(own, option, step, substeps), words.warnings(own.precheck.words(), facts, option)
+    return Choice(option, time.exact, step, substeps, tuple(changes), tuple(because), tuple(warnings))
 
 
-def _step(setup: Setup, facts: Facts) -> StepAdvice:
-    """The study's own where it is short enough, else the longest that is."""
-    fine = [s for s in facts.steps if s.per_period >= PER_PERIOD * 0.999]
-    own = [s for s in fine if abs(s.step / setup.study.config.time.step - 1.0) < 1e-6]
-    return own[0] if own else fine[0]
+def _step(own: float, steps: Sequence[StepAdvice]) -> StepAdvice:
+    """The study's own (s) where it is short enough, else the longest that is."""
+    fine = [s for s in steps if s.per_period >= PER_PERIOD * 0.999]
+    return next((s for s in fine if abs(s.step / own - 1.0) < 1e-6), fine[0])
 
 
-def _option(setup: Setup, facts: Facts, step: StepAdvice) -> tuple[Option | None, str]:
+def _option(own: Settings, facts: Facts, step: StepAdvice) -> tuple[Option | None, str]:
     """How to reduce, and why so."""
-    table = setup.study.config.reduction
+    table, f_max = own.reduction.table, own.reduction.band.f_max
     if table.method == "none" and step.unreduced_s <= words.AFFORDABLE_S:
         return None, f"method: none as in the study, because the run takes at most {duration(step.unreduced_s)}"
     if facts.unreduced is None:
-        return _by_parts(facts, setup.f_max), (
+        return _by_parts(facts, f_max), (
             "method: craig-bampton, because memory does not hold a factor of the whole model, which modes of the "
             "assembly take"
         )
-    if table.substructures or table.unreduced or setup.superelements:
-        return _by_parts(facts, setup.f_max), (
+    if table.substructures or table.unreduced or own.imported:
+        return _by_parts(facts, f_max), (
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
         )
-    if any(t.stiffness == "hard" for t in setup.study.config.contact.values()):
-        return _by_parts(facts, setup.f_max), (
+    if "hard" in own.stiffness:
+        return _by_parts(facts, f_max), (
             "method: craig-bampton, because contact is hard: the static shapes of gap-modes have hardly any mass, and "
             "hard contact on them takes very short steps"
         )
-    keep = f"keep craig-bampton with f_max = {_by_parts(facts, setup.f_max).f_max:g} where parts are exchanged or saved"
+    keep = f"keep craig-bampton with f_max = {_by_parts(facts, f_max).f_max:g} where parts are exchanged or saved"
     if facts.gaps.m == 0:
         return _whole(facts, 0.0), (
             f"method: gap-modes, because no channel closes and modes of the assembly are exact below f_max; {keep}"
         )
-    return _whole(facts, setup.f_max if table.method == WHOLE else 0.0), (
+    return _whole(facts, f_max if table.method == WHOLE else 0.0), (
         f"method: gap-modes, because for one assembly it is the smallest: {_against_craig_bampton()} ({DOOR}); {keep}"
     )
 
@@ -136,29 +160,29 @@ def _whole(facts: Facts, own: float) -> Option:
     return next((o for o in fit if o.f_max == own), fit[0])
 
 
-def _changes(setup: Setup, option: Option | None, step: StepAdvice, substeps: int) -> Iterator[Change]:
+def _changes(own: Settings, option: Option | None, step: StepAdvice, substeps: int) -> Iterator[Change]:
     """Lines that differ from the study."""
-    c, wanted = setup.study.config, dict[str, tuple[Any, Any]]()
+    wanted, time = dict[str, tuple[Any, Any]](), own.time
     if option is not None:
-        wanted |= _reduction(setup, option)
-    if not c.time.exact:
-        wanted["time.step"] = (c.time.step, step.step)
-        wanted["time.substeps"] = (c.time.substeps, substeps)
-    wanted["precheck.enabled"] = (c.precheck.enabled, True)
+        wanted |= _reduction(own.reduction, option)
+    if not time.exact:
+        wanted["time.step"] = (time.step, step.step)
+        wanted["time.substeps"] = (time.substeps, substeps)
+    wanted["precheck.enabled"] = (own.precheck.enabled, True)
     if step.unreduced_s > LONG_S and option is not None:
-        wanted["reference.run"] = (c.proof, "spots")
+        wanted["reference.run"] = (own.proof, "spots")
     for key, (old, new) in wanted.items():
         if old != new:
             yield Change(key, old, new)
 
 
-def _reduction(setup: Setup, option: Option) -> dict[str, tuple[Any, Any]]:
-    table = setup.study.config.reduction
+def _reduction(own: Reduction, option: Option) -> dict[str, tuple[Any, Any]]:
+    table = own.table
     wanted: dict[str, tuple[Any, Any]] = {
         "reduction.method": (table.method, option.method),
         "reduction.keep_out": (table.keep_out, 0.0),
     }
-    if not setup.auto or option.method != table.method:
+    if not own.band.auto or option.method != table.method:
         wanted["reduction.f_max"] = (table.f_max, float(f"{option.f_max:.6g}"))
     if table.interface.type in ("spacing", "participation") or (
         option.method == WHOLE and table.interface.type != "full"

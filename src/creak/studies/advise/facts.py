@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
+from creak.arrays import FloatArray
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.dynamics.scheme import Scheme
 from creak.linalg.pencil import Pencil
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
@@ -18,6 +20,7 @@ from creak.model.solid_faces import FACES
 from creak.model.units import METRES
 from creak.reduction.health.estimate import error_bound
 from creak.studies.advise.contact import (
+    Bounce,
     StepAdvice,
     bounces,
     numerical_damping,
@@ -33,13 +36,13 @@ from creak.studies.advise.cost import (
     unreduced_cost,
 )
 from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
-from creak.studies.advise.memory import Memory, memory
+from creak.studies.advise.memory import Memory, memory, runs_of
 from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
-from creak.studies.file.config import InterfaceTable
+from creak.studies.file.case import Course
+from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTable
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
-from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
@@ -53,6 +56,8 @@ ASSEMBLY_MULTIPLES = (3.0, 7.0, 11.0)
 """The same for modes of the assembly."""
 
 Progress = Callable[[str, int, int], None]
+Bounces = Callable[[float], tuple[Bounce | None, Bounce | None]]
+"""What contact does with a step, s: with automatic stiffness, and with that given in numbers."""
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,20 @@ class Option:
     """What this multiple left on the door."""
     possible: bool = True
     """False: the retained dofs of some part do not hold it."""
+
+
+@dataclass(frozen=True)
+class ReducedStep:
+    """What a step of the reduced model is made of beside its unknowns."""
+
+    rows: int
+    """Channel rows of the contact."""
+    observed: float
+    """Dofs written down, in the mean."""
+
+    def seconds(self, unknowns: int) -> float:
+        """What it takes with so many unknowns."""
+        return reduced_step_s(unknowns, self.rows, self.observed)
 
 
 @dataclass(frozen=True)
@@ -148,77 +167,82 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     InputError : anything wrong in the study or the deck.
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
-    setup = setup.with_tables(precheck=setup.study.config.precheck.model_copy(update={"enabled": True}))
-    excitation = excitation_of(setup.study.driving, setup.loads, setup.study.config.verification.mac_f_max)
-    by_parts = _without_the_whole(setup)
+    c = setup.study.config
+    setup = setup.with_tables(precheck=c.precheck.model_copy(update={"enabled": True}))
+    excitation = excitation_of(setup.study.driving, setup.loads, c.verification.mac_f_max)
+    none = c.reference.model_copy(update={"run": "none"})
+    by_parts = setup.with_tables(reduction=_without_the_whole(c.reduction), reference=none)
     reference = reference_that_fits(by_parts, assembled(setup.structure, progress), progress)
     setup = setup if reference.of_parts is None else by_parts
-    scheme = scheme_of(setup.study.config.time)
-    gaps, channels = _channels(setup, reference, scheme, progress)
+    c, reduction, exterior, course = setup.study.config, setup.reduction, setup.exterior, setup.study.course
+    scheme, f = scheme_of(c.time), excitation.frequency
+    smallest = None
+    if setup.contacts.m and reference.stiffness is not None:
+        smallest = linear_gaps(setup, reference, scheme, progress)
+    gaps, channels = _channels(setup.contacts, setup.connectors, c.precheck, smallest)
     reference.release()
-    f, c = excitation.frequency, setup.study.config
-    fixed = sorted({*(m * f for m in MULTIPLES), setup.f_max})
+    fixed = sorted({*(m * f for m in MULTIPLES), reduction.band.f_max})
     heard = [] if band is None else [PER_MODE * band]
-    found = sizes(setup, reference, gaps, sorted({*fixed, *heard}), progress)
-    counted = None if reference.of_parts else _assembly(setup, reference, f, progress)
-    options = _options(setup, found, counted, fixed, f, gaps)
-    cost = None if reference.of_parts else unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
-    steps = _steps(setup, reference, gaps, scheme, f, options, cost, progress)
-    taken = memory(setup, reference, counted, found.parts, found.unknowns(setup.f_max), gaps.m + 2 * gaps.rubbing)
+    found = sizes(setup.structure, reduction, exterior, reference, gaps, sorted({*fixed, *heard}), progress)
+    counted, cost = None, None
+    if reference.of_parts is None:
+        # from the second multiple on no lower than the verification's spectra
+        low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
+        own = [reduction.band.f_max] if c.reduction.method == WHOLE else []
+        wanted = sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
+        counted = _assembly(reference.system, wanted, progress)
+        cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
+    step = ReducedStep(gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(course))
+    options = _options(found, counted, fixed, f, step)
+    bounce: Bounces | None = None
+    if gaps.m and cost is not None and not c.time.exact:
+        bounce = partial(bounces, reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme)
     end = float(setup.loads.time[-1])
-    sound = None if band is None else _sound(setup, found, band, f, gaps)
+    steps = _steps(course, end, f, max(o.step_s for o in options), cost, bounce, progress)
+    unknowns = found.unknowns(reduction.band.f_max)
+    taken = memory(reduction, reference, counted, found.parts, unknowns, runs_of(setup, step.rows))
+    sound = None
+    if band is not None:
+        option = _by_parts(found, PER_MODE * band, f, step, eigen_cube_s())
+        sound = _sound(setup.model, METRES[c.model.units], band, option)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
 
 
-def _without_the_whole(setup: Setup) -> Setup:
-    """The study without what takes a factor of the whole model and advice may change (`choice`)."""
-    c = setup.study.config
-    table: dict[str, Any] = {"method": "craig-bampton"} if c.reduction.method in ("none", WHOLE) else {}
-    if c.reduction.interface.type == "participation":
-        table["interface"] = InterfaceTable(type="full")
-    return setup.with_tables(
-        reduction=c.reduction.model_copy(update=table), reference=c.reference.model_copy(update={"run": "none"})
-    )
+def _without_the_whole(table: ReductionTable) -> ReductionTable:
+    """[reduction] without what takes a factor of the whole model and advice may change (`choice`)."""
+    changed: dict[str, Any] = {"method": "craig-bampton"} if table.method in ("none", WHOLE) else {}
+    if table.interface.type == "participation":
+        changed["interface"] = InterfaceTable(type="full")
+    return table.model_copy(update=changed)
 
 
 def _channels(
-    setup: Setup, reference: ReferenceModel, scheme: Scheme, progress: Progress
+    contacts: GapOperator, connectors: GapOperator, table: PrecheckTable, smallest: FloatArray | None
 ) -> tuple[GapOperator, Channels]:
-    contacts = setup.contacts
-    others = setup.connectors.m
-    if contacts.m == 0 or reference.stiffness is None:
-        return join([contacts, setup.connectors]), Channels(contacts.m, contacts.m, None, others, None)
-    smallest = linear_gaps(setup, reference, scheme, progress)
-    keep = np.flatnonzero(smallest <= setup.study.config.precheck.near(contacts.gap0))
+    """Those that the gaps (m,) of a linear run let close; None: there was no such run."""
+    if smallest is None:
+        return join([contacts, connectors]), Channels(contacts.m, contacts.m, None, connectors.m, None)
+    keep = np.flatnonzero(smallest <= table.near(contacts.gap0))
     closing = int(np.count_nonzero(smallest <= 0.0))
-    found = Channels(contacts.m, int(keep.size), closing, others, float(smallest.min()))
-    return join([contacts.select(keep), setup.connectors]), found
+    found = Channels(contacts.m, int(keep.size), closing, connectors.m, float(smallest.min()))
+    return join([contacts.select(keep), connectors]), found
 
 
-def _assembly(setup: Setup, reference: ReferenceModel, f: float, progress: Progress) -> Counted:
+def _assembly(system: System, frequencies: list[float], progress: Progress) -> Counted:
     """Modes of the whole model below each f_max that is looked at."""
     what = "count modes of the assembly"
     progress(what, 0, 1)
-    counted = sturm_counts(Pencil(reference.system.K, reference.system.M), _whole_frequencies(setup, f))
+    counted = sturm_counts(Pencil(system.K, system.M), frequencies)
     progress(what, 1, 1)
     return counted
 
 
-def _whole_frequencies(setup: Setup, f: float) -> list[float]:
-    """f_max for modes of the assembly: the multiples, from the second on no lower than the verification's spectra."""
-    c = setup.study.config
-    low, *others = (m * f for m in ASSEMBLY_MULTIPLES)
-    own = [setup.f_max] if c.reduction.method == WHOLE else []
-    return sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
-
-
 def _options(
-    setup: Setup, found: Sizes, counted: Counted | None, fixed: list[float], f: float, gaps: GapOperator
+    found: Sizes, counted: Counted | None, fixed: list[float], f: float, step: ReducedStep
 ) -> tuple[Option, ...]:
     """Ways to reduce; those that take modes of the whole where these were counted."""
-    rows, cube = gaps.m + 2 * gaps.rubbing, eigen_cube_s()
-    observed = 6.0 * setup.watched.size / output_every(setup.study.course)
-    out = [_by_parts(found, f_max, f, rows, cube, observed) for f_max in fixed]
+    rows, cube = step.rows, eigen_cube_s()
+    out = [_by_parts(found, f_max, f, step, cube) for f_max in fixed]
     if counted is None:
         return tuple(out)
     for f_max, modes in counted.below.items():
@@ -231,7 +255,7 @@ def _options(
                 modes,
                 modes + rows,
                 assembly_modes_s(counted, f_max, rows),
-                reduced_step_s(modes + rows, rows, observed),
+                step.seconds(modes + rows),
                 0.0,
                 0.0,
                 measured(WHOLE, f_max / f),
@@ -240,7 +264,7 @@ def _options(
     return tuple(out)
 
 
-def _by_parts(found: Sizes, f_max: float, f: float, rows: int, cube: float, observed: float) -> Option:
+def _by_parts(found: Sizes, f_max: float, f: float, step: ReducedStep, cube: float) -> Option:
     n = found.unknowns(f_max)
     return Option(
         "craig-bampton",
@@ -250,7 +274,7 @@ def _by_parts(found: Sizes, f_max: float, f: float, rows: int, cube: float, obse
         sum(p.modes.below[f_max] for p in found.parts),
         n,
         superelements_s(found.parts, f_max, n, cube),
-        reduced_step_s(n, rows, observed),
+        step.seconds(n),
         float(error_bound(np.array([f]), f_max)[0]),
         rule_of_thumb(f_max / f),
         measured("craig-bampton", f_max / f),
@@ -258,12 +282,9 @@ def _by_parts(found: Sizes, f_max: float, f: float, rows: int, cube: float, obse
     )
 
 
-def _sound(setup: Setup, found: Sizes, band: float, f: float, gaps: GapOperator) -> SoundCost:
-    """What a band that ends at `band` (Hz) takes."""
-    rows, observed = gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(setup.study.course)
-    model, metre = setup.model, METRES[setup.study.config.model.units]
+def _sound(model: Model, metre: float, band: float, option: Option) -> SoundCost:
+    """What a band that ends at `band` (Hz) takes, reduced by `option`; metre : units of length in one."""
     skin = skin_of(model)
-    option = _by_parts(found, PER_MODE * band, f, rows, eigen_cube_s(), observed)
     finer, solid = finer_mesh(model, skin, metre, band), _solid_share(model)
     return SoundCost(band, option, mesh_band(model, skin, metre), finer, solid)
 
@@ -279,23 +300,20 @@ def _solid_share(model: Model) -> float:
 
 
 def _steps(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    scheme: Scheme,
+    course: Course,
+    end: float,
     f: float,
-    options: tuple[Option, ...],
+    step_s: float,
     cost: UnreducedCost | None,
+    bounce: Bounces | None,
     progress: Progress,
 ) -> tuple[StepAdvice, ...]:
-    own = setup.study.config.time.step
-    wanted = {float(f"{h:.9g}") for h in (own, *(step_for(setup, s.per_period * f) for s in steps()))}
-    largest, end = max(options, key=lambda o: o.step_s), float(setup.loads.time[-1])
-    positions, out = setup.model.nodes.coords[gaps.nodes_idx], []
+    """Forced steps up to `end` (s), of which a reduced one takes at most `step_s`."""
+    wanted = {float(f"{h:.9g}") for h in (course.time.step, *(step_for(course, s.per_period * f) for s in steps()))}
+    scheme, out = scheme_of(course.time), []
     for k, h in enumerate(sorted(wanted, reverse=True)):
         progress("contact against the step", k, len(wanted))
-        some = gaps.m and cost is not None and not setup.study.config.time.exact
-        auto, given = bounces(reference.system, gaps, positions, scheme, h) if some else (None, None)
+        auto, given = (None, None) if bounce is None else bounce(h)
         n, angle = round(end / h), 2.0 * np.pi * f * h
         evidence = step_evidence(1.0 / (f * h))
         words = "coarser than any measured" if evidence is None else evidence.hht
@@ -308,7 +326,7 @@ def _steps(
                 numerical_damping(scheme, angle),
                 auto,
                 given,
-                n * largest.step_s,
+                n * step_s,
                 np.inf if cost is None else cost.run_s(n),
                 words,
             )
@@ -317,13 +335,13 @@ def _steps(
     return tuple(out)
 
 
-def step_for(setup: Setup, rate: float) -> float:
+def step_for(course: Course, rate: float) -> float:
     """A round step no longer than 1 / rate (s) that divides the study's output intervals."""
-    table, own = setup.study.config.output, setup.study.config.time.step
+    table, own = course.output, course.time.step
     intervals = [x for x in (table.interval, table.field_interval) if x is not None]
     if not intervals:
         return rounded_step(1.0 / rate)
     shortest = min(intervals)
     if len(intervals) == 2:
-        shortest = own * output_every(setup.study.course) if table.interval == shortest else own
+        shortest = own * output_every(course) if table.interval == shortest else own
     return float(shortest / np.ceil(shortest * rate * (1.0 - 1e-9)))

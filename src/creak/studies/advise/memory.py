@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
+from creak.dynamics.loads import Loads
 from creak.formats.stored.superelement import MAPPED
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import BAND, dense_bytes, dense_is_faster, with_further
 from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
+from creak.studies.file.config import TimeTable
 from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
 from creak.studies.models.superelements import KEPT
 from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import compared_setup
 from creak.studies.run.integrate import divided_loads, resolution_of
@@ -70,43 +74,71 @@ class Memory:
         return max(self.run, key=lambda s: s.gb)
 
 
+@dataclass(frozen=True)
+class Runs:
+    """What the runs of a study hold beside their models."""
+
+    rows: int
+    """Channel rows of the contact."""
+    history: float
+    """Bytes of what is kept of a run."""
+    factors: Callable[[float, float], int] | None
+    """How many factors of the whole an unreduced run holds: of the bytes of one, and of those that others may take
+    beside it; None: there is no such run."""
+
+
+def runs_of(setup: Setup, rows: int) -> Runs:
+    """The runs of a study whose contact has so many channel rows."""
+    c, factors = setup.study.config, None
+    instants = setup.loads.time.size / output_every(setup.study.course)
+    if c.proof == "whole" or c.reduction.method == "none":
+        compared = compared_setup(setup)
+        factors = partial(_factors, c.time, resolution_of(compared).stepped, partial(divided_loads, compared))
+    return Runs(rows, 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows), factors)
+
+
 def memory(
-    setup: Setup, reference: ReferenceModel, whole: Counted | None, parts: Sequence[PartSize], unknowns: int, rows: int
+    reduction: Reduction,
+    reference: ReferenceModel,
+    whole: Counted | None,
+    parts: Sequence[PartSize],
+    unknowns: int,
+    runs: Runs,
 ) -> Memory:
     """Peak memory of the study as it stands; held to measured peaks of the door (docs/benchmarks_modes.md).
 
     Parameters
     ----------
     whole : modes of the assembly counted, with the memory of a factor of it; None where memory does not hold that.
-    unknowns : of the reduced model. rows : channel rows of the contact.
+    unknowns : of the reduced model.
     """
+    method, band = reduction.table.method, reduction.band
     if whole is None:
-        stages, held = _before_by_parts(setup, reference, parts)
+        stages, held = _before_by_parts(band, reference, parts)
     else:
-        stages, held = _before(setup, reference, whole, rows)
-    method = setup.study.config.reduction.method
+        stages, held = _before(reduction, reference, whole, runs.rows)
     reduced = [p for p in parts if not p.unreduced] if method not in (WHOLE, "none") else []
-    counts = [0 if method == "guyan" else _computed(setup, p.modes) for p in reduced]
+    counts = [0 if method == "guyan" else _computed(band, p.modes) for p in reduced]
     alone, _ = _reductions(reduced, counts, held, unknowns, factors=False)
     kept_too, left = _reductions(reduced, counts, held, unknowns, factors=True)
-    runs = tuple(_runs(setup, reference, whole, reduced, unknowns, rows, left))
-    return Memory((*stages, *alone), (*stages, *kept_too, *runs), (free_bytes() + held_bytes()) / GB)
+    marched = _runs(runs, reference, whole, reduced, unknowns, left)
+    return Memory((*stages, *alone), (*stages, *kept_too, *marched), (free_bytes() + held_bytes()) / GB)
 
 
-def _before_by_parts(setup: Setup, reference: ReferenceModel, parts: Sequence[PartSize]) -> tuple[list[Stage], float]:
+def _before_by_parts(band: Band, reference: ReferenceModel, parts: Sequence[PartSize]) -> tuple[list[Stage], float]:
     """Parts reduced to what joins them, one after the other; matrices, modes and answers lie in files then."""
     matrices = ENTRY * sum(p.K.nnz + p.M.nnz for p in reference.parts)
     stages = [_stage("assemble", STARTED + matrices, K_and_M=matrices)]
-    band = SPREAD * modal_band(setup, sum(p.n for p in reference.parts))
+    f_max = SPREAD * modal_band(band, sum(p.n for p in reference.parts))
     for part in parts:
-        stage = _reduction(part, round(modes_below(part.modes, band)), STARTED)
+        stage = _reduction(part, round(modes_below(part.modes, f_max)), STARTED)
         stages.append(replace(stage, what=f"{part.name}: what joins it"))
     return stages, STARTED
 
 
-def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) -> tuple[list[Stage], float]:
+def _before(reduction: Reduction, reference: ReferenceModel, whole: Counted, rows: int) -> tuple[list[Stage], float]:
     """What comes before parts are reduced, and what is held then."""
-    c, system = setup.study.config, reference.system
+    system = reference.system
     n, entries = system.n, system.K.nnz + system.M.nnz
     count = reference.modes.omega2.size
     shapes = 8.0 * n * (count + system.supports.count)
@@ -124,8 +156,8 @@ def _before(setup: Setup, reference: ReferenceModel, whole: Counted, rows: int) 
         found("modes of the assembly", count, held),
     ]
     held += shapes
-    if c.reduction.method == WHOLE:
-        kept = whole.below.get(setup.f_max, 0)
+    if reduction.table.method == WHOLE:
+        kept = whole.below.get(reduction.band.f_max, 0)
         stages.append(found("modes for the reduction", kept, held))
         held += whole.memory + 8.0 * n * (kept + 2 * rows)
     return stages, held
@@ -149,11 +181,10 @@ def _reductions(
     return stages, held
 
 
-def _computed(setup: Setup, counted: Counted) -> int:
+def _computed(band: Band, counted: Counted) -> int:
     """Fixed-interface modes that a reduction computes of a part."""
-    f_max = setup.f_max
-    kept, band = (round(modes_below(counted, f)) for f in (f_max, BAND * f_max))
-    return with_further(kept, band) if setup.further else kept
+    kept, next_band = (round(modes_below(counted, f)) for f in (band.f_max, BAND * band.f_max))
+    return with_further(kept, next_band) if band.further else kept
 
 
 def modes_below(counted: Counted, f: float) -> float:
@@ -240,28 +271,25 @@ def _dense(part: PartSize, modes: int) -> float:
 
 
 def _runs(
-    setup: Setup,
+    runs: Runs,
     reference: ReferenceModel,
     whole: Counted | None,
     parts: Sequence[PartSize],
     unknowns: int,
-    rows: int,
     held: float,
 ) -> Iterator[Stage]:
     """The reduced run, the check of the parts, and the unreduced run beside it where the study has one."""
-    c, system = setup.study.config, reference.system
-    instants = setup.loads.time.size / output_every(setup.study.course)
-    history = 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows)
+    system, rows, history = reference.system, runs.rows, runs.history
     held += KERNELS + history
     yield _stage("run", held + DENSE * 8.0 * unknowns**2 + 8.0 * unknowns * rows, histories=history, before=held)
     if parts:
         vectors = max(_checked(p, held) for p in parts)
         yield _stage("check of the superelements", held + vectors, vectors_of_the_largest=vectors, before=held)
-    if whole is not None and (c.proof == "whole" or c.reduction.method == "none"):
+    if whole is not None and runs.factors is not None:
         held -= sum(_small(p) for p in parts)
         answers = 8.0 * system.n * rows
         answers = answers if answers <= RESPONSE_MEMORY else 8.0 * system.n * COLUMNS
-        count = factors(compared_setup(setup), whole.memory, left_beside(held + whole.memory))
+        count = runs.factors(whole.memory, left_beside(held + whole.memory))
         made = (ENTRY + UPPER) * (1 if count < 3 else 2) * system.K.nnz
         step = made + PRODUCT * (system.K.nnz + system.M.nnz) + 8.0 * MARCHED * system.n
         total = held + count * whole.memory + step + answers + history
@@ -276,18 +304,18 @@ def _checked(part: PartSize, held: float) -> float:
     return min(8.0 * part.inner * CHECKED, SHARE * max(left_beside(held), 0.0)) + PRODUCT * part.entries_K + own
 
 
-def factors(setup: Setup, factor_bytes: float, free: float) -> int:
+def _factors(table: TimeTable, stepped: float, loads: Callable[[int], Loads], factor_bytes: float, free: float) -> int:
     """What an unreduced run holds, in real ones: that of its steps, and those of its flights, or of divided steps.
 
     Parameters
     ----------
+    stepped : as `Resolution.stepped`. loads : those with so many samples a step.
     factor_bytes : of a real one. free : bytes that those beside the first may take.
     """
-    table = setup.study.config.time
     if not table.exact:
         return min(table.substeps, 2)
-    parts = fewest_parts(resolution_of(setup).stepped)
-    rule, _, _ = choose(divided_loads(setup, parts), parts, factor_bytes, free)
+    parts = fewest_parts(stepped)
+    rule, _, _ = choose(loads(parts), parts, factor_bytes, free)
     return 1 + rule.factors
 
 

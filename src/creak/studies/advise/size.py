@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -25,7 +25,9 @@ from creak.reduction.room import pieces_of
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.substructures import Partition, Substructure, partition, required
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.exterior import Exterior
+from creak.studies.prepare.reduction import Reduction
+from creak.studies.prepare.structure import Structure
 
 BLOCK = 32
 """Columns of the back-substitution that is timed."""
@@ -91,29 +93,32 @@ class Sizes:
         return self.coupled + sum(p.modes.below.get(f_max, 0) for p in self.parts)
 
 
-def plain(setup: Setup) -> Setup:
-    """The study with every contact dof retained: no keep_out, no thinned interface."""
-    table = setup.study.config.reduction
-    return setup.with_tables(reduction=table.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()}))
-
-
 def sizes(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, frequencies: Sequence[float], progress: Progress
+    structure: Structure,
+    reduction: Reduction,
+    exterior: Exterior,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    frequencies: Sequence[float],
+    progress: Progress,
 ) -> Sizes:
     """Retained dofs and number of fixed-interface modes of each part: a factorisation per part and frequency.
+
+    Every contact dof is retained: there is no keep_out, and no interface is thinned.
 
     Raises
     ------
     InputError : as `partition`.
     """
-    cut = partition(plain(setup), reference, gaps)
-    reasons = list(_reasons(setup, cut.model, gaps))
+    table = reduction.table.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()})
+    cut = partition(structure, replace(reduction, table=table), exterior, reference, gaps)
+    reasons = list(_reasons(required(structure, reduction, exterior, cut.model), cut.model, exterior.watch.nodes, gaps))
     parts, count = [], len(cut.substructures)
     for k, sub in enumerate(cut.substructures):
         progress("count fixed-interface modes", k, count)
         parts.append(_part_size(sub, reasons, frequencies))
     progress("count fixed-interface modes", count, count)
-    return Sizes(tuple(parts), _coupled(setup, reference, cut))
+    return Sizes(tuple(parts), _coupled(structure, reference.loose, cut))
 
 
 def sturm_counts(pencil: Pencil, frequencies: Sequence[float]) -> Counted:
@@ -175,27 +180,28 @@ def _by_reason(part: System, boundary: IntArray, reasons: Sequence[tuple[str, In
     return out
 
 
-def _reasons(setup: Setup, model: Model, gaps: GapOperator) -> Iterator[tuple[str, IntArray]]:
+def _reasons(
+    must: dict[str, IntArray], model: Model, watched: IntArray, gaps: GapOperator
+) -> Iterator[tuple[str, IntArray]]:
     """Why a physical dof stays, the strongest reason first."""
-    must = required(setup, model)
     chosen = must.pop("chosen")
     yield from must.items()
     yield "interfaces", node_dofs(shared_nodes(model))
     contact = np.union1d(node_dofs(gaps.retained_nodes, (1, 2, 3)), gaps.labels)
     yield "contact", contact.astype(np.int64)
-    yield "outputs", node_dofs(setup.watched, (1, 2, 3))
+    yield "outputs", node_dofs(watched, (1, 2, 3))
     yield "chosen", chosen
 
 
-def _coupled(setup: Setup, reference: ReferenceModel, cut: Partition) -> int:
+def _coupled(structure: Structure, loose: System | None, cut: Partition) -> int:
     """Physical coordinates once links, supports and shared nodes are gone."""
     kept = [s.part.coordinates[s.boundary] for s in cut.substructures]
-    if reference.loose is not None:
-        kept.append(reference.loose.coordinates)
-    kept += [s.coordinates[s.coordinates >= 0] for s in setup.superelements]
-    inner = sum(int((s.coordinates < 0).sum()) for s in setup.superelements)
+    if loose is not None:
+        kept.append(loose.coordinates)
+    kept += [s.coordinates[s.coordinates >= 0] for s in structure.superelements]
+    inner = sum(int((s.coordinates < 0).sum()) for s in structure.superelements)
     labels = np.unique(np.concatenate(kept))
     links = [e.labels[0] for c in split_constraints(cut.model)[1] for e in linear_equations(c, cut.model.nodes.coords)]
     fixed = [e.labels[0] for f in cut.model.fixed for e in fixed_equations(f)]
-    gone = np.concatenate([np.array(links + fixed, dtype=np.int64), *setup.driven.labels.values()])
+    gone = np.concatenate([np.array(links + fixed, dtype=np.int64), *structure.driven.labels.values()])
     return inner + int(np.setdiff1d(labels, gone).size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from typing import Any
 
 from creak.studies.advise.contact import STEPS_PER_BOUNCE, StepAdvice, substeps_for
@@ -17,9 +17,9 @@ from creak.studies.advise.evidence import (
     varied,
 )
 from creak.studies.advise.facts import Facts, Option
+from creak.studies.file.config import ReductionTable
 from creak.studies.models.reduced import DIAGONAL_LIMIT
 from creak.studies.prepare.excitation import POWER
-from creak.studies.prepare.setup import Setup
 from creak.words import duration, listed, percent
 
 EVERYWHERE, MANY = 0.9, 20
@@ -50,14 +50,14 @@ def why_f_max(facts: Facts, option: Option | None) -> Iterator[str]:
         yield said + f"modes of the assembly below it are exact and the static shapes carry the contact: {left}"
 
 
-def why_step(setup: Setup, step: StepAdvice) -> Iterator[str]:
+def why_step(step: StepAdvice, own: float, contacts: int) -> Iterator[str]:
     yield (
         f"step: {step.step:g} s, {step.per_period:.3g} in a period of the highest frequency, because such a forced "
         f"step left on the door: {step.hht} (docs/contact_convergence.md); periods at that frequency are "
         f"{percent(step.period_error)} too long with it. Without `step` and `integrator` in [time] creak chooses, and "
         "says how far the answer has settled"
     )
-    if abs(step.step / setup.study.config.time.step - 1.0) > 1e-6 and setup.contacts.m:
+    if abs(step.step / own - 1.0) > 1e-6 and contacts:
         yield (
             "channels: counted with the study's own step; with another one the linear run moves differently and may "
             "keep others: ask again with the new step"
@@ -82,11 +82,7 @@ def why_substeps(step: StepAdvice, substeps: int) -> Iterator[str]:
         )
 
 
-def why_stiffness(setup: Setup, step: StepAdvice, substeps: int) -> Iterator[str]:
-    kinds = {
-        ("table" if t.overclosure is not None else t.stiffness if isinstance(t.stiffness, str) else "number")
-        for t in setup.study.config.contact.values()
-    }
+def why_stiffness(kinds: Set[str], step: StepAdvice, substeps: int) -> Iterator[str]:
     if "auto" in kinds and step.automatic is not None:
         harder = ", harder with substeps" if substeps > 1 else ""
         yield (
@@ -103,8 +99,8 @@ def why_stiffness(setup: Setup, step: StepAdvice, substeps: int) -> Iterator[str
         )
 
 
-def why_retained(setup: Setup, facts: Facts) -> Iterator[str]:
-    table, parts = setup.study.config.reduction, facts.sizes.parts
+def why_retained(table: ReductionTable, facts: Facts) -> Iterator[str]:
+    parts = facts.sizes.parts
     by_reason: dict[str, int] = {}
     for part in parts:
         for reason, count in part.retained.items():
@@ -114,7 +110,7 @@ def why_retained(setup: Setup, facts: Facts) -> Iterator[str]:
     if table.keep_out:
         names = (BESIDE, *(f"keep_out {d}" for d in (8, 40, 90)))
         rows = [case(record(), name) for name in names]
-        sizes, errors = ([f(row) for row in rows] for f in (_unknowns, _impulse))
+        sizes, errors = [f"{row['unknowns']:,}" for row in rows], [percent(row["impulse_error"]) for row in rows]
         yield (
             "keep_out: 0, because contact dofs are retained directly: 0, 8, 40 and 90 mm of mesh left unreduced gave "
             f"{listed(sizes)} unknowns and {listed(errors)} in the impulse of an event ({DOOR}). Set it where that "
@@ -130,23 +126,15 @@ def why_retained(setup: Setup, facts: Facts) -> Iterator[str]:
         )
 
 
-def _unknowns(row: Mapping[str, Any]) -> str:
-    return f"{row['unknowns']:,}"
-
-
-def _impulse(row: Mapping[str, Any]) -> str:
-    return percent(row["impulse_error"])
-
-
-def why_exact(setup: Setup, facts: Facts) -> Iterator[str]:
+def why_exact(accuracy: str, kinds: Set[str], facts: Facts) -> Iterator[str]:
     """Why nothing is said of steps, and what the answer hangs on instead."""
     yield (
-        f"steps: accuracy = {setup.study.config.time.accuracy!r} chooses them: motion between contacts is exact, "
+        f"steps: accuracy = {accuracy!r} chooses them: motion between contacts is exact, "
         "contact is resolved in its own time scale, its stiffness is used as it is (docs/numerics.md)"
     )
     if facts.gaps.m == 0:
         return
-    kinds = {t.stiffness for t in setup.study.config.contact.values() if t.overclosure is None}
+    kinds = kinds - {"table"}
     if kinds:
         own = "auto, 10 times that of the softer parent element," if kinds == {"auto"} else "as in the study,"
         yield f"stiffness: {own} because it hardly matters where the structure is softer: {_stiffer()}"
@@ -188,10 +176,10 @@ def why_unreduced(facts: Facts, step: StepAdvice) -> Iterator[str]:
     )
 
 
-def warnings(setup: Setup, facts: Facts, option: Option | None) -> Iterator[str]:
-    """What is unusual."""
+def warnings(margin: str, facts: Facts, option: Option | None) -> Iterator[str]:
+    """What is unusual; margin: of the pre-check, in words."""
     yield from _load(facts)
-    yield from _channels(setup, facts)
+    yield from _channels(margin, facts)
     loose = [p.name for p in facts.sizes.parts if not p.held]
     if loose:
         yield (
@@ -235,8 +223,8 @@ def _load(facts: Facts) -> Iterator[str]:
         )
 
 
-def _channels(setup: Setup, facts: Facts) -> Iterator[str]:
-    c, margin = facts.channels, setup.study.config.precheck.words()
+def _channels(margin: str, facts: Facts) -> Iterator[str]:
+    c = facts.channels
     if c.contacts + c.connectors == 0:
         yield "the study has neither contact nor connector: it is linear"
     elif c.smallest is not None and facts.gaps.m == 0:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -20,13 +21,13 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.model.dofs import PER_NODE, node_dofs, nodes_of
 from creak.model.materials import NodalMatrices
 from creak.model.mesh import ElementBlock, Model
-from creak.model.units import UNITS
+from creak.model.units import UNITS, UnitsName
 from creak.reduction.diagonal import diagonalise
 from creak.studies.cause.decompose import Cause
 from creak.studies.cause.fasteners import nearest_fastener, part_of, translations, without_fastener
-from creak.studies.file.config import DampingTable
 from creak.studies.models.reduced import coupled_again, with_damping
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.results.places import Place
 from creak.studies.run.job import StudyResult
 
@@ -40,6 +41,8 @@ MASS = 0.01
 """Of the model's mass, at the place."""
 FASTENER = {"mm-t-s": 100.0, "m-kg-s": 1e5}
 """Stiffness of an added fastener in x, y and z, force / length."""
+Damped = Callable[[System], System]
+"""Gives a reduced System the modal damping of the study."""
 APART = 0.1
 """Of the model's diagonal: how far from the place a fastener beside it is."""
 
@@ -53,11 +56,18 @@ class Change:
     of_gaps: Callable[[GapOperator], GapOperator]
     of_system: Callable[[System], System] | None
     """None: the System stays."""
-    of_setup: Callable[[Setup], Setup]
+    of_structure: Callable[[Structure], Structure] | None = None
+    """What the whole model becomes; None: it stays."""
     same_modes: bool = True
     """The System's modes stay those that they were."""
     blocks: tuple[ElementBlock, ...] = ()
     """Elements that the whole model gets."""
+
+    def of_setup(self, setup: Setup) -> Setup:
+        """The change of the whole model."""
+        of = self.of_gaps
+        setup = replace(setup, contacts=of(setup.contacts), connectors=of(setup.connectors))
+        return setup if self.of_structure is None else setup.with_structure(self.of_structure(setup.structure))
 
 
 @dataclass(frozen=True)
@@ -78,85 +88,79 @@ class Effect:
 def candidates(result: StudyResult, place: Place, cause: Cause) -> Iterator[Change]:
     """All changes that are tried for a place."""
     setup, gaps, name = result.setup, result.gaps, place.contact
+    structure, units = setup.structure, setup.study.config.model.units
+    damp = partial(with_damping, structure.modal, setup.band)
     mine = gaps.of_groups({name})
     own = gaps if setup.static is None else join(setup.static.before)
     clearance = float(own.gap0[own.of_groups({name})].mean())
     if clearance > 0.0 and own.preload is None:
-        yield _wider(name, GAP * clearance, setup)
+        yield _wider(name, GAP * clearance, UNITS[units].length)
     springs = mine & np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
     if springs[place.channels].all() and gaps.curves is None:
         yield _softer(name)
-    if setup.study.config.damping.modal is not None or setup.rayleigh != Rayleigh(0.0, 0.0):
-        yield _more_damping(setup)
-    yield _heavier(setup, int(gaps.nodes_idx[cause.channel]), MASS * result.reference.system.stats.mass)
+    if structure.modal is not None or structure.rayleigh != Rayleigh(0.0, 0.0):
+        yield _more_damping(structure)
+    mass = MASS * result.reference.system.stats.mass
+    yield _heavier(structure.model, int(gaps.nodes_idx[cause.channel]), mass, units, damp)
     for channel in _fastened(setup.model, gaps, mine, cause.channel):
         ends = _ends(gaps, channel)
         if ends is not None:
-            yield _fastener(setup, ends)
-    yield from _moved(result, cause.channel)
+            yield _fastener(structure.model, ends, units, damp)
+    yield from _moved(result, cause.channel, damp)
 
 
 def _same(what: GapOperator) -> GapOperator:
     return what
 
 
-def _wider(name: str, by: float, setup: Setup) -> Change:
-    length = UNITS[setup.study.config.model.units].length
-
+def _wider(name: str, by: float, length: str) -> Change:
     def of(gaps: GapOperator) -> GapOperator:
         return replace(gaps, gap0=gaps.gap0 + by * gaps.of_groups({name}))
 
-    return Change("gap", f"{by:.3g} {length} more gap at {name}", of, None, lambda s: _with_gaps(s, of))
+    return Change("gap", f"{by:.3g} {length} more gap at {name}", of, None)
 
 
 def _softer(name: str) -> Change:
     def of(gaps: GapOperator) -> GapOperator:
         return gaps.with_stiffness(np.where(gaps.of_groups({name}), SOFTER * gaps.stiffness, gaps.stiffness))
 
-    return Change(
-        "stiffness", f"contact {1 / SOFTER:.0f} times softer at {name}", of, None, lambda s: _with_gaps(s, of)
-    )
+    return Change("stiffness", f"contact {1 / SOFTER:.0f} times softer at {name}", of, None)
 
 
-def _with_gaps(setup: Setup, of: Callable[[GapOperator], GapOperator]) -> Setup:
-    return replace(setup, contacts=of(setup.contacts), connectors=of(setup.connectors))
-
-
-def _more_damping(setup: Setup) -> Change:
-    zeta = setup.study.config.damping.modal
-    ray = Rayleigh(DAMPING * setup.rayleigh.alpha, DAMPING * setup.rayleigh.beta)
+def _more_damping(structure: Structure) -> Change:
+    zeta, ray = structure.modal, structure.rayleigh
+    ray = Rayleigh(DAMPING * ray.alpha, DAMPING * ray.beta)
 
     def of(system: System) -> System:
         d = system.damping
         values = None if d.modal_values is None else DAMPING * d.modal_values
         return replace(system, damping=replace(d, alpha=DAMPING * d.alpha, beta=DAMPING * d.beta, modal_values=values))
 
-    def whole(s: Setup) -> Setup:
+    def whole(s: Structure) -> Structure:
         if zeta is not None:
-            return s.with_tables(damping=DampingTable(modal=min(DAMPING * zeta, 0.99)))
+            return replace(s, modal=min(DAMPING * zeta, 0.99))
         return replace(s, rayleigh=ray, override_damping=True)
 
     return Change("damping", f"{DAMPING:.0f} times the damping of all modes", _same, of, whole)
 
 
-def _heavier(setup: Setup, node: int, mass: float) -> Change:
-    kg = UNITS[setup.study.config.model.units].to_kg
+def _heavier(model: Model, node: int, mass: float, units: UnitsName, damp: Damped) -> Change:
+    kg = UNITS[units].to_kg
     M = np.zeros((PER_NODE, PER_NODE))
     M[:3, :3] = mass * np.eye(3)
-    words = f"{mass * kg:.3g} kg more at {node_name(setup.model, node)}"
-    return _with_matrices("mass", words, setup, (node,), np.zeros_like(M), M)
+    words = f"{mass * kg:.3g} kg more at {node_name(model, node)}"
+    return _with_matrices("mass", words, model, (node,), np.zeros_like(M), M, damp)
 
 
-def _fastener(setup: Setup, ends: tuple[int, int]) -> Change:
-    units = setup.study.config.model.units
+def _fastener(model: Model, ends: tuple[int, int], units: UnitsName, damp: Damped) -> Change:
     k = FASTENER[units]
-    first, other = (node_name(setup.model, n) for n in ends)
+    first, other = (node_name(model, n) for n in ends)
     words = f"a fastener of {k:g} {UNITS[units].stiffness} from {first} to {other}"
     K = translations(k * np.eye(3))
-    return _with_matrices("fastener", words, setup, ends, K, np.zeros_like(K))
+    return _with_matrices("fastener", words, model, ends, K, np.zeros_like(K), damp)
 
 
-def _moved(result: StudyResult, channel: int) -> Iterator[Change]:
+def _moved(result: StudyResult, channel: int, damp: Damped) -> Iterator[Change]:
     """The nearest fastener between the parts of a channel, put there; none where superelements are not joined."""
     setup, gaps, reduced = result.setup, result.gaps, result.reduced
     model, ends = setup.model, _ends(gaps, channel)
@@ -174,47 +178,52 @@ def _moved(result: StudyResult, channel: int) -> Iterator[Change]:
         k = (hard if 0.0 < hard < np.inf else FASTENER[setup.study.config.model.units]) * np.eye(3)
     K = translations(k)
 
-    def rest(s: Setup) -> Setup:
+    def rest(s: Structure) -> Structure:
         return replace(s, model=without_fastener(s.model, old))
 
     def apart(_: System) -> System:
-        return coupled_again(rest(setup), result.reference, gaps, reduced).system
+        how = rest(setup.structure), setup.reduction, setup.exterior, result.reference, gaps
+        return coupled_again(*how, reduced.superelements).system
 
     a, b, c, d = (node_name(model, n) for n in (*old.nodes, *ends))
-    change = _with_matrices("moved", f"the fastener between {a} and {b} moved to {c} and {d}", setup, ends, K, 0.0 * K)
+    words = f"the fastener between {a} and {b} moved to {c} and {d}"
+    change = _with_matrices("moved", words, model, ends, K, 0.0 * K, damp)
     if unheld_parts(replace(less, blocks=(*less.blocks, *change.blocks)), setup.driven):
         return
-    of, whole = change.of_system, change.of_setup
+    of, whole = change.of_system, change.of_structure
     assert of is not None
-    yield replace(change, of_system=lambda s: of(apart(s)), of_setup=lambda s: whole(rest(s)))
+    assert whole is not None
+    yield replace(change, of_system=lambda s: of(apart(s)), of_structure=lambda s: whole(rest(s)))
 
 
-def _with_matrices(kind: str, words: str, setup: Setup, nodes: tuple[int, ...], K: FloatArray, M: FloatArray) -> Change:
+def _with_matrices(
+    kind: str, words: str, model: Model, nodes: tuple[int, ...], K: FloatArray, M: FloatArray, damp: Damped
+) -> Change:
     """Stiffness and mass (d, d) added at some nodes."""
     every = node_dofs(np.array(nodes))
     active = np.flatnonzero(K.any(axis=0) | M.any(axis=0))
     labels, k, m = every[active], K[np.ix_(active, active)], M[np.ix_(active, active)]
-    part = part_of(setup.model, nodes[0]) if len(nodes) == 1 else -1
+    part = part_of(model, nodes[0]) if len(nodes) == 1 else -1
     section = NodalMatrices("ADDED", K, M, np.zeros_like(K))
     block = ElementBlock(f"nodal{len(nodes)}", np.array([0]), np.array([nodes]), section, part)
     return Change(
         kind,
         words,
         _same,
-        lambda system: _again(setup, system, labels, k, m),
+        lambda system: damp(_again(system, labels, k, m)),
         lambda s: _with_blocks(s, [block]),
         same_modes=False,
         blocks=(block,),
     )
 
 
-def _with_blocks(setup: Setup, blocks: list[ElementBlock]) -> Setup:
+def _with_blocks(structure: Structure, blocks: list[ElementBlock]) -> Structure:
     """More elements, damped as all others are: else the modes that are damped alike would no longer be."""
-    model = replace(setup.model, blocks=(*setup.model.blocks, *blocks))
-    return replace(setup, model=model, override_damping=True)
+    model = replace(structure.model, blocks=(*structure.model.blocks, *blocks))
+    return replace(structure, model=model, override_damping=True)
 
 
-def _again(setup: Setup, system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> System:
+def _again(system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> System:
     """The reduced System with more stiffness and mass (d, d) on physical dofs (d,), in its new modes."""
     sup, d = system.supports, replace(system.damping, modal_shapes=None, modal_values=None)
     R, R_s = (to_dense(a) for a in system.rows(labels))
@@ -227,7 +236,7 @@ def _again(setup: Setup, system: System, labels: IntArray, k: FloatArray, m: Flo
         M_start=to_dense(sup.M_start) + R.T @ m @ R_s,
     )
     M, K = to_dense(system.M) + R.T @ m @ R, to_dense(system.K) + R.T @ k @ R
-    return with_damping(setup, diagonalise(replace(system, M=M, K=K, supports=supports, damping=d)))
+    return diagonalise(replace(system, M=M, K=K, supports=supports, damping=d))
 
 
 def _fastened(model: Model, gaps: GapOperator, mine: np.ndarray, channel: int) -> list[int]:

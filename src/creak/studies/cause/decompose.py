@@ -8,8 +8,9 @@ themselves; the gap of the run is their sum.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of
-from creak.dynamics.flow.resolution import flow_steps
+from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
@@ -34,6 +35,8 @@ from creak.studies.run.job import Run, StudyResult
 
 EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
 """Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
+Columns = dict[str, tuple[list[int], ...]]
+"""Name of an excitation -> its columns of the loads' supports, and of their forces."""
 CELL = 1e-5
 """s between the impulses that stand for a contact's forces."""
 BLOCK = 1024
@@ -103,15 +106,17 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     peaks = [_peak(run, place) for place in places]
     at = [int(np.abs(flights - t).argmin()) for _, t in peaks]
     steps = np.unique(at)
-    seen = _Seen(setup, system, gaps)
-    history = marched(setup, system, gaps, setup.loads, steps)
+    seen = _Seen(setup.loads, resolution_of(setup), system, gaps)
+    march = partial(marched, setup, steps=steps)
+    history = march(system, gaps, setup.loads)
+    columns = excitation_columns(setup.driven.names, list(setup.study.driving.forcing))
     q = dict(zip(steps.tolist(), history.coordinates.T, strict=True))
-    alone = _alone(setup, system, gaps, steps)
+    alone = _alone(march, setup.loads, columns, system, gaps.without_force(), steps)
     groups = _touched_groups(gaps, run.history)
     found = []
     for place, (channel, _), step in zip(places, peaks, at, strict=True):
         row = int(np.abs(history.time - flights[step]).argmin())
-        own = {name: columns[step] for name, columns in alone.items()}
+        own = {name: at_steps[step] for name, at_steps in alone.items()}
         sources = _sources(seen, own, groups, history, row, q[step], channel)
         support = setup.loads.support[0, SAMPLES * step]
         found.append(
@@ -123,7 +128,7 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
                 float(history.gap[row, channel]),
                 seen.frequencies,
                 seen.damping,
-                _with_supports(setup, seen, sources, support, channel),
+                _with_supports(columns, seen, sources, support, channel),
                 seen.of_parts(setup.model, channel, q[step], support),
             )
         )
@@ -162,18 +167,23 @@ def marched(setup: Setup, system: System, gaps: GapOperator, loads: Loads, steps
 
 
 def _alone(
-    setup: Setup, system: System, gaps: GapOperator, steps: IntArray
+    march: Callable[[System, GapOperator, Loads], History],
+    loads: Loads,
+    columns: Columns,
+    system: System,
+    silent: GapOperator,
+    steps: IntArray,
 ) -> dict[tuple[str, str], dict[int, FloatArray]]:
     """(kind, name) -> coordinates at the steps, of each excitation alone and of the initial velocity."""
-    silent, loads, still = gaps.without_force(), setup.loads, replace(system, velocity=np.zeros(system.n))
+    still = replace(system, velocity=np.zeros(system.n))
 
     def of(what: System, some: Loads) -> dict[int, FloatArray]:
-        found = marched(setup, what, silent, some, steps).coordinates.T
+        found = march(what, silent, some).coordinates.T
         return dict(zip(steps.tolist(), found, strict=True))
 
     zero = replace(loads, support=np.zeros_like(loads.support), force=np.zeros_like(loads.force))
     out = {}
-    for name, (supports, forces) in excitation_columns(setup).items():
+    for name, (supports, forces) in columns.items():
         support, force = zero.support.copy(), zero.force.copy()
         support[:, :, supports], force[:, forces] = loads.support[:, :, supports], loads.force[:, forces]
         out[EXCITATION, name] = of(still, replace(loads, support=support, force=force))
@@ -182,18 +192,10 @@ def _alone(
     return out
 
 
-def excitation_columns(setup: Setup) -> dict[str, tuple[list[int], list[int]]]:
-    """Name -> columns of the loads' supports and forces."""
-    tables = setup.study.config.excitation
-    forces = [name for name, t in tables.items() if t.kind == "force"]
-    names = [*setup.driven.names, *forces]
-    return {
-        name: (
-            [j for j, n in enumerate(setup.driven.names) if n == name],
-            [j for j, n in enumerate(forces) if n == name],
-        )
-        for name in dict.fromkeys(names)
-    }
+def excitation_columns(moved: Sequence[str], forces: Sequence[str]) -> Columns:
+    """Name -> columns of the loads' supports and forces, given the names of either in their order."""
+    every = dict.fromkeys([*moved, *forces])
+    return {name: tuple([j for j, n in enumerate(some) if n == name] for some in (moved, forces)) for name in every}
 
 
 def _touched_groups(gaps: GapOperator, history: History) -> dict[str, IntArray]:
@@ -206,12 +208,12 @@ def _touched_groups(gaps: GapOperator, history: History) -> dict[str, IntArray]:
 class _Seen:
     """The channels as the march sees them, and the modes."""
 
-    def __init__(self, setup: Setup, system: System, gaps: GapOperator) -> None:
+    def __init__(self, loads: Loads, resolution: Resolution, system: System, gaps: GapOperator) -> None:
         self.system, self.gaps = system, gaps
         self.m, self.c, self.k = modal_matrices(system)
         on: ChannelMatrices = channel_matrices(system, gaps)
-        form = form_of(system, on, LinearTerms(system, setup.loads), gaps)
-        steps = flow_steps(form, gaps.laws, SAMPLES * setup.loads.step, resolution_of(setup))
+        form = form_of(system, on, LinearTerms(system, loads), gaps)
+        steps = flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution)
         self.filter = steps.mollifier
         self.rows = to_dense(on.rows) * self.filter
         self.rows_s = on.G_s
@@ -299,10 +301,9 @@ def _summed(force: FloatArray, X: FloatArray, pole: np.ndarray) -> np.ndarray:
 
 
 def _with_supports(
-    setup: Setup, seen: _Seen, sources: list[Source], support: FloatArray, channel: int
+    columns: Columns, seen: _Seen, sources: list[Source], support: FloatArray, channel: int
 ) -> tuple[Source, ...]:
     """Each excitation with the share that its supports carry along."""
-    columns = excitation_columns(setup)
     carried = seen.rows_s[channel] * support
     return tuple(
         replace(s, direct=float(carried[columns[s.name][0]].sum())) if s.kind == EXCITATION else s for s in sources

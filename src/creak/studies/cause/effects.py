@@ -13,6 +13,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
 from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
+from creak.model.units import UNITS
 from creak.progress import Progress, silent
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, find_causes, marched
@@ -23,6 +24,7 @@ from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started, unstarted
+from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.radiation import Ear, Radiation
@@ -139,14 +141,15 @@ def effect_of(
     to: Radiation | None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
-    setup, window = result.setup, result.window
-    channels = channels_at([place], setup.model, gaps, history)[0]
+    study, window = result.setup.study, result.window
+    channels = channels_at([place], result.setup.model, gaps, history)[0]
     inside = (history.time >= window[0]) & (history.time <= window[1])
     impulse = (history.weights * inside) @ history.force
-    count = len(events_at([channels], setup, gaps, history, window)[0])
+    count = len(events_at([channels], study.config.verification, gaps, history, window)[0])
     heard: Sequence[float | None] = (None, None)
     if to is not None:
-        heard = n5_of(setup, window, system, gaps, history, [channels], to)
+        background = background_of(study.config.background, study.places)
+        heard = n5_of(background, window, system, gaps, history, [channels], to)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 
@@ -168,7 +171,8 @@ def causes_of(
             return {}, []
         text = f"no cause is told of the places: {found}"
         return {}, [Warned(text) if changes != "none" else text]
-    out = {cause.place: cause_dict(cause, result.setup, result.gaps) for cause in found}
+    length = UNITS[result.setup.study.config.model.units].length
+    out = {cause.place: cause_dict(cause, result.setup.loads, result.gaps, length) for cause in found}
     if changes != "none":
         every = find_changes(result, sound, places, found, progress, check=changes == "checked")
         for number, some in every.items():

@@ -10,10 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
-from creak.model.units import UNITS
 from creak.studies.cause.changes import Change, Effect
 from creak.studies.cause.decompose import EXCITATION, REST, Cause
-from creak.studies.prepare.setup import Setup
 
 MODES = 8
 """Modes told one by one."""
@@ -26,10 +24,10 @@ LINES = 1.5
 ACCELERATION = 2
 
 
-def cause_dict(cause: Cause, setup: Setup, gaps: GapOperator) -> dict[str, Any]:
+def cause_dict(cause: Cause, loads: Loads, gaps: GapOperator, length: str) -> dict[str, Any]:
     """Closing displacements (positive towards contact) by source, mode and part; each list sums to gap0 - gap."""
     order = np.argsort(-np.abs(cause.modes))[:MODES]
-    level = driven_level(setup.loads, cause.frequencies[order], cause.damping[order])
+    level = driven_level(loads, cause.frequencies[order], cause.damping[order])
     modes: list[dict[str, Any]] = [
         {
             "frequency": float(cause.frequencies[i]),
@@ -54,7 +52,7 @@ def cause_dict(cause: Cause, setup: Setup, gaps: GapOperator) -> dict[str, Any]:
         "with_supports": direct,
         "parts": [{"name": name, "closing": -moved} for name, moved in cause.parts],
     }
-    return found | {"words": cause_words(found, UNITS[setup.study.config.model.units].length)}
+    return found | {"words": cause_words(found, length)}
 
 
 def cause_words(cause: dict[str, Any], length: str) -> str:

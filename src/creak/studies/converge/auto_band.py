@@ -11,10 +11,10 @@ from creak.progress import Progress
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Settling, Variant
 from creak.studies.converge.variants import outcome_of
+from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.output_steps import shown_window
-from creak.studies.prepare.setup import Setup
 from creak.studies.run.integrate import output_times
 from creak.studies.run.job import March, ReducedRun, Run
 from creak.verify.slips import SlipEvent
@@ -52,7 +52,8 @@ def settle(
     march : makes the run of a model.
     """
     setup, reduced, run = first.setup, first.reduced, first.run
-    stages = [_stage(setup, reduced, run, reduced.wall_s)]
+    v, window = setup.study.config.verification, shown_window(setup.study.course, output_times(setup))
+    stages = [_stage(setup.band.f_max, reduced, run, reduced.wall_s)]
     reckoned = [_reckoned(reference, reduced, run)]
     while not reduced.complete and run.stopped is None:
         before = reduced.wall_s
@@ -63,27 +64,27 @@ def settle(
         more = replace(more, wall_s=before + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
         following = replace(setup, raised=setup.raised + 1)
         again = march(following, more)
-        agree = again.stopped is None and tell_the_same(setup, run, again)
+        agree = again.stopped is None and tell_the_same(v, window, run, again)
         stages[-1] = replace(stages[-1], same=agree)
-        stages.append(_stage(following, more, again, more.wall_s - before))
+        stages.append(_stage(following.band.f_max, more, again, more.wall_s - before))
         reckoned.append(_reckoned(reference, more, again, reduced))
-        why = "" if agree else _too_much(following, more, reckoned)
+        why = "" if agree else _too_much(following.band.f_max, more, reckoned)
         if agree or why or again.stopped is not None:
             return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
         try:
-            reduced = more if more.complete else raised_model(following, reference, more, progress)
+            reduced = more if more.complete else raised_model(following.band, reference, more, progress)
         except OutOfMemory as error:
-            why = f"f_max {BAND * following.f_max:,.0f} Hz does not fit: {error}"
+            why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
             return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
         stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
         setup, run = following, again
     return ReducedRun(setup, reduced, run, None, tuple(stages))
 
 
-def _stage(setup: Setup, reduced: ReducedModel, run: Run, making: float) -> Stage:
+def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stage:
     h = run.history
     impulse = float((h.weights @ h.force).sum())
-    return Stage(setup.f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
+    return Stage(f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
 
 
 def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known: ReducedModel | None = None) -> float:
@@ -99,11 +100,11 @@ def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known:
     return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + marched
 
 
-def _too_much(setup: Setup, more: ReducedModel, reckoned: list[float]) -> str:
+def _too_much(f_max: float, more: ReducedModel, reckoned: list[float]) -> str:
     """Why no further stage is made, and what it would cost; empty: it is."""
     if more.complete:
         return ""
-    to = f"f_max {BAND * setup.f_max:,.0f} Hz"
+    to = f"f_max {BAND * f_max:,.0f} Hz"
     n = more.system.n + int(HALF_AGAIN * more.modes)
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
@@ -113,14 +114,17 @@ def _too_much(setup: Setup, more: ReducedModel, reckoned: list[float]) -> str:
     return ""
 
 
-def tell_the_same(setup: Setup, run: Run, again: Run) -> bool:
-    """The question of f_max = "auto", for two runs of a setup: does the second, with more modes, tell the same?
+def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, again: Run) -> bool:
+    """The question of f_max = "auto", for two runs of a study: does the second, with more modes, tell the same?
 
     Events that carry 95 % of the impulse move by a part (`ROOM`) of what the verdict lets all sources together move
     their figures by; so do impulse and force of the whole run. Number and work of slips are the same; and blows last as
     long as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
+
+    Parameters
+    ----------
+    window : of the runs that is told, s.
     """
-    v, window = setup.study.config.verification, shown_window(setup.study.course, output_times(setup))
     of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
     outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
     c = assess(outcomes, run.name, window, v.event_tolerance)

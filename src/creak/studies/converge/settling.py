@@ -12,7 +12,6 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.studies.converge.figures import FIGURES, TIMES, change
 from creak.studies.converge.structure import Structure
-from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
 from creak.verify.rubbing import Rub
 from creak.verify.statistics import EventStatistics
@@ -75,7 +74,7 @@ class Followed:
 
     base: tuple[dict[str, float], ...] = ()
     """`OF_PLACE` of each in the base run; figures that are not known are left out."""
-    of: Callable[[Setup, System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
+    of: Callable[[System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
     """The same in another run."""
     band: tuple[float, ...] = ()
     """Share of the N5 of each that the last third of the band makes: half a band more may add as much."""
@@ -85,7 +84,7 @@ class Followed:
     """Contact and number of each place that is looked for as one that rubs; 0: it rests."""
     rubs: tuple[Rub, ...] = ()
     """Friction and lasting contact of each of them in the base run."""
-    rubs_of: Callable[[Setup, GapOperator, History], tuple[Rub, ...]] = lambda *_: ()
+    rubs_of: Callable[[GapOperator, History], tuple[Rub, ...]] = lambda *_: ()
     """The same in another run."""
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
 from creak.progress import Progress
@@ -28,7 +27,8 @@ from creak.studies.converge.settling import (
     Variant,
 )
 from creak.studies.converge.structure import Structure
-from creak.studies.models.reduced import ReducedModel, with_more_modes
+from creak.studies.file.config import TimeTable
+from creak.studies.models.reduced import with_more_modes
 from creak.studies.prepare.excitation import sample_loads, time_axis
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import Run, StudyResult, march_run
@@ -176,7 +176,7 @@ def _is_given(result: StudyResult) -> bool:
 
 def _base_variant(result: StudyResult) -> Variant:
     c = result.setup.study.config
-    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.f_max)
+    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
 
 
 def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:
@@ -188,29 +188,22 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
     try:
         known = result.band.more if result.band is not None and variant.family == "modes" else None
         if known is not None:  # f_max = "auto" has made it
-            setup, gaps, system, run = result.setup, result.gaps, known[0].system, known[1]
+            gaps, system, run = result.gaps, known[0].system, known[1]
         else:
-            setup = repeated_setup(result.setup, variant, _substeps(result.setup, base))
-            system, reduced = _model(result, variant, setup, report)
+            substeps = _substeps(result.setup.study.config.time, base)
+            setup = repeated_setup(result.setup, variant, substeps)
+            system, reduced = result.reference.system, result.reduced
+            if reduced is not None and variant.family == "modes":
+                reduced = with_more_modes(setup, result.reference, result.gaps, reduced, report)
+            if reduced is not None:
+                system = reduced.system
             gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
             quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
             run = march_run(variant.name, quiet, system, gaps, report, reduced)
-        rubs = places.rubs_of(setup, gaps, run.history)
-        return outcome_of(variant, run, places.of(setup, system, gaps, run.history), rubs)
+        rubs = places.rubs_of(gaps, run.history)
+        return outcome_of(variant, run, places.of(system, gaps, run.history), rubs)
     except CreakError as error:
         return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
-
-
-def _model(
-    result: StudyResult, variant: Variant, setup: Setup, progress: Progress
-) -> tuple[System, ReducedModel | None]:
-    """The base run's model, with more modes where the variant asks for them."""
-    if result.reduced is None:
-        return result.reference.system, None
-    reduced = result.reduced
-    if variant.family == "modes":
-        reduced = with_more_modes(setup, result.reference, result.gaps, reduced, progress)
-    return reduced.system, reduced
 
 
 def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
@@ -226,9 +219,9 @@ def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
     return replace(setup, study=study, refined=variant.refined, loads=loads)
 
 
-def _substeps(setup: Setup, base: Run) -> int:
+def _substeps(table: TimeTable, base: Run) -> int:
     """Parts into which the base run divided a step near contact: shorter steps are divided into as many."""
-    table, steps = setup.study.config.time, np.diff(base.history.time)
+    steps = np.diff(base.history.time)
     if table.exact:
         return table.substeps
     return max(table.substeps, round(table.step / float(steps.min())) if steps.size else 1)

@@ -15,8 +15,7 @@ from creak.progress import Progress
 from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.models.superelements import Reduced
-from creak.studies.prepare.excitation import highest_frequency
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.reduction import Band
 from creak.studies.solved import digest_of, solved
 
 OWN_MODES_LIMIT = 40_000
@@ -25,8 +24,9 @@ and as long a search as a small reduction."""
 
 
 def checked(
-    setup: Setup,
     model: ReducedModel,
+    coords: FloatArray,
+    band: Band,
     progress: Progress,
     store: Path | None = None,
     *,
@@ -36,6 +36,7 @@ def checked(
 
     Parameters
     ----------
+    coords : (n_node, 3) places of the nodes.
     store : folder of saved superelements, beside which what was found of the same ones before is kept.
     own_modes : compare free modes with those of the unreduced part; default: for parts up to `OWN_MODES_LIMIT` dofs.
     """
@@ -43,29 +44,35 @@ def checked(
     count = len(model.superelements)
     for k, r in enumerate(model.superelements):
         progress("check superelements", k, count)
-        out[r.system.name] = _kept(setup, r, store, own_modes)
+        out[r.system.name] = _kept(r, coords, band, store, own_modes)
         r.inside.release()
     progress("check superelements", count, count)
     return out
 
 
-def _kept(setup: Setup, reduced: Reduced, store: Path | None, own_modes: bool | None) -> Health:
+def _kept(reduced: Reduced, coords: FloatArray, band: Band, store: Path | None, own_modes: bool | None) -> Health:
     """`check`, or what it said before of the same superelement."""
 
     def make() -> dict[str, FloatArray]:
-        return {"health": as_numbers(json.dumps(asdict(check(setup, reduced, own_modes=own_modes))))}
+        found = check(reduced, coords, band.excited, own_modes=own_modes)
+        return {"health": as_numbers(json.dumps(asdict(found)))}
 
     part, made_from = reduced.substructure.part, list[str]()
     if store is not None:
-        asked = [part.name, setup.f_max, highest_frequency(setup.study.driving), own_modes]
-        matters = (setup.model.nodes.coords, part.labels, part.rows(part.labels)[0])
+        asked = [part.name, band.f_max, band.excited, own_modes]
+        matters = (coords, part.labels, part.rows(part.labels)[0])
         made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest_of, matters)]
     found = solved(store, f"health_{file_stem(part.name)}", made_from, make)
     return TypeAdapter(Health).validate_python(json.loads(as_text(found["health"])))
 
 
-def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> Health:
-    """The health of one superelement, see `checked`; with the factor that made it where that is still there."""
+def check(reduced: Reduced, coords: FloatArray, excited: float, *, own_modes: bool | None = None) -> Health:
+    """The health of one superelement, see `checked`; with the factor that made it where that is still there.
+
+    Parameters
+    ----------
+    excited : Hz, highest frequency of the excitation; 0: none is known.
+    """
     part = reduced.substructure.part
     if own_modes is None:
         own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.in_one()  # they take a factor of the part
@@ -73,7 +80,7 @@ def check(setup: Setup, reduced: Reduced, *, own_modes: bool | None = None) -> H
         part,
         reduced.system,
         reduced.inside,
-        setup.model.nodes.coords,
-        f_excitation=highest_frequency(setup.study.driving) or None,
+        coords,
+        f_excitation=excited or None,
         own_modes=own_modes,
     )

@@ -21,6 +21,7 @@ from creak.studies.file.case import Driving
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.excitation import driven_dofs, highest_frequency
+from creak.studies.prepare.reduction import Reduction
 
 COARSE_BAND = 5.0
 """Modes of the coarse model up to this multiple of the excitation span its interface."""
@@ -50,21 +51,21 @@ class Chosen:
     """(n_label, n_xi): the labels follow fewer coordinates; None: each is its own."""
 
 
-def thinned(table: InterfaceTable, driving: Driving, reference: ReferenceModel, line: Line, part: System) -> Chosen:
+def thinned(reduction: Reduction, reference: ReferenceModel, line: Line, part: System) -> Chosen:
     """Apply [reduction.interface] to one interface."""
+    table = reduction.table.interface
     if line.labels.size == 0 or table.type in ("full", "characteristic"):
         return Chosen(line.labels, None)
     if table.type == "spacing":
         kept = line.nodes[every_nth(interface_graph(line.model, line.nodes), int(table.n or 1))]
         return Chosen(line.labels[np.isin(nodes_of(line.labels), kept)], None)
     if table.type == "participation":
-        return Chosen(
-            line.labels[_participating(highest_frequency(driving), reference, line, float(table.eta or 0.0))], None
-        )
+        taking_part = _participating(reduction.band.excited, reference, line, float(table.eta or 0.0))
+        return Chosen(line.labels[taking_part], None)
     full = np.intersect1d(node_dofs(line.nodes), part.coordinates)
     if table.type == "interpolation":
         return Chosen(full, _interpolated(line, full, int(table.n or 1)))
-    return Chosen(full, _coarse(table, driving, line, full))
+    return Chosen(full, _coarse(table, reduction.driving, line, full))
 
 
 def _participating(highest: float, reference: ReferenceModel, line: Line, eta: float) -> IntArray:

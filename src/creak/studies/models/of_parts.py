@@ -18,6 +18,7 @@ from creak.linalg.factor import LaterFactor, factor, regular_factor
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.modes import modes
 from creak.linalg.scratch import on_disk, set_aside
+from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
@@ -29,11 +30,12 @@ from creak.studies.models.reference import (
     held_factor,
     joined_reference,
     modal_band,
-    observed_labels,
 )
-from creak.studies.models.room import only_parts_fit
+from creak.studies.models.room import only_parts_fit, takes_the_whole
 from creak.studies.models.substructures import required_labels, touched
+from creak.studies.prepare.reduction import Band
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 
 SPREAD = 2.0
 """Fixed-interface modes kept over the band whose modes are wanted: frequencies within some 0.1 % there."""
@@ -46,14 +48,32 @@ def reference_that_fits(setup: Setup, of: Assembled, progress: Progress, store: 
     ------
     OutOfMemory : not even those of its parts, or the study needs the whole.
     """
-    make = reference_of_parts if only_parts_fit(setup, of.parts, store, of.key) else joined_reference
-    return make(setup, of, progress, store)
+    c, structure, band = setup.study.config, setup.structure, setup.band
+    takes = takes_the_whole(c.reduction, c.proof, static=bool(c.static), exact=c.time.exact)
+    if not only_parts_fit(takes, of.parts, store, of.key):
+        return joined_reference(structure, band, of, progress, store)
+    exterior = setup.exterior
+    must = required_labels(structure, setup.reduction, exterior, structure.model)
+    seen = np.unique(np.concatenate([exterior.contacts.labels, exterior.connectors, node_dofs(exterior.watch.nodes)]))
+    return reference_of_parts(structure, band, of, must, seen, progress, store)
 
 
-def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
+def reference_of_parts(
+    structure: Structure,
+    band: Band,
+    of: Assembled,
+    must: IntArray,
+    seen: IntArray,
+    progress: Progress,
+    store: Path | None = None,
+) -> ReferenceModel:
     """Reduced parts, joined, with their modes in the band of the study.
 
     The matrices of the unreduced parts go to disk; in `of.parts` too, so that no one holds them in memory.
+
+    Parameters
+    ----------
+    must : physical dofs that stay. seen : those whose motion is looked at.
 
     Raises
     ------
@@ -63,22 +83,20 @@ def reference_of_parts(setup: Setup, of: Assembled, progress: Progress, store: P
     for k, part in enumerate(parts):
         parts[k] = replace(part, K=on_disk(part.K), M=on_disk(part.M))
     del part
-    band = modal_band(setup, sum(part.n for part in parts))
-    must = required_labels(setup, setup.model)
-    seen = np.unique(np.concatenate([setup.contacts.labels, setup.connectors.labels, observed_labels(setup.watched)]))
+    f_max = modal_band(band, sum(part.n for part in parts))
     try:
-        small = [_reduced(part, must, seen, SPREAD * band, progress) for part in parts]
+        small = [_reduced(part, must, seen, SPREAD * f_max, progress) for part in parts]
     except OutOfMemory:
         raise
     except NumericalError as error:
         raise NumericalError(f"memory does not hold a factor of the whole model, and without it {error}") from error
-    system = setup.structure.joined(small, of.loose)
+    system = structure.joined(small, of.loose)
     free = system.n + sum(s.stats.internal - s.stats.modes for s in small)
     regular = regular_factor(system.K)
     stiffness = None if regular is None else LaterFactor(lambda: factor(system.K), regular)
-    found = modes(system.K, system.M, f_max=band, free=stiffness is None, stiffness_factor=stiffness)
+    found = modes(system.K, system.M, f_max=f_max, free=stiffness is None, stiffness_factor=stiffness)
     R = support_motion(system, stiffness or held_factor(system))
-    system = damped(setup.structure.modal, system, found, R)
+    system = damped(structure.modal, system, found, R)
     kept = (None, store if of.key else None, free, of.marks, of.key)
     return ReferenceModel(tuple(parts), of.loose, system, found, R, stiffness, *kept)
 

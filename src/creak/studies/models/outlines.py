@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -89,7 +88,8 @@ def _key_of_parts(model: Model) -> str:
 
 
 def _key(structure: Structure) -> str:
-    imported = [_imported(s) for s in structure.superelements]
+    # rows of a part that came as matrices pick coordinates by their labels
+    imported = [[s.name, s.M, s.K, s.damping, s.coordinates, s.velocity, s.labels] for s in structure.superelements]
     return digest_of_record([_nameless(structure.model), structure.driven, imported])
 
 
@@ -98,11 +98,6 @@ def _nameless(model: Model) -> Model:
     return replace(
         model, source="", node_sets={}, element_sets={}, surfaces={}, unread=(), prestress=None, static_loads={}
     )
-
-
-def _imported(given: System) -> Sequence[object]:
-    """What a part that came as matrices is made of; its rows pick coordinates by their labels."""
-    return [given.name, given.M, given.K, given.damping, given.coordinates, given.velocity, given.labels]
 
 
 def _outline(part: System) -> dict[str, FloatArray]:

@@ -71,8 +71,10 @@ def part_jobs(
     InputError : as `partition`.
     """
     folder, study, jobs = folder.resolve(), setup.study.from_anywhere(), []
-    for number, sub in enumerate(partition(setup, reference, gaps).substructures):
-        wanted = made_from(setup, sub)
+    reduction = setup.reduction
+    cut = partition(setup.structure, reduction, setup.exterior, reference, gaps)
+    for number, sub in enumerate(cut.substructures):
+        wanted = made_from(reduction, sub)
         if not sub.stays and not is_saved(folder, sub.part.name, wanted):
             name, given = sub.part.name, (study, number, gaps, sub.boundary, sub.shape, wanted, folder)
             jobs.append((sub.part.n, PartJob(name, _digest(wanted), *given, tuple(ignore))))
@@ -83,16 +85,17 @@ def run_part(job: PartJob) -> Saved:
     """Reduce a part, check and save it; errors become part of the outcome."""
     try:
         setup = set_up(job.study, job.ignore)
-        part = part_alone(setup, job.gaps, job.number)
+        model, reduction = setup.model, setup.reduction
+        part = part_alone(setup.structure, reduction, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)
-        _same(job, made_from(setup, sub))
-        reduced, notes = reduce_substructure(setup, sub, job.folder, silent)
-        health, about = None, dict[str, Any](deck=str(setup.model.source))
+        _same(job, made_from(reduction, sub))
+        reduced, notes = reduce_substructure(model, reduction, setup.exterior, sub, job.folder, silent)
+        health, about = None, dict[str, Any](deck=str(model.source))
         try:
-            health = check(setup, reduced)
+            health = check(reduced, model.nodes.coords, reduction.band.excited)
             about["health"] = health.as_dict()
         finally:
-            path = save_superelement(job.folder, reduced, setup.model, about)
+            path = save_superelement(job.folder, reduced, model, about)
         return Saved(health, path, notes=tuple(notes))
     except CreakError as problem:
         return Saved(None, None, str(problem))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -36,8 +36,10 @@ from creak.studies.models.superelements import (
     reduce_substructure,
     with_all_modes,
 )
-from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.exterior import Exterior
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import digest_of, solved
 
 DIAGONAL_LIMIT = 6000
@@ -116,7 +118,6 @@ def reduce_model(
     made: Callable[[Reduced], Reduced] | None = None,
     *,
     keep: bool = False,
-    further: bool | None = None,
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
@@ -126,84 +127,27 @@ def reduce_model(
     keep : save superelements there for the runs to come.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
-    further : whether further modes are computed too; by default as `Setup.further` says.
 
     Raises
     ------
     InputError : what is asked for does not fit the model.
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
-    whole = setup.study.config.reduction.method == WHOLE
-    if whole:
-        found = _modes_of_whole(replace(setup, raised=0), reference, progress, further)
-        for k in range(setup.raised):
-            found = _modes_of_whole(replace(setup, raised=k + 1), reference, progress, found=found)
-        all_of_it = _whole(setup, reference, gaps, found, setup.kept_modes(found.omega2))
-    else:
-        found, all_of_it = None, _by_parts(setup, reference, gaps, progress, store, made, keep=keep, further=further)
-    return _model_of(all_of_it, found, wall, cpu)
-
-
-def _model_of(all_of_it: _Made, found: Modes | None, wall: float, cpu: float) -> ReducedModel:
-    """With what it has cost since `wall` and `cpu`."""
-    superelements, model, system, retained, kept, notes, coupled = all_of_it
-    wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
-    return ReducedModel(superelements, model, system, retained, kept, wall, cpu, notes, coupled, found)
-
-
-_Made = tuple[tuple[Reduced, ...], Model, System, int, int, list[str], System | None]
-
-
-def _modes_of_whole(
-    setup: Setup,
-    reference: ReferenceModel,
-    progress: Progress,
-    further: bool | None = None,
-    found: Modes | None = None,
-) -> Modes:
-    """Modes of the assembly up to f_max, and further ones, beside those that are known."""
-    system = reference.system
-    return modes(
-        system.K,
-        system.M,
-        f_max=setup.f_max,
-        further=setup.further if further is None else further,
-        found=found,
-        free=reference.stiffness is None,
-        stiffness_factor=reference.stiffness,
-        progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
-    )
-
-
-def _whole(setup: Setup, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int) -> _Made:
-    """Gap modes of the assembly, with the lowest of its modes."""
-    system = reference.system
-    found = found if kept == found.omega2.size else lowest(found, kept)
-    rows = channel_matrices(system, gaps).rows
-    reduced = gap_modes(
-        system, rows, modes=found, stiffness=reference.stiffness, static=static_shapes(setup, reference)
-    )
-    return (), setup.model, reduced, reduced.stats.retained, found.omega2.size, [], None
-
-
-def _by_parts(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    progress: Progress,
-    store: Path | None,
-    made: Callable[[Reduced], Reduced] | None,
-    *,
-    keep: bool,
-    further: bool | None,
-) -> _Made:
-    cut = partition(setup, reference, gaps)
-    superelements, notes, failed = [], [], []
+    structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
+    band = reduction.band
+    if reduction.table.method == WHOLE:
+        found = _modes_of_whole(band.raised_to(0), reference, progress)
+        for k in range(band.raised):
+            found = _modes_of_whole(band.raised_to(k + 1), reference, progress, found)
+        static = static_shapes(setup.loads, reference, reduction)
+        whole = _whole(setup.model, reference, gaps, found, band.kept_modes(found.omega2), static)
+        return _with_times(whole, wall, cpu)
+    cut, superelements, notes, failed = partition(structure, reduction, exterior, reference, gaps), [], [], []
     for sub in cut.substructures:
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup, sub, store, progress, further=further)
+            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress)
         except CreakError as error:
             if made is None:
                 raise
@@ -212,25 +156,57 @@ def _by_parts(
         if made is not None:
             reduced = made(reduced)
         elif keep and store is not None:
-            reduced = kept_of_run(store, reduced, setup)
+            reduced = kept_of_run(store, reduced, setup.model, band)
         superelements.append(reduced)
         reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more
     if failed:
         raise failed[0]
-    _check_modes(setup, superelements)
-    return _together(setup, reference, cut, superelements, notes, progress, store)
+    _check_modes(reduction, superelements)
+    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store)
+    return _with_times(replace(together, notes=notes), wall, cpu)
+
+
+def _with_times(model: ReducedModel, wall: float, cpu: float) -> ReducedModel:
+    """With what it has cost since `wall` and `cpu`."""
+    return replace(model, wall_s=clock.perf_counter() - wall, cpu_s=clock.process_time() - cpu)
+
+
+def _modes_of_whole(band: Band, reference: ReferenceModel, progress: Progress, found: Modes | None = None) -> Modes:
+    """Modes of the assembly up to f_max, and further ones, beside those that are known."""
+    system = reference.system
+    return modes(
+        system.K,
+        system.M,
+        f_max=band.f_max,
+        further=band.further,
+        found=found,
+        free=reference.stiffness is None,
+        stiffness_factor=reference.stiffness,
+        progress=lambda done, total: progress("modes of the assembly for the reduction", done, total),
+    )
+
+
+def _whole(
+    model: Model, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int, static: FloatArray
+) -> ReducedModel:
+    """Gap modes of the assembly, with the lowest of its modes and the static shapes of forces."""
+    system = reference.system
+    own = found if kept == found.omega2.size else lowest(found, kept)
+    rows = channel_matrices(system, gaps).rows
+    reduced = gap_modes(system, rows, modes=own, stiffness=reference.stiffness, static=static)
+    return ReducedModel((), model, reduced, reduced.stats.retained, own.omega2.size, 0.0, 0.0, [], None, found)
 
 
 def _together(
-    setup: Setup,
-    reference: ReferenceModel,
+    structure: Structure,
+    reduction: Reduction,
+    loose: System | None,
     cut: Partition,
-    superelements: list[Reduced],
-    notes: list[str],
+    superelements: Sequence[Reduced],
     progress: Progress,
     store: Path | None = None,
-) -> _Made:
+) -> ReducedModel:
     """The superelements coupled with what stays unreduced, and diagonalised."""
 
     def modes_of(K: FloatArray, M: FloatArray) -> Split:
@@ -241,16 +217,17 @@ def _together(
         return kept["omega2"], kept["Phi"], kept["N"]
 
     progress("couple and diagonalise", 0, 1)
-    reduced, interface = iter(superelements), setup.study.config.reduction.interface
-    own = partial(_own_interface, interface, setup.study.places, cut)
+    reduced, interface = iter(superelements), reduction.table.interface
+    own = partial(_own_interface, interface, reduction.driving.places, cut)
     systems = [sub.part if sub.stays else own(next(reduced)) for sub in cut.substructures]
-    coupled = setup.structure.joined(systems, reference.loose, cut.model)
+    coupled = structure.joined(systems, loose, cut.model)
     coupled = _shared_interface(interface, cut, coupled)
-    system = with_damping(setup, diagonalise(coupled, modes_of) if coupled.n <= DIAGONAL_LIMIT else coupled)
+    system = diagonalise(coupled, modes_of) if coupled.n <= DIAGONAL_LIMIT else coupled
+    system = with_damping(structure.modal, reduction.band, system)
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)
-    return tuple(superelements), cut.model, system, retained, kept, notes, coupled
+    return ReducedModel(tuple(superelements), cut.model, system, retained, kept, 0.0, 0.0, [], coupled)
 
 
 def with_more_modes(
@@ -258,54 +235,67 @@ def with_more_modes(
 ) -> ReducedModel:
     """The same with the further modes too, which are computed where the reduction has not done so already."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    if not setup.further:
-        reduced = reduce_model(setup, reference, gaps, progress, further=True)
-    if reduced.found is not None:
-        made = _whole(setup, reference, gaps, reduced.found, reduced.found.omega2.size)
-        return _model_of(made, reduced.found, wall, cpu)
-    return _joined(setup, reference, gaps, [with_all_modes(r) for r in reduced.superelements], progress)
+    structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
+    known, band = reduction.band.further, replace(reduction.band, further=True)
+    reduction, found, parts = replace(reduction, band=band), reduced.found, list(reduced.superelements)
+    if found is not None:
+        found = found if known else _modes_of_whole(band, reference, progress)
+        static = static_shapes(setup.loads, reference, reduction)
+        return _with_times(_whole(setup.model, reference, gaps, found, found.omega2.size, static), wall, cpu)
+    if not known:
+        cut = partition(structure, reduction, exterior, reference, gaps)
+        parts = []
+        for sub in cut.substructures:
+            if not sub.stays:
+                parts.append(reduce_substructure(setup.model, reduction, exterior, sub, None, progress)[0])
+                parts[-1].inside.release(above=KEPT)
+    every = [with_all_modes(part) for part in parts]
+    return _with_times(coupled_again(structure, reduction, exterior, reference, gaps, every, progress), wall, cpu)
 
 
-def raised_model(setup: Setup, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
-    """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
+def raised_model(band: Band, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
+    """A model with all its further modes as the one of a band that is raised once more: it gets further modes anew."""
     wall, cpu = clock.perf_counter(), clock.process_time()
     found, every = more.found, list[Reduced]()
     if found is not None:
-        found = _modes_of_whole(setup, reference, progress, found=found)
+        found = _modes_of_whole(band, reference, progress, found)
     for reduced in more.superelements:
-        every.append(raised_once(setup, reduced, progress))
+        every.append(raised_once(band, reduced, progress))
         reduced.inside.release(above=KEPT)
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     wall, cpu = more.wall_s + wall, more.cpu_s + cpu
     return replace(more, superelements=tuple(every), found=found, wall_s=wall, cpu_s=cpu)
 
 
-def coupled_again(setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel) -> ReducedModel:
-    """The same superelements joined by the links and springs of another setup; nothing is reduced again."""
-    return _joined(setup, reference, gaps, list(reduced.superelements), silent)
-
-
-def _joined(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, superelements: list[Reduced], progress: Progress
+def coupled_again(
+    structure: Structure,
+    reduction: Reduction,
+    exterior: Exterior,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    superelements: Sequence[Reduced],
+    progress: Progress = silent,
 ) -> ReducedModel:
+    """Superelements joined by the links and springs of a structure; nothing is reduced again."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    all_of_it = _together(setup, reference, partition(setup, reference, gaps), superelements, [], progress)
-    return _model_of(all_of_it, None, wall, cpu)
+    cut = partition(structure, reduction, exterior, reference, gaps)
+    together = _together(structure, reduction, reference.loose, cut, superelements, progress)
+    return _with_times(together, wall, cpu)
 
 
-def _check_modes(setup: Setup, superelements: list[Reduced]) -> None:
+def _check_modes(reduction: Reduction, superelements: list[Reduced]) -> None:
     """No fixed-interface mode below f_max though the first ones lie near the excitation: a mistake."""
-    c = setup.study.config.reduction
-    if c.method == "guyan" or setup.auto or any(r.system.stats.modes for r in superelements):
+    band = reduction.band
+    if reduction.table.method == "guyan" or band.auto or any(r.system.stats.modes for r in superelements):
         return
     from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
 
     first = min((r.system.stats.first_left_out for r in superelements), default=np.inf)
-    if first > RULE * highest_frequency(setup.study.driving):
+    if first > RULE * band.excited:
         return
     raise InputError(
-        f"f_max = {setup.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
-        where=setup.study.places.where("reduction", "f_max"),
+        f"f_max = {band.f_max:g} Hz is below the first fixed-interface mode of every part ({first:.4g} Hz)",
+        where=reduction.driving.places.where("reduction", "f_max"),
         expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',
     )
@@ -342,13 +332,13 @@ def _count(table: InterfaceTable, size: int) -> int:
     return min(int(table.n or size), size)
 
 
-def with_damping(setup: Setup, system: System) -> System:
-    """A diagonal or sparse reduced System with the study's modal damping, if it asks for any."""
-    if setup.study.config.damping.modal is None:
+def with_damping(zeta: float | None, band: Band, system: System) -> System:
+    """A diagonal or sparse reduced System with modal damping, share of critical; None: there is none."""
+    if zeta is None:
         return system
     every = isinstance(system.K, Diagonal)
-    modes = reduced_modes(system, np.inf if every else modal_band(setup, system.n))
-    return damped(setup.structure.modal, system, modes, support_motion(system, held_factor(system)), every=every)
+    modes = reduced_modes(system, np.inf if every else modal_band(band, system.n))
+    return damped(zeta, system, modes, support_motion(system, held_factor(system)), every=every)
 
 
 def _own_modes(system: System, f_max: float) -> Modes:

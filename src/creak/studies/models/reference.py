@@ -9,24 +9,21 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.system import Stats, System
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
-from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.modal import support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
-from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
-PRECHECK_BAND = 3.0
-"""The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
 SMALL = 40_000
 """Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
 
@@ -70,13 +67,15 @@ class ReferenceModel:
 
 def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
-    return joined_reference(setup, assembled(setup.structure, progress, store), progress, store)
+    structure = setup.structure
+    return joined_reference(structure, setup.band, assembled(structure, progress, store), progress, store)
 
 
-def joined_reference(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
+def joined_reference(
+    structure: Structure, band: Band, of: Assembled, progress: Progress, store: Path | None = None
+) -> ReferenceModel:
     """Join the parts and find the modes of the whole; parts that are assembled later are joined later."""
     store = store if of.key else None
-    structure = setup.structure
     mass = sum(s.stats.mass for s in (*of.parts, *structure.superelements))
 
     def join() -> System:
@@ -84,17 +83,16 @@ def joined_reference(setup: Setup, of: Assembled, progress: Progress, store: Pat
 
     system = later(System, join, stats=Stats(mass)) if of.later else join()
     progress("assemble", len(of.parts), len(of.parts))
-    stiffness, found, R = _solved(setup, system, of, progress, store)
+    stiffness, found, R = _solved(modal_band(band, sum(part.n for part in of.parts)), system, of, progress, store)
     whole = later(System, lambda: damped(structure.modal, system, found, R), stats=system.stats)
     kept = (None, store, None, of.marks, of.key)
     return ReferenceModel(tuple(of.parts), of.loose, whole, found, R, stiffness, *kept)
 
 
 def _solved(
-    setup: Setup, system: System, of: Assembled, progress: Progress, store: Path | None
+    f_max: float, system: System, of: Assembled, progress: Progress, store: Path | None
 ) -> tuple[Factor | None, Modes, FloatArray]:
     """A factor of K where it is regular, the modes, and the motion with the supports."""
-    f_max = modal_band(setup, sum(part.n for part in of.parts))
     made, every = list[Factor | None](), dict[str, FloatArray]()
 
     def again() -> Factor:
@@ -167,49 +165,35 @@ def damped(zeta: float | None, system: System, found: Modes, R: FloatArray, *, e
     return with_modal_damping(system, found, R, zeta, beyond=not every)
 
 
-def modal_band(setup: Setup, n: int) -> float:
+def modal_band(band: Band, n: int) -> float:
     """Highest frequency of the modes of an assembly of n dofs that the study needs, Hz.
 
     With modal damping the modes that the reduction keeps need it too, in models where they cost little.
     """
-    c = setup.study.config
-    driven = PRECHECK_BAND * highest_frequency(setup.study.driving) if c.precheck.enabled else 0.0
-    band = max(1.1 * c.verification.mac_f_max, driven)
-    if c.damping.modal is None:
-        return band
-    kept = setup.f_max if n <= SMALL else 0.0
-    return max(band, c.verification.f_max, kept)
+    if band.damped is None:
+        return band.assembly
+    return max(band.assembly, band.damped, band.f_max if n <= SMALL else 0.0)
 
 
-def static_shapes(setup: Setup, reference: ReferenceModel) -> FloatArray:
+def static_shapes(loads: Loads, reference: ReferenceModel, reduction: Reduction) -> FloatArray:
     """K^-1 B of the force excitations, (n, n_force).
 
     Raises
     ------
     InputError : there are forces, and only contact holds the structure.
     """
-    B = force_columns(setup.loads, reference.system)
+    system = reference.system
+    B = np.zeros((system.n, len(loads.force_labels)))
+    for j, labels in enumerate(loads.force_labels):
+        B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
     if not B.shape[1]:
         return B
     if reference.stiffness is None:
-        method = setup.study.config.reduction.method
         raise InputError(
-            f"method = {method!r} takes the static shape of each force, but only contact holds the structure",
-            where=setup.study.places.where("reduction", "method"),
+            f"method = {reduction.table.method!r} takes the static shape of each force, but only contact holds the "
+            "structure",
+            where=reduction.driving.places.where("reduction", "method"),
             expected="supports that hold it without contact",
             fix='Use method = "craig-bampton".',
         )
     return reference.stiffness.solve(np.asfortranarray(B))
-
-
-def force_columns(loads: Loads, system: System) -> FloatArray:
-    """B of the force excitations, (n, n_force)."""
-    B = np.zeros((system.n, len(loads.force_labels)))
-    for j, labels in enumerate(loads.force_labels):
-        B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
-    return B
-
-
-def observed_labels(nodes_idx: IntArray) -> IntArray:
-    """All six dofs of each node, (6 n_node,)."""
-    return node_dofs(nodes_idx)

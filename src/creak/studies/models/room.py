@@ -14,8 +14,8 @@ from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import ENTRY, GB, OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import Pieces
 from creak.reduction.room import beside_factor, beside_pieces, pieces_of, plenty
+from creak.studies.file.config import Proof, ReductionTable
 from creak.studies.models.reduced import WHOLE
-from creak.studies.prepare.setup import Setup
 from creak.studies.solved import solved
 
 JOIN = 1.2
@@ -68,8 +68,14 @@ def _of_part(part: System, sizes: Sequence[float], back: float) -> tuple[float, 
     return (whole, None) if cut is None else (matrices + cut.bytes + beside_pieces(part.n, M), cut)
 
 
-def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = None, key: str = "") -> bool:
+def only_parts_fit(
+    takes: Sequence[tuple[str, str]], parts: Sequence[System], store: Path | None = None, key: str = ""
+) -> bool:
     """Whether memory holds the factors of the parts, one at a time, but not that of the whole.
+
+    Parameters
+    ----------
+    takes : what of the study needs the unreduced model, as `takes_the_whole`.
 
     Raises
     ------
@@ -78,7 +84,6 @@ def only_parts_fit(setup: Setup, parts: Sequence[System], store: Path | None = N
     needed, free = room(parts, store, key), free_bytes()
     if needed is None or needed.whole <= free:
         return False
-    takes = _takes_the_whole(setup)
     if not takes and needed.part <= free:
         return True
     if takes:
@@ -104,17 +109,16 @@ def _cut(needed: Room) -> str:
     return "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
 
 
-def _takes_the_whole(setup: Setup) -> list[tuple[str, str]]:
+def takes_the_whole(reduction: ReductionTable, proof: Proof, *, static: bool, exact: bool) -> list[tuple[str, str]]:
     """Words of the study that need the unreduced model, and what to say instead of each."""
-    c = setup.study.config
-    method = c.reduction.method
+    method = reduction.method
     causes = [
         (method in ("none", WHOLE), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
-        (c.proof == "whole", '[reference] run = "whole"', '[reference] run = "spots"'),
-        (bool(c.static), "[[static]]", "no [[static]]"),
-        (not c.time.exact, "a forced [time] scheme", "[time] without step and integrator"),
+        (proof == "whole", '[reference] run = "whole"', '[reference] run = "spots"'),
+        (static, "[[static]]", "no [[static]]"),
+        (not exact, "a forced [time] scheme", "[time] without step and integrator"),
         (
-            c.reduction.interface.type == "participation",
+            reduction.interface.type == "participation",
             '[reduction] interface = "participation"',
             'interface = { type = "full" }',
         ),

@@ -23,8 +23,9 @@ from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.outlines import Marks
 from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.exterior import Exterior
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.reduction_sets import reduction_set
-from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
 
 UNREDUCED = "{part} (unreduced)"
@@ -55,28 +56,46 @@ class Partition:
     substructures: tuple[Substructure, ...]
 
 
-def partition(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Partition:
+@dataclass(frozen=True)
+class _Retained:
+    """Physical dofs that stay or may stay, of all parts."""
+
+    must: IntArray
+    contact: IntArray
+    """Translations at channels and watched nodes."""
+    shared: IntArray
+    """Nodes that parts share."""
+    outside: IntArray
+    """Dofs at which something else than another part acts."""
+
+
+def partition(
+    structure: Structure, reduction: Reduction, exterior: Exterior, reference: ReferenceModel, gaps: GapOperator
+) -> Partition:
     """Cut the parts, find the retained dofs of each, thin the interface.
 
     Raises
     ------
     InputError : a set that does not exist, an interface without nodes, a retained dof that is not free.
     """
-    table, places = setup.study.config.reduction, setup.study.places
-    pieces = _cut(setup.model, table, gaps, places)
+    table, places = reduction.table, reduction.driving.places
+    pieces = _cut(structure.model, table, gaps, places)
     last = len(table.substructures) + 1
-    must, contact = required_labels(setup, pieces.model), _contact_labels(setup.watched, gaps)
-    shared = shared_nodes(pieces.model)
-    unreduced = [g == last for g in pieces.group]
-    _check_interface(table.interface, shared, contact, places)
+    retained = _Retained(
+        required_labels(structure, reduction, exterior, pieces.model),
+        _contact_labels(exterior.watch.nodes, gaps),
+        shared_nodes(pieces.model),
+        _outside(structure, exterior, pieces.model),
+    )
+    _check_interface(table.interface, retained, places)
     out = []
-    for k, stays in enumerate(unreduced):
-        part, marks = _full_part(setup.structure, reference, pieces, k)
-        if stays:
+    for k, group in enumerate(pieces.group):
+        part, marks = _full_part(structure, reference, pieces, k)
+        if group == last:
             every = np.arange(part.n, dtype=np.int64)
             out.append(Substructure(part, every, None, every[:0], True))
         else:
-            sub = _substructure(setup, reference, part, marks, pieces.model, k, must, contact, shared)
+            sub = _substructure(reduction, reference, part, marks, pieces.model, k, retained)
             out.append(replace(sub, marks=marks))
     return Partition(pieces.model, tuple(out))
 
@@ -120,31 +139,36 @@ def _full_part(structure: Structure, reference: ReferenceModel, pieces: Pieces, 
     return structure.part(k, pieces.model), None
 
 
-def part_alone(setup: Setup, gaps: GapOperator, k: int) -> System:
+def part_alone(structure: Structure, reduction: Reduction, gaps: GapOperator, k: int) -> System:
     """Part k of the model as `partition` cuts it, without the other parts."""
-    return setup.structure.part(k, _cut(setup.model, setup.study.config.reduction, gaps, setup.study.places).model)
+    return structure.part(k, _cut(structure.model, reduction.table, gaps, reduction.driving.places).model)
 
 
-def required(setup: Setup, model: Model) -> dict[str, IntArray]:
+def required(structure: Structure, reduction: Reduction, exterior: Exterior, model: Model) -> dict[str, IntArray]:
     """Why physical dofs always stay -> their labels, the strongest reason first."""
     none = np.zeros(0, dtype=np.int64)
-    links = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
     joined = [node_dofs(b.nodes_idx.ravel()) for b in model.blocks if b.part < 0]
     held = [x for f in model.fixed for e in fixed_equations(f) for x in e.labels]
     return {
-        "links": np.concatenate([np.array(links, dtype=np.int64), *joined]),
+        "links": np.concatenate([_link_labels(model), *joined]),
         "supports": np.array(held, dtype=np.int64),
-        "loads": np.concatenate([none, *setup.driven.labels.values(), *setup.loads.force_labels]),
-        "connectors": setup.connectors.labels,
-        "imported parts": np.concatenate([none, *(s.joins for s in setup.superelements)]),
-        "chosen": _chosen(setup.model, setup.study.config.reduction.retained_sets, setup.study.places),
+        "loads": np.concatenate([none, *structure.driven.labels.values(), exterior.forces]),
+        "connectors": exterior.connectors,
+        "imported parts": np.concatenate([none, *(s.joins for s in structure.superelements)]),
+        "chosen": _chosen(structure.model, reduction.table.retained_sets, reduction.driving.places),
     }
 
 
-def required_labels(setup: Setup, model: Model) -> IntArray:
+def _link_labels(model: Model) -> IntArray:
+    """Dofs of the links between parts."""
+    links = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
+    return np.array(links, dtype=np.int64)
+
+
+def required_labels(structure: Structure, reduction: Reduction, exterior: Exterior, model: Model) -> IntArray:
     """Physical dofs that always stay: links between parts, supports, loads, connectors, elements between parts, and
     the user's own choice."""
-    return np.unique(np.concatenate([*required(setup, model).values()])).astype(np.int64)
+    return np.unique(np.concatenate([*required(structure, reduction, exterior, model).values()])).astype(np.int64)
 
 
 def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
@@ -179,8 +203,15 @@ def _contact_labels(watched: IntArray, gaps: GapOperator) -> IntArray:
     return np.union1d(node_dofs(nodes, (1, 2, 3)), gaps.labels).astype(np.int64)
 
 
-def _check_interface(table: InterfaceTable, shared: IntArray, contact: IntArray, places: Places) -> None:
-    if table.type != "full" and shared.size == 0 and contact.size == 0:
+def _outside(structure: Structure, exterior: Exterior, model: Model) -> IntArray:
+    """Dofs of supports, loads, connectors and contacts."""
+    held = [np.array(e.labels, dtype=np.int64) for f in model.fixed for e in fixed_equations(f)]
+    moved = structure.driven.labels.values()
+    return np.concatenate([exterior.connectors, exterior.contacts.labels, *moved, exterior.forces, *held])
+
+
+def _check_interface(table: InterfaceTable, retained: _Retained, places: Places) -> None:
+    if table.type != "full" and retained.shared.size == 0 and retained.contact.size == 0:
         raise InputError(
             f"the interface has no node: type = {table.type!r} has nothing to work on",
             where=places.where("reduction", "interface"),
@@ -190,57 +221,40 @@ def _check_interface(table: InterfaceTable, shared: IntArray, contact: IntArray,
 
 
 def _substructure(
-    setup: Setup,
+    reduction: Reduction,
     reference: ReferenceModel,
     part: System,
     marks: Marks | None,
     model: Model,
     k: int,
-    must: IntArray,
-    contact: IntArray,
-    shared: IntArray,
+    retained: _Retained,
 ) -> Substructure:
     """Boundary of one substructure: what must stay, and its interface, thinned as the study asks.
 
     The interface is where it meets unreduced elements or another substructure (all six dofs of each node); where
-    there is none, it is the contact and output nodes (their translations).
+    there is none, it is the contact and output nodes (their translations), or for characteristic modes what links to
+    other parts, less supports, loads and contact.
     """
-    must = np.intersect1d(must, part.labels)
-    contact = np.intersect1d(contact, part.labels)
-    line_nodes = np.intersect1d(shared, model.parts[k].nodes_idx)
+    must = np.intersect1d(retained.must, part.labels)
+    contact = np.intersect1d(retained.contact, part.labels)
+    line_nodes = np.intersect1d(retained.shared, model.parts[k].nodes_idx)
     if line_nodes.size:
         must = np.union1d(must, contact[~np.isin(nodes_of(contact), line_nodes)])
         line = node_dofs(line_nodes)
-    elif setup.study.config.reduction.interface.type == "characteristic":
-        must = np.union1d(must, contact)
-        return _linked(setup, part, marks, model, must)
+    elif reduction.table.interface.type == "characteristic":
+        line = np.setdiff1d(np.intersect1d(_link_labels(model), part.labels), retained.outside)
+        return Substructure(part, touched(part, np.union1d(must, contact), marks), None, line, False)
     else:
         line = contact
     line = line[np.isin(line, part.coordinates) & ~np.isin(nodes_of(line), nodes_of(must))]
     must = np.union1d(must, contact[~np.isin(contact, line)])
     fixed = touched(part, must, marks)
-    chosen = thinned(
-        setup.study.config.reduction.interface, setup.study.driving, reference, Line(part.name, model, line), part
-    )
+    chosen = thinned(reduction, reference, Line(part.name, model, line), part)
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
         boundary = np.union1d(fixed, kept)
         return Substructure(part, boundary, None, chosen.labels, False)
     return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.shape)
-
-
-def _linked(setup: Setup, part: System, marks: Marks | None, model: Model, must: IntArray) -> Substructure:
-    """Boundary as it is; the interface is what links to other parts, less supports, loads and contact."""
-    linked = [x for c in split_constraints(model)[1] for e in linear_equations(c, model.nodes.coords) for x in e.labels]
-    alone = [
-        setup.connectors.labels,
-        setup.contacts.labels,
-        *setup.driven.labels.values(),
-        *setup.loads.force_labels,
-        *(np.array(e.labels) for f in model.fixed for e in fixed_equations(f)),
-    ]
-    line = np.setdiff1d(np.intersect1d(np.array(linked, dtype=np.int64), part.labels), np.concatenate(alone))
-    return Substructure(part, touched(part, must, marks), None, line, False)
 
 
 def _coordinates(part: System, labels: IntArray) -> IntArray:

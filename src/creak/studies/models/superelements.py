@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.deck.command_files import plain_file
@@ -49,10 +49,9 @@ from creak.reduction.inside import Inside
 from creak.reduction.raised import raised
 from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
-from creak.studies.models.reference import observed_labels
 from creak.studies.models.substructures import Substructure
-from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.watched import watched_labels
+from creak.studies.prepare.exterior import Exterior
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.solved import SOLVED, digest_of, forget, solved
 from creak.version import edition
 
@@ -94,24 +93,24 @@ class Reduced:
 
 
 def reduce_substructure(
-    setup: Setup, sub: Substructure, folder: Path | None, progress: Progress, *, further: bool | None = None
+    model: Model,
+    reduction: Reduction,
+    exterior: Exterior,
+    sub: Substructure,
+    folder: Path | None,
+    progress: Progress,
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
-
-    Parameters
-    ----------
-    further : whether it has further modes; by default as `Setup.further` says.
 
     Raises
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    wanted = made_from(setup, sub, further)
-    f_max = None if setup.study.config.reduction.method == "guyan" else setup.first_f_max
-    more = f_max is not None and (setup.further if further is None else further)
+    wanted, band = made_from(reduction, sub), reduction.band
+    f_max = None if reduction.table.method == "guyan" else band.first
     found, notes = _from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
-        wider = _wider(found.saved, sub, setup.model)
+        wider = _wider(found.saved, sub, model)
         sub, found = (sub, None) if wider is None else (wider, found)
     if found is not None and found.saved.made_from != wanted:
         name, wanted = sub.part.name, dict(found.saved.made_from)
@@ -125,36 +124,39 @@ def reduce_substructure(
     else:
         try:
             count = 0 if f_max is None else None
-            basis = fixed_interface_basis(inside, sub.shape, f_max, count, progress, further=more)
+            basis = fixed_interface_basis(
+                inside, sub.shape, f_max, count, progress, further=f_max is not None and band.further
+            )
         except OutOfMemory:
             raise
         except NumericalError as error:
             raise InputError(
                 str(error),
-                where=setup.study.places.where("reduction"),
+                where=reduction.driving.places.where("reduction"),
                 expected="retained dofs that hold every part",
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
-        matrices = reduced_matrices(sub.part, basis, progress, watched=_watched(setup, sub))
+        seen = np.intersect1d(exterior.seen(model), sub.part.labels)
+        matrices = reduced_matrices(sub.part, basis, progress, watched=seen)
         notes += _in_pieces(inside)
     reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
-    reduced = _with_kept(replace(setup, raised=0), reduced)
-    for k in range(setup.raised):
-        reduced = raised_once(replace(setup, raised=k + 1), reduced, progress)
+    reduced = _with_kept(band.raised_to(0), reduced)
+    for k in range(band.raised):
+        reduced = raised_once(band.raised_to(k + 1), reduced, progress)
     return reduced, notes
 
 
-def _with_kept(setup: Setup, reduced: Reduced) -> Reduced:
+def _with_kept(band: Band, reduced: Reduced) -> Reduced:
     """Its System made of the modes that are kept."""
-    kept = truncated(reduced.basis, reduced.matrices, setup.kept_modes(reduced.basis.fixed.omega2))
+    kept = truncated(reduced.basis, reduced.matrices, band.kept_modes(reduced.basis.fixed.omega2))
     return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
 
 
-def raised_once(setup: Setup, reduced: Reduced, progress: Progress) -> Reduced:
-    """The superelement with f_max raised to that of the setup: its further modes are kept, and new ones computed."""
+def raised_once(band: Band, reduced: Reduced, progress: Progress) -> Reduced:
+    """The superelement with f_max raised to that of the band: its further modes are kept, and new ones computed."""
     part = reduced.substructure.part
-    basis, matrices = raised(part, reduced.basis, reduced.matrices, setup.f_max, progress)
-    return _with_kept(setup, replace(reduced, basis=basis, matrices=matrices))
+    basis, matrices = raised(part, reduced.basis, reduced.matrices, band.f_max, progress)
+    return _with_kept(band, replace(reduced, basis=basis, matrices=matrices))
 
 
 def _in_pieces(inside: Inside) -> list[str]:
@@ -175,19 +177,12 @@ def with_all_modes(reduced: Reduced) -> Reduced:
     return replace(reduced, system=reduced_system(reduced.substructure.part, reduced.basis, reduced.matrices))
 
 
-def _watched(setup: Setup, sub: Substructure) -> IntArray:
-    """Dofs of a part that a run writes down or looks at."""
-    every = [observed_labels(setup.watched), watched_labels(setup), setup.elines.points.labels]
-    return np.intersect1d(np.concatenate(every), sub.part.labels)
-
-
-def made_from(setup: Setup, sub: Substructure, further: bool | None = None) -> dict[str, str]:
+def made_from(reduction: Reduction, sub: Substructure) -> dict[str, str]:
     """What the superelement of a substructure depends on in this study, each as a hash."""
-    table = setup.study.config.reduction
-    if table.method == "guyan":
-        return fingerprints(sub, table.method)
-    more = setup.further if further is None else further
-    return fingerprints(sub, f"{table.method} {setup.first_f_max:.17g}{' and further' if more else ''}")
+    method, band = reduction.table.method, reduction.band
+    if method == "guyan":
+        return fingerprints(sub, method)
+    return fingerprints(sub, f"{method} {band.first:.17g}{' and further' if band.further else ''}")
 
 
 def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
@@ -367,7 +362,7 @@ def save_superelement(
     return path
 
 
-def kept_of_run(folder: Path, reduced: Reduced, setup: Setup) -> Reduced:
+def kept_of_run(folder: Path, reduced: Reduced, model: Model, band: Band) -> Reduced:
     """The same, saved for the runs to come, which take it where they would make the very same one.
 
     Where the folder cannot be written, or its disk is nearly full, nothing is saved, which costs time alone.
@@ -377,18 +372,18 @@ def kept_of_run(folder: Path, reduced: Reduced, setup: Setup) -> Reduced:
         return reduced
     kept = folder / SOLVED
     try:
-        path = save_superelement(kept, reduced, setup.model, {"deck": str(setup.model.source)}, shared=True)
+        path = save_superelement(kept, reduced, model, {"deck": str(model.source)}, shared=True)
     except (OSError, CreakError):
         return reduced
     for old in forget(kept, f"{_path(kept, name).stem}.*.h5", SPARED):
         forget(kept, f"{_boundary_kind(old)}.*.h5", 0)
-    return with_modes_of_file(setup, reduced, path)
+    return with_modes_of_file(band, reduced, path)
 
 
-def with_modes_of_file(setup: Setup, reduced: Reduced, path: Path) -> Reduced:
+def with_modes_of_file(band: Band, reduced: Reduced, path: Path) -> Reduced:
     """The same, its modes read from its file where they are large: their memory is free for the next part."""
     fixed = reduced.basis.fixed
     if fixed.shapes.nbytes < MAPPED:
         return reduced
     basis = replace(reduced.basis, fixed=replace(fixed, shapes=read_superelement_file(path).modes))
-    return _with_kept(setup, replace(reduced, basis=basis))
+    return _with_kept(band, replace(reduced, basis=basis))

@@ -10,7 +10,7 @@ from typing import Any
 
 from pydantic import ValidationError
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.deck.membranes import with_held_membranes
 from creak.formats.decks import format_of
@@ -83,15 +83,16 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
-    notes = [*_steps_note(run), *notes, *_jumps(setup), *setup.notes]
+    notes = [*_steps_note(run), *notes, *_jumps(setup.driven.names, setup.loads.support[0, 0]), *setup.notes]
     return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
 
 
-def _jumps(setup: Setup) -> list[str]:
+def _jumps(names: Sequence[str], starts: FloatArray) -> list[str]:
     """Prescribed displacements that are not zero when the run starts."""
-    starts = zip(setup.driven.names, setup.loads.support[0, 0].tolist(), strict=True)
     return [
-        f"{name} is {value:g} at the start, where the structure is at rest: it jumps" for name, value in starts if value
+        f"{name} is {value:g} at the start, where the structure is at rest: it jumps"
+        for name, value in zip(names, starts.tolist(), strict=True)
+        if value
     ]
 
 

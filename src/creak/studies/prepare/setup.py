@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
@@ -24,7 +24,6 @@ from creak.errors import InputError
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
-from creak.linalg.modes import BAND, with_further
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
@@ -47,11 +46,13 @@ from creak.studies.prepare.excitation import (
     sample_loads,
     time_axis,
 )
+from creak.studies.prepare.exterior import Exterior, Watch
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import imported_superelements, resistance
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
@@ -60,6 +61,8 @@ from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
+PRECHECK_BAND = 3.0
+"""The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
 
@@ -100,22 +103,32 @@ class Setup:
         of_study = self.study.config.damping.modal
         return Structure(self.model, self.driven, self.rayleigh, self.override_damping, self.superelements, of_study)
 
-    @property
-    def auto(self) -> bool:
-        """Whether f_max follows from what more modes change."""
-        return self.study.config.reduction.f_max == "auto"
-
     @cached_property
-    def first_f_max(self) -> float:
-        """[reduction] f_max, Hz; of "auto" the one that it begins with."""
-        c = self.study.config
-        reach = partial(excitation_of, self.study.driving, self.loads, c.verification.mac_f_max)
-        return first_f_max(c.reduction.f_max, reach, self.study.course.end)
+    def band(self) -> Band:
+        """Up to which frequencies there are modes."""
+        c, excited = self.study.config, highest_frequency(self.study.driving)
+        v, auto = c.verification, c.reduction.f_max == "auto"
+        reach = partial(excitation_of, self.study.driving, self.loads, v.mac_f_max)
+        first = first_f_max(c.reduction.f_max, reach, self.study.course.end)
+        assembly = max(1.1 * v.mac_f_max, PRECHECK_BAND * excited if c.precheck.enabled else 0.0)
+        damped = None if c.damping.modal is None else v.f_max
+        return Band(first, self.raised, auto, c.time.exact or auto, excited, assembly, damped)
 
     @property
-    def f_max(self) -> float:
-        """Hz, up to which each part has all its modes."""
-        return self.first_f_max * BAND**self.raised
+    def reduction(self) -> Reduction:
+        """How it is reduced."""
+        return Reduction(self.study.config.reduction, self.band, self.study.driving)
+
+    @property
+    def watch(self) -> Watch:
+        """What is watched of the motion."""
+        return Watch(self.pairs, self.watched, self.elines)
+
+    @property
+    def exterior(self) -> Exterior:
+        """Where something acts on parts from outside or looks at them."""
+        forces = np.concatenate([np.zeros(0, dtype=np.int64), *self.loads.force_labels])
+        return Exterior(forces, self.connectors.labels, self.contacts, self.watch)
 
     @property
     def no_contact(self) -> str | None:
@@ -127,18 +140,18 @@ class Setup:
             what = "contacts and connectors without any stiffness"
         return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
 
-    @property
-    def further(self) -> bool:
-        """Whether a reduction computes further modes at once: what the run with more modes takes."""
-        return self.study.config.time.exact or self.auto
-
-    def kept_modes(self, omega2: FloatArray) -> int:
-        """How many of these a reduction keeps: those below f_max, and the further ones each time that it was raised."""
-        kept = 0
-        for k in range(self.raised + 1):
-            below = int(np.count_nonzero(omega2 <= (2.0 * np.pi * self.first_f_max * BAND**k) ** 2))
-            kept = with_further(kept, below) if k else below
-        return min(kept, omega2.size)
+    def with_structure(self, changed: Structure) -> Setup:
+        """The same setup with another linear structure."""
+        s, modal = changed, self.study.config.damping.modal
+        setup = self if s.modal == modal else self.with_tables(damping=DampingTable(modal=s.modal))
+        return replace(
+            setup,
+            model=s.model,
+            driven=s.driven,
+            rayleigh=s.rayleigh,
+            override_damping=s.override_damping,
+            superelements=s.superelements,
+        )
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""

@@ -12,7 +12,6 @@ from creak.dynamics.history import History
 from creak.dynamics.record.watch import Watched
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
-from creak.studies.prepare.setup import Setup
 
 DIRECTIONS = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z in (-1, 0, 1)])[14:]
 """One of each two opposite: a part is followed at the nodes that lie farthest along them."""
@@ -20,26 +19,26 @@ FLAT = 1e-6
 """Share of the largest moment of the nodes' places below which they do not tell a rotation."""
 
 
-def watched(setup: Setup, gaps: GapOperator) -> Watched:
+def watched(model: Model, contacts: GapOperator, gaps: GapOperator) -> Watched:
     """The channels of the contacts that are not among `gaps`, and the rotations of parts and of channel nodes."""
-    return Watched(_silent(setup, gaps), *_turns(setup.model, np.unique(gaps.nodes_idx)))
+    return Watched(_silent(contacts, gaps), *_turns(model, np.unique(gaps.nodes_idx)))
 
 
-def silent_channels(setup: Setup, gaps: GapOperator) -> Watched:
+def silent_channels(contacts: GapOperator, gaps: GapOperator) -> Watched:
     """Those channels alone."""
-    return Watched(_silent(setup, gaps), np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
+    return Watched(_silent(contacts, gaps), np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
 
 
-def _silent(setup: Setup, gaps: GapOperator) -> GapOperator:
+def _silent(contacts: GapOperator, gaps: GapOperator) -> GapOperator:
     kept = set(gaps.names)
-    silent = np.array([k for k, name in enumerate(setup.contacts.names) if name not in kept], dtype=np.int64)
-    return setup.contacts.select(silent).without_force()
+    silent = np.array([k for k, name in enumerate(contacts.names) if name not in kept], dtype=np.int64)
+    return contacts.select(silent).without_force()
 
 
-def watched_labels(setup: Setup) -> IntArray:
+def watched_labels(model: Model, contacts: GapOperator) -> IntArray:
     """Dofs that what is watched follows from, whatever channels are kept."""
-    turns = _turns(setup.model, np.unique(setup.contacts.nodes_idx))
-    return np.union1d(setup.contacts.labels, turns[1]).astype(np.int64)
+    turns = _turns(model, np.unique(contacts.nodes_idx))
+    return np.union1d(contacts.labels, turns[1]).astype(np.int64)
 
 
 def _turns(model: Model, nodes: IntArray) -> tuple[Matrix, IntArray, tuple[str, ...]]:

@@ -7,17 +7,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
+from creak.model.mesh import Model
 from creak.studies.converge.figures import OF_PLACE
 from creak.studies.converge.settling import Followed
-from creak.studies.prepare.setup import Setup
+from creak.studies.file.config import VerificationTable
 from creak.studies.results.places import Place, channels_at, events_at, resting_places
 from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
+from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import WHAT, Sound, n5_of_less
 from creak.studies.sound.radiation import Ear
@@ -37,25 +40,27 @@ class _Places:
     """Who hears them; None: there is no sound."""
     rub: tuple[Place, ...]
     """All places, and those that rest."""
+    model: Model
+    background: FloatArray | None
+    """As `background_of` has it."""
+    verification: VerificationTable
 
-    def figures(
-        self, setup: Setup, system: System, gaps: GapOperator, history: History
-    ) -> tuple[dict[str, float], ...]:
+    def figures(self, system: System, gaps: GapOperator, history: History) -> tuple[dict[str, float], ...]:
         """`OF_PLACE` of each place in a run; no N5 where there is no sound, or beyond what ISO 532-1 covers."""
         if not self.places:
             return ()
-        groups = channels_at(self.places, setup.model, gaps, history)
-        events = events_at(groups, setup, gaps, history, self.window)
+        groups = channels_at(self.places, self.model, gaps, history)
+        events = events_at(groups, self.verification, gaps, history, self.window)
         here = [replace(p, events=tuple(own)) for p, own in zip(self.places, events, strict=True)]
         heard: Sequence[float | None] = [None] * len(here)
         if self.ear is not None and is_modal(system):
-            *heard, _ = n5_of(setup, self.window, system, gaps, history, groups, self.ear.hears(system))
+            *heard, _ = n5_of(self.background, self.window, system, gaps, history, groups, self.ear.hears(system))
         return tuple(map(_figures, here, heard))
 
-    def rubs(self, setup: Setup, gaps: GapOperator, history: History) -> tuple[Rub, ...]:
+    def rubs(self, gaps: GapOperator, history: History) -> tuple[Rub, ...]:
         """Friction and lasting contact of each place in a run."""
-        f_max = setup.study.config.verification.f_max
-        groups = channels_at(self.rub, setup.model, gaps, history)
+        f_max = self.verification.f_max
+        groups = channels_at(self.rub, self.model, gaps, history)
         return tuple(rub_of(history, gaps, channels, self.window, f_max) for channels in groups)
 
 
@@ -66,16 +71,18 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
         return Followed()
     every = heard_places(result, run, sound)
     places, rub = every[:MOST_PLACES], (*every, *resting_places(result, run))
+    study, background = result.setup.study, None
     ear, heard = None, list[float | None]([None] * len(places))
     band: tuple[float, ...] = ()
     ends: tuple[float, str] | None = None
     if isinstance(sound, Sound) and sound.run == run.name:
         ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
-        less = n5_of_less(sound, result.setup, result.window)[: len(places)]
+        background = background_of(study.config.background, study.places)
+        less = n5_of_less(sound, background, result.window)[: len(places)]
         band = tuple(_more(a, b) for a, b in zip(heard, less, strict=False))
         ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
-    here = _Places(places, result.window, ear, rub)
+    here = _Places(places, result.window, ear, rub, result.setup.model, background, study.config.verification)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
     return Followed(base, here.figures, band, ends, names, rubs, here.rubs)
 

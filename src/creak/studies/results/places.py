@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
-from creak.studies.prepare.setup import Setup
+from creak.studies.file.config import VerificationTable
 from creak.studies.run.job import Run, StudyResult
 from creak.verify.events import Event, counted_instants, events_in, find_events
 from creak.verify.rubbing import NOTHING, SELDOM, Rub, rub_of
@@ -108,8 +108,8 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
     patch = _patches(model, gaps, touched)
     every = [touched[patch == p] for p in np.unique(patch).tolist()]
     slips, places = _slips(result, run, touched, patch), []
-    at_each = events_at(every, result.setup, gaps, h, result.window)
-    f_max = result.setup.study.config.verification.f_max
+    v = result.setup.study.config.verification
+    at_each = events_at(every, v, gaps, h, result.window)
     for channels, p, own in zip(every, np.unique(patch).tolist(), at_each, strict=True):
         contact, rows, slid = gaps.group[int(channels[0])], np.unique(gaps.nodes_idx[channels]), slips.get(p, ())
         if own:
@@ -118,7 +118,7 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
             node = max(slid, key=lambda e: e.friction_work).node_idx
         else:
             node = int(gaps.nodes_idx[channels[np.argmax(h.weights @ h.force[:, channels])]])
-        rub = rub_of(h, gaps, channels, result.window, f_max)
+        rub = rub_of(h, gaps, channels, result.window, v.f_max)
         if len(own) > 1:  # those are judged one by one
             rub = replace(rub, force=None)
         places.append(Place(0, contact, channels, rows, node, tuple(own), tuple(slid), rub))
@@ -127,7 +127,11 @@ def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
 
 
 def events_at(
-    groups: Sequence[IntArray], setup: Setup, gaps: GapOperator, history: History, window: tuple[float, float]
+    groups: Sequence[IntArray],
+    v: VerificationTable,
+    gaps: GapOperator,
+    history: History,
+    window: tuple[float, float],
 ) -> list[list[Event]]:
     """Events of each group of channels by itself that count in a window (`events_in`)."""
     every = np.concatenate([*groups, np.zeros(0, dtype=np.int64)])
@@ -136,7 +140,6 @@ def events_at(
     names = [f"{k}" for k, channels in enumerate(groups) for _ in channels]
     only = replace(gaps.select(every), group=tuple(names))
     own = replace(history, gap=history.gap[:, every], force=history.force[:, every])
-    v = setup.study.config.verification
     events = events_in(find_events(own, only, v.merge, v.f_max), window)
     return [[e for e in events if e.group == f"{k}"] for k in range(len(groups))]
 

@@ -15,6 +15,7 @@ from creak.studies.converge.settled import KEYS, UNCHECKED, is_chaotic, place_se
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import as_dict
+from creak.studies.prepare.static_loads import static_gravity
 from creak.studies.results.elines import against_measured, measured_rates
 from creak.studies.results.elines import as_dict as eline_summary
 from creak.studies.results.limits import judged
@@ -53,6 +54,7 @@ def summarise(
     """
     setup, model = result.setup, result.setup.model
     c, why = setup.study.config, unanswered(result)
+    heard = heard_places(result, result.runs[sound.run], sound) if isinstance(sound, Sound) else ()
     summary: dict[str, Any] = {
         "creak": version(),
         "run": result.identity.as_dict(),
@@ -66,12 +68,12 @@ def summarise(
             "kept": result.gaps.m - setup.connectors.m,
             "closed_later": result.closed_later,
         },
-        "static": static_figures(setup),
+        "static": _static(result),
         "seeds": {name: t.signal.random for name, t in c.excitation.items() if t.signal.random is not None},
         "runs": {name: _run(run, result, model, convergence, sound) for name, run in result.runs.items()},
         "elines": None if result.elines is None else eline_summary(result.elines, c.limit, c.model.units, model),
         "superelements": {name: health.as_dict() for name, health in result.health.items()},
-        "sound": sound_summary(sound, _places_heard(result, sound)),
+        "sound": sound_summary(sound, heard),
         "verification": _verification(result, convergence),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
@@ -98,6 +100,15 @@ def unreliable_runs(summary: dict[str, Any]) -> list[str]:
     return [f"{name} run: {reason}" for name, run in runs.items() for reason in run["reasons"]]
 
 
+def _static(result: StudyResult) -> dict[str, Any] | None:
+    """What the run starts from; None without a static start."""
+    s = result.setup
+    if s.static is None:
+        return None
+    groups = [*s.contacts.group, *s.connectors.group]
+    return static_figures(s.static, s.model.nodes, s.watched, groups, static_gravity(s.model, s.study.driving))
+
+
 def _model(result: StudyResult) -> dict[str, Any]:
     model, parts = result.setup.model, result.reference.parts
     in_parts, in_elements = (p.nodes_idx for p in model.parts), (b.nodes_idx.ravel() for b in model.blocks)
@@ -117,10 +128,6 @@ def _model(result: StudyResult) -> dict[str, Any]:
             for i, p in enumerate(parts)
         },
     }
-
-
-def _places_heard(result: StudyResult, sound: Sound | str | None) -> tuple[Place, ...]:
-    return heard_places(result, result.runs[sound.run], sound) if isinstance(sound, Sound) else ()
 
 
 def _run(
@@ -185,7 +192,7 @@ def _band(run: Run, result: StudyResult) -> dict[str, Any]:
     """How far the modes of a reduced run go, and the stages in which that was found."""
     if run.name != "reduced" or result.setup.study.config.reduction.method == "guyan":
         return {}
-    band = {"f_max": result.setup.f_max}
+    band = {"f_max": result.setup.band.f_max}
     if result.band is None or not result.band.stages:
         return band
     return {**band, "stages": [asdict(s) for s in result.band.stages], "stages_ended": result.band.why or None}

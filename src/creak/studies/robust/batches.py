@@ -14,11 +14,10 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.progress import silent
-from creak.studies.file.identity import decks_sha256, other_files_sha256, store_of
+from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.reader import Study
-from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
-from creak.studies.robust.bench import Bench, Draw, lowest_of, make_bench, march_draws
+from creak.studies.robust.bench import Bench, Draw, bench_of, march_draws
 from creak.studies.tasks.queue import Runner
 from creak.version import version
 
@@ -97,10 +96,7 @@ def _model(batch: Batch) -> tuple[Bench, GapOperator]:
         _check(batch)
         setup = set_up(batch.study)
         channels = join([setup.contacts, setup.connectors])
-        reference = build_reference(setup, silent)
-        lowest = batch.of if isinstance(batch.of, np.ndarray) else lowest_of(setup, reference, batch.of, silent)
-        store = store_of(batch.study) if batch.store is None else batch.store
-        _made[batch.id] = make_bench(setup, reference, lowest, silent, store, batch.store is not None), channels
+        _made[batch.id] = bench_of(setup, batch.of, silent, batch.store), channels
     return _made[batch.id]
 
 

@@ -100,23 +100,16 @@ class Bench:
     """(m,) what it was made for: `lowest_of` its draws."""
 
 
-def bench_of(setup: Setup, draws: Sequence[Draw], progress: Progress, keep: Path | None = None) -> Bench:
-    """The model of a study with the channels that its draws need; `keep`: folder in which its superelements stay."""
-    reference = build_reference(setup, progress)
-    store = store_of(setup.study) if keep is None else keep
-    return make_bench(setup, reference, lowest_of(setup, reference, draws, progress), progress, store, keep is not None)
-
-
 def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], progress: Progress) -> FloatArray:
     """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less."""
-    lowest = np.zeros(setup.contacts.m)
+    lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
     begun = started(setup, reference, silent) if loaded else setup
     linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
-            gap0 = changed_gaps(setup, drawn_study(setup.study, of_gaps), draw.fields)
+            gap0 = changed_gaps(setup.contacts, touching, drawn_study(setup.study, of_gaps).touching, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
             other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
@@ -127,21 +120,20 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
 
 
 @none_ignored()
-def make_bench(
-    setup: Setup, reference: ReferenceModel, lowest: FloatArray, progress: Progress, store: Path, keep: bool
-) -> Bench:
-    """Pre-check for all draws together, reduction, and the arrays that they share.
+def bench_of(setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progress, keep: Path | None = None) -> Bench:
+    """The model of a study with the channels that its draws need, and the arrays that they share.
 
     Parameters
     ----------
-    lowest : (m,) as `lowest_of`.
-    store : folder of saved superelements. keep : whether new ones are saved there.
+    draws : all of them, or (m,) `lowest_of` them.
+    keep : folder in which its superelements stay; None: those beside the study are taken, and none are kept.
 
     Raises
     ------
     InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
     """
-    c = setup.study.config
+    c, reference = setup.study.config, build_reference(setup, progress)
+    lowest = draws if isinstance(draws, np.ndarray) else lowest_of(setup, reference, draws, progress)
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
@@ -163,15 +155,16 @@ def make_bench(
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
         raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
+    store = store_of(setup.study) if keep is None else keep
     reduced = reduce_model(setup, reference, gaps, progress, store)
-    for made in reduced.superelements if keep else ():
+    for made in reduced.superelements if keep is not None else ():
         if not made.reused:
             save_superelement(store, made, setup.model, {"deck": str(setup.model.source)}, shared=True)
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
     resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
-    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup, gaps))
+    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup.contacts, gaps))
     window = shown_window(setup.study.course, output_times(setup))
     silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
     excursion = excursion_of(silent, window)

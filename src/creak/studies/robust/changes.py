@@ -13,6 +13,9 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.play import play_channels
 from creak.studies.design.clips import with_clips
+from creak.studies.file.case import Touching
+from creak.studies.file.contact_tables import ContactTable
+from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.pairs import contact_law
@@ -23,14 +26,13 @@ OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
 
 
-def keeps_model(study: Study, key: str) -> bool:
+def keeps_model(clips: Sequence[ClipTable], key: str) -> bool:
     """Whether another value leaves the reduced model, its channels and the steps of the run as they are."""
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
     if words[0] == "clip" and len(words) > 2 and words[1].isdigit():
-        rows = study.config.clip
-        return int(words[1]) < len(rows) and rows[int(words[1])].type not in ("bushing", None)
+        return int(words[1]) < len(clips) and clips[int(words[1])].type not in ("bushing", None)
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
     return key == "damping.modal" or words[0] in ("connector", "static")
@@ -49,17 +51,17 @@ def changed_setup(
     before = setup.study.config
     by = factors or {}
     other = [n for n, t in study.config.contact.items() if before.contact[n] != t or n in fields or n in by]
-    contacts = [_contact(setup, name, study, fields.get(name), by.get(name, 1.0)) for name in other]
+    given, now = setup.study.touching, study.touching
+    contacts = [_contact(setup.contacts, name, given, now, fields.get(name), by.get(name, 1.0)) for name in other]
     whole = _put(setup.contacts, contacts) if contacts else setup.contacts
     connectors = setup.connectors
     if (before.connector, before.clip) != (study.config.connector, study.config.clip):
-        model, clips, _ = with_clips(setup.model, study.touching)
-        connectors = join([play_channels(model, p, where) for p, where in [*plays_of(study.touching), *clips]])
+        model, clips, _ = with_clips(setup.model, now)
+        connectors = join([play_channels(model, p, where) for p, where in [*plays_of(now), *clips]])
     loads = setup.loads
     if before.excitation != study.config.excitation:
         loads = sample_loads(setup.model, study.driving, setup.loads.time)
-    time, output = before.time, before.output
-    config = study.config.model_copy(update={"time": time, "output": output})
+    config = study.config.model_copy(update={"time": before.time, "output": before.output})
     return replace(
         setup, study=replace(study, config=config), contacts=whole, connectors=connectors, loads=loads, notes=[]
     )
@@ -78,45 +80,50 @@ def _put(whole: GapOperator, pieces: Sequence[GapOperator]) -> GapOperator:
     return joined.select(np.array([place[name] for name in whole.names], dtype=np.int64))
 
 
-def changed_gaps(setup: Setup, study: Study, fields: Mapping[str, FloatArray]) -> FloatArray:
+def changed_gaps(
+    contacts: GapOperator, before: Touching, now: Touching, fields: Mapping[str, FloatArray]
+) -> FloatArray:
     """(m,) gaps of the contacts' channels as `changed_setup` makes them, without the rest of it.
 
     Parameters
     ----------
-    setup, study, fields : as for `changed_setup`.
+    fields : as for `changed_setup`.
     """
-    gap0 = setup.contacts.gap0.copy()
-    for name, new in study.config.contact.items():
-        if new != setup.study.config.contact[name] or name in fields:
-            own = _of(setup.contacts, name)
-            gap0[own] = _gaps(setup, name, study, fields.get(name), gap0[own])
+    gap0 = contacts.gap0.copy()
+    for name, new in now.contacts.items():
+        old = before.contacts[name]
+        if new != old or name in fields:
+            own = _of(contacts, name)
+            gap0[own] = _gaps(old, new, fields.get(name), gap0[own], press_fit=now.press_fit)
     return gap0
 
 
-def _gaps(setup: Setup, name: str, study: Study, field: FloatArray | None, gap0: FloatArray) -> FloatArray:
-    """(m,) gaps of one contact by the numbers of another study, given those that it has."""
-    old, new = setup.study.config.contact[name], study.config.contact[name]
+def _gaps(
+    old: ContactTable, new: ContactTable, field: FloatArray | None, gap0: FloatArray, *, press_fit: bool
+) -> FloatArray:
+    """(m,) gaps of one contact by other numbers, given those that it has."""
     if field is not None:
         gap0 = field
     elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
         gap0 = np.full(gap0.size, float(new.clearance))
-    press_fit = any(s.press_fit for s in study.config.static)
     return gap0 if press_fit else np.maximum(gap0, 0.0)
 
 
-def _contact(setup: Setup, name: str, study: Study, field: FloatArray | None, factor: float) -> GapOperator:
+def _contact(
+    contacts: GapOperator, name: str, before: Touching, now: Touching, field: FloatArray | None, factor: float
+) -> GapOperator:
     """The channels of one contact by the numbers of another study."""
-    piece = setup.contacts.select(_of(setup.contacts, name))
-    old, new = setup.study.config.contact[name], study.config.contact[name]
-    gap0 = _gaps(setup, name, study, field, piece.gap0)
+    piece = contacts.select(_of(contacts, name))
+    old, new = before.contacts[name], now.contacts[name]
+    gap0 = _gaps(old, new, field, piece.gap0, press_fit=now.press_fit)
     piece = replace(piece, gap0=gap0, stiffness=factor * piece.stiffness)
     if new == old:
         return piece
-    law, where = contact_law(new, study.places.where("contact", name)), study.places.where("contact", name)
-    before = contact_law(old, where)
+    where = now.places.where("contact", name)
+    law, law_before = contact_law(new, where), contact_law(old, where)
     scale = piece.area if new.method == "surface-to-surface" or new.per_area else np.ones(piece.m)
     stiffness, curves = piece.stiffness, piece.curves
-    if law.stiffness is not None and law.stiffness != before.stiffness:
+    if law.stiffness is not None and law.stiffness != law_before.stiffness:
         stiffness = law.stiffness * scale
     elif law.curve is not None and new.overclosure != old.overclosure:
         stiffness = float(law.steepest or 0.0) * scale

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -14,8 +13,8 @@ from scipy.stats import norm, qmc
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.studies.file.changes import value_at
-from creak.studies.file.design.scatter_tables import Distribution
-from creak.studies.file.reader import Study
+from creak.studies.file.design.scatter_tables import Distribution, ScatterTable
+from creak.studies.file.places import Places
 
 EDGE = 1e-12
 """Distance of a point from 0 and 1."""
@@ -113,30 +112,34 @@ def whole_power(n: int) -> int:
     return 2 ** max(2, math.ceil(math.log2(max(n, 1))))
 
 
-def make_causes(study: Study, fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]) -> tuple[Cause, ...]:
+def make_causes(
+    table: ScatterTable,
+    data: Mapping[str, Any],
+    given: Mapping[str, Any],
+    fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
+    places: Places,
+) -> tuple[Cause, ...]:
     """The causes of a study.
 
     Parameters
     ----------
+    data : tables of the study with their defaults. given : as they were written.
     fields : contact -> names (m,), places (m, 3) and gaps (m,) of its channels.
 
     Raises
     ------
     InputError : nothing scatters; an unknown key, one that is no number; a distribution that leaves what is allowed.
     """
-    table = study.config.scatter
     if not table.vary:
         raise InputError(
             "nothing scatters",
-            where=study.places.where("scatter"),
+            where=places.where("scatter"),
             expected='[scatter.vary] with "contact.NAME.clearance" = { type = "field", tolerance = 0.6, length = 100 }',
             fix="Add it.",
         )
-    data = study.config.model_dump(mode="json", by_alias=True)
-    given = tomllib.loads(study.text)
     causes: list[Cause] = []
     for key, of in table.vary.items():
-        where = study.places.where("scatter", "vary", key)
+        where = places.where("scatter", "vary", key)
         at = causes[-1].columns.stop if causes else 0
         if of.type == "field":
             causes.append(_field(key, of, at, fields, where))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.robust.batches import Batch, batches, march_batches
-from creak.studies.robust.bench import FACTORS, FIGURES, Draw, bench_of, drawn_study, march_draws, places_of
+from creak.studies.robust.bench import FACTORS, FIGURES, Bench, Draw, bench_of, drawn_study, march_draws, places_of
 from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
 from creak.studies.tasks.queue import Runner
@@ -82,9 +83,10 @@ def run_draws(
     progress("read the model and find the contacts", 0, 1)
     setup = set_up(study)
     progress("read the model and find the contacts", 1, 1)
-    channels = join([setup.contacts, setup.connectors])
-    causes = make_causes(study, _fields(setup))
-    design = Design(causes, whole_power(n), indices, study.config.scatter.seed)
+    channels, config = join([setup.contacts, setup.connectors]), study.config
+    data, fields = config.model_dump(mode="json", by_alias=True), fields_of(setup.contacts, setup.model.nodes.coords)
+    causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places)
+    design = Design(causes, whole_power(n), indices, config.scatter.seed)
     points = design.points()
     values = tuple(cause.values(points) for cause in causes)
     numbers = [(c, v) for c, v in zip(causes, values, strict=True) if v.ndim == 1 and not c.is_factor]
@@ -92,22 +94,44 @@ def run_draws(
         drawn_study(study, {c.key: _number(c, v, int(end(v))) for c, v in numbers})
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
+    # Draws are made from neither comments nor title, nor the probability that is aimed at.
+    told = config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
     made_from = {
         "creak": version(),
-        "study": _digest(study),
+        "study": hashlib.sha256(told.encode("utf-8")).hexdigest(),
         "deck": setup.deck_sha256,
         "files": other_files_sha256(study),
         "design": [design.n, indices, design.seed],
     }
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
-    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(study, c.key))
+    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(config.clip, c.key))
     notes: list[str] = []
     missing = [k for k in range(design.total) if k not in found]
     if missing:
         keep = None if out is None else out / "superelements"
         draws = [_draw(causes, values, k) for k in range(design.total)]
-        marched = _marched(setup, draws, missing, again, channels, progress, notes, threads, keep, runner)
+        models = _models(setup.study, draws, set(missing), again)
+        if again:
+            who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
+            notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
+            progress(f"{len(models)} reductions, as {who} the model", 0, 1)
+
+        def bench(model: _Model) -> Bench:
+            if again:
+                return bench_of(set_up(model.study), model.draws, silent)
+            made = bench_of(setup, model.draws, progress, keep)
+            notes.extend(made.notes)
+            return made
+
+        def batched(model: _Model) -> list[Batch]:
+            of, store = (model.draws, None) if again else (bench(model).lowest, keep)
+            return batches(model.study, model.left, of, store)
+
+        if runner is not None:
+            marched = march_batches(runner, [batch for model in models for batch in batched(model)])
+        else:
+            marched = _marched(models, bench, channels, threads)
         if path is None:
             found.update(marched)
         else:
@@ -135,66 +159,47 @@ def run_draws(
     )
 
 
-def _digest(study: Study) -> str:
-    """SHA-256 of what draws are made from: neither comments nor title, nor the probability that is aimed at."""
-    text = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
-    return hashlib.sha256(text.encode("utf-8")).hexdigest()
+@dataclass(frozen=True)
+class _Model:
+    """Draws that share a model."""
+
+    study: Study
+    draws: list[Draw]
+    """All of them: the model is the one that all need, missing or not."""
+    left: list[Draw]
+    """Those that are still to be marched."""
 
 
-def _marched(
-    setup: Setup,
-    draws: list[Draw],
-    missing: list[int],
-    again: tuple[str, ...],
-    channels: GapOperator,
-    progress: Progress,
-    notes: list[str],
-    threads: int | None,
-    keep: Path | None,
-    runner: Runner | None,
-) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each missing draw. Its model is the one that all draws need, missing or not."""
-    if not again:
-        bench = bench_of(setup, draws, progress, keep)
-        notes += bench.notes
-        left = [draws[k] for k in missing]
-        if runner is not None:
-            yield from march_batches(runner, batches(setup.study, left, bench.lowest, keep))
-            return
-        for number, seen in march_draws(bench, channels, left, threads):
-            yield number, seen.record()
-        return
+def _models(study: Study, draws: Sequence[Draw], missing: Set[int], again: Sequence[str]) -> list[_Model]:
+    """The models on which missing draws are marched: one for each set of the values of keys that change it."""
     groups: dict[tuple[Any, ...], list[Draw]] = {}
     for draw in draws:
         groups.setdefault(tuple(draw.values[key] for key in again), []).append(draw)
-    wanted = set(missing)
-    groups = {own: group for own, group in groups.items() if any(d.number in wanted for d in group)}
-    who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
-    notes.append(Warned(f"{who} the model: it is set up and reduced {len(groups)} times for these draws"))
-    progress(f"{len(groups)} reductions, as {who} the model", 0, 1)
-    work: list[Batch] = []
+    models = []
     for own, group in groups.items():
-        study = drawn_study(setup.study, dict(zip(again, own, strict=True)))
         every = [replace(d, values={k: v for k, v in d.values.items() if k not in again}) for d in group]
-        left = [d for d in every if d.number in wanted]
-        if runner is not None:
-            work += batches(study, left, every, None)
-            continue
-        bench = bench_of(set_up(study), every, silent)
-        for number, seen in march_draws(bench, channels, left, threads):
+        left = [d for d in every if d.number in missing]
+        if left:
+            models.append(_Model(drawn_study(study, dict(zip(again, own, strict=True))), every, left))
+    return models
+
+
+def _marched(
+    models: Sequence[_Model], bench: Callable[[_Model], Bench], channels: GapOperator, threads: int | None
+) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each missing draw."""
+    for model in models:
+        for number, seen in march_draws(bench(model), channels, model.left, threads):
             yield number, seen.record()
-    if runner is not None:
-        yield from march_batches(runner, work)
 
 
-def _fields(setup: Setup) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:
+def fields_of(contacts: GapOperator, coords: FloatArray) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:
     """Contact -> names, places and gaps of its channels."""
-    c, group = setup.contacts, np.array(setup.contacts.group, dtype=object)
-    found = {}
-    for name in dict.fromkeys(c.group):
+    group, found = np.array(contacts.group, dtype=object), {}
+    for name in dict.fromkeys(contacts.group):
         own = np.flatnonzero(group == name)
-        names = tuple(c.names[k] for k in own.tolist())
-        found[name] = names, setup.model.nodes.coords[c.nodes_idx[own]], c.gap0[own]
+        names = tuple(contacts.names[k] for k in own.tolist())
+        found[name] = names, coords[contacts.nodes_idx[own]], contacts.gap0[own]
     return found
 
 

@@ -147,7 +147,9 @@ def response_fit(
     if not freq.size or not isinstance(reduced.system.K, Diagonal):
         return {}
     whole = reference.system
-    small = modal_system(whole, reference.modes, reference.support_shapes, static_shapes(setup, reference))
+    small = modal_system(
+        whole, reference.modes, reference.support_shapes, static_shapes(setup.loads, reference, setup.reduction)
+    )
     both = [_relative(setup, system, freq, moved, pushed) for system in (small, reduced.system)]
     return nrmse_by_axis(*both)
 

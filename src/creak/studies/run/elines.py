@@ -149,7 +149,7 @@ def without_contact(setup: Setup, system: System, progress: Progress, name: str)
 def modal_measures(setup: Setup, reference: ReferenceModel, progress: Progress) -> PointMeasures | None:
     """The same of the modes of the assembly, on top of the quasi-static motion of its supports and loads."""
     R = reference.support_shapes
-    system = modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+    system = modal_system(reference.system, reference.modes, R, static_shapes(setup.loads, reference, setup.reduction))
     return without_contact(setup, system, progress, "motion of the E-lines from modes")
 
 

@@ -17,10 +17,11 @@ from creak.dynamics.history import History
 from creak.dynamics.record.thinning import spacing_words
 from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
+from creak.model.dofs import node_dofs
 from creak.progress import Progress, Sentence, Steps
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
-from creak.studies.models.reference import ReferenceModel, observed_labels
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
@@ -180,7 +181,7 @@ def run_study(
 
         notes += [*more, *reduced.notes]
         try:
-            found_of = partial(checked, setup, reduced, progress, store)
+            found_of = partial(checked, reduced, setup.model.nodes.coords, setup.band, progress, store)
             health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
         except KeyboardInterrupt:
             stopped = "stopped while the superelements were checked"
@@ -259,7 +260,7 @@ def _reduced_run(
         found = ReducedRun(setup, reduced, march(setup, reduced))
         closed = with_closed(setup, gaps, found.run.history) if left and found.run.stopped is None else None
         keeps_modes = setup.study.config.reduction.method != "guyan"
-        if closed is None and setup.auto and keeps_modes and settle is not None and gaps.presses:
+        if closed is None and setup.band.auto and keeps_modes and settle is not None and gaps.presses:
             found = settle(found, reference, gaps, march, progress)
             closed = with_closed(setup, gaps, found.run.history) if left and found.stages[1:] else None
         if closed is None:
@@ -353,8 +354,8 @@ def march_run(
     field = field_steps(setup.study.course, output_times(setup))
     on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
     of_lines = line_steps(setup, system.n) if lines else NO_STEPS
-    observed, whole_at = observed_labels(setup.watched), np.union1d(np.union1d(field, on_trial), of_lines)
-    seen, keeper = watched(setup, gaps) if watch else None, None
+    observed, whole_at = node_dofs(setup.watched), np.union1d(np.union1d(field, on_trial), of_lines)
+    seen, keeper = watched(setup.model, setup.contacts, gaps) if watch else None, None
     report: Steps = partial(progress, f"{name} run")
     if checkpoints is not None:
         keeper = checkpoints.of(name, setup, system.n, gaps, seen, observed, whole_at)

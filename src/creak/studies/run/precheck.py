@@ -110,7 +110,9 @@ def linear_system(setup: Setup, reference: ReferenceModel) -> System:
     own = any(s.damping.extra is not None for s in setup.superelements)
     if own or damps_by_itself(setup.model, setup.rayleigh, setup.override_damping):
         R = reference.support_shapes
-        return modal_system(reference.system, reference.modes, R, static_shapes(setup, reference))
+        return modal_system(
+            reference.system, reference.modes, R, static_shapes(setup.loads, reference, setup.reduction)
+        )
     made_from = [] if reference.store is None else structure_of(setup, reference)
     kept = solved(reference.store, "linear", made_from, lambda: _undamped(setup, reference))
     return _damped(setup, reference, kept)
@@ -130,7 +132,7 @@ def _undamped(setup: Setup, reference: ReferenceModel) -> dict[str, FloatArray]:
     none = replace(whole.supports, C_qs=np.zeros_like(whole.supports.C_qs), C_ss=np.zeros_like(whole.supports.C_ss))
     ones = Damping(modal_shapes=np.asarray(whole.M @ found.shapes), modal_values=np.ones(found.omega2.size))
     bare = replace(whole, damping=ones, supports=none)
-    small = modal_system(bare, found, reference.support_shapes, static_shapes(setup, reference))
+    small = modal_system(bare, found, reference.support_shapes, static_shapes(setup.loads, reference, setup.reduction))
     rows, rows_s = small.rows(_seen(setup))
     assert small.damping.modal_shapes is not None
     numbers = {"m": small.M.diagonal(), "k": small.K.diagonal(), "velocity": small.velocity}

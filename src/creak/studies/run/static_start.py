@@ -25,7 +25,7 @@ from creak.progress import Progress
 from creak.studies.design.heat import heat_forces, heat_of
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
-from creak.studies.models.reference import ReferenceModel, observed_labels
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
 
@@ -150,7 +150,7 @@ def with_static(setup: Setup, system: System, history: History) -> tuple[System,
     if setup.static is None:
         return system, history
     start = setup.static
-    kept = history.displacement + start.at(observed_labels(setup.watched))
+    kept = history.displacement + start.at(node_dofs(setup.watched))
     energy = history.energy.copy()
     energy[:, ENERGIES.index("strain")] += start.state.strain
     u = start.at(system.labels)

@@ -9,7 +9,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.sound.zwicker_tables import BANDS
-from creak.studies.file.reader import Study
+from creak.studies.file.eline_tables import BackgroundTable
+from creak.studies.file.places import Places
 from creak.studies.file.tables import read_table
 
 NOTHING = -100.0
@@ -26,7 +27,7 @@ LOWEST, HIGHEST, FIRST = -20, 13, -16
 """Third octaves from 1 kHz, of 10 Hz, of 20 kHz and of the first of `BANDS`."""
 
 
-def background_of(study: Study) -> FloatArray | None:
+def background_of(table: BackgroundTable | None, places: Places) -> FloatArray | None:
     """(28,) dB re 20 uPa of the third octaves from 25 Hz to 12.5 kHz; None: the study gives no background.
 
     The file has third octaves, or octaves, whose energy is shared equally by their third octaves. Bands that loudness
@@ -37,11 +38,10 @@ def background_of(study: Study) -> FloatArray | None:
     InputError : no such file, a wrong header, a frequency that is no third octave, one twice, a band left out between
         others, a level above 120 dB.
     """
-    table = study.config.background
     if table is None:
         return None
-    path = study.places.sibling(table.file)
-    freq, level = read_table(path, study.places.where("background", "file"), ("frequency", "level"))
+    path = places.sibling(table.file)
+    freq, level = read_table(path, places.where("background", "file"), ("frequency", "level"))
     band = np.rint(10.0 * np.log10(np.maximum(freq, 1e-3) / 1000.0)).astype(np.int64)
     off = (np.abs(freq / _middle(band) - 1.0) > NEAR) | (band < LOWEST) | (band > HIGHEST)
     if off.any():

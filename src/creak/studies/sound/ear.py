@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.sound.forced import lead
 from creak.sound.zwicker_tables import RATE
-from creak.studies.prepare.setup import Setup
-from creak.studies.sound.background import background_of
 from creak.studies.sound.heard import heard_of
 from creak.studies.sound.radiation import Radiation, record_of
 from creak.studies.sound.source import source_of
 
 
 def n5_of(
-    setup: Setup,
+    background: FloatArray | None,
     window: tuple[float, float],
     system: System,
     gaps: GapOperator,
@@ -35,6 +33,5 @@ def n5_of(
         return [0.0] * (len(groups) + 1)
     record = record_of(source, source.groups(groups), to)
     record[-1] = record.sum(axis=0)
-    background = background_of(setup.study)
     heard = [heard_of(x, window, background, lead(RATE, to.band)) for x in record]
     return [h.n5 if background is None else h.n5_added for h in heard]

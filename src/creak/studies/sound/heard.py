@@ -20,7 +20,6 @@ from creak.sound.forced import LOWEST, lead, without_clicks
 from creak.sound.loudness import added_loudness, loudness
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
-from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import Run, StudyResult
 from creak.studies.sound.background import NOTHING, background_of
@@ -110,17 +109,17 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
     run, setup = main_run(result.runs), result.setup
-    given, background = listeners_of(setup.model, setup.study), background_of(setup.study)
+    c, where = setup.study.config, setup.study.places
+    given, background = listeners_of(setup.model, c.listener, where), background_of(c.background, where)
     why_not = _why_not(result, run, bool(given), places)
     if why_not or run is None or result.reduced is None:
         return why_not
-    c = setup.study.config
     metre, skin = METRES[c.model.units], skin_of(setup.model)
     source = source_of(run.system, result.gaps, run.history)
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
     offline = clock.process_time() - offline
-    band = band_of(setup.model, result.reduced, setup.f_max, run, skin, moved(source, faces, skin), metre)
+    band = band_of(setup.model, result.reduced, setup.band.f_max, run, skin, moved(source, faces, skin), metre)
     if band.high <= 2.0 * LOWEST:
         return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
     levels = equivalent_levels(source, faces, band.high, result.window)
@@ -199,9 +198,9 @@ THIRD = 2.0 / 3.0
 """Of the band that is left where its last third is taken away."""
 
 
-def n5_of_less(sound: Sound, setup: Setup, window: tuple[float, float]) -> list[float | None]:
+def n5_of_less(sound: Sound, background: FloatArray | None, window: tuple[float, float]) -> list[float | None]:
     """N5 of each place to the first listener, as it is ranked, where the band ends a third earlier."""
-    high, background = THIRD * sound.band.high, background_of(setup.study)
+    high = THIRD * sound.band.high
     less = [low_pass(x.astype(float), 1.0 / RATE, high) for x in sound.pressure[0][:-1]]
     return [heard_of(x, window, background, 0, high).rank[0] for x in less]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +12,9 @@ from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
-from creak.studies.file.reader import Study
+from creak.studies.file.config import ListenerTable
+from creak.studies.file.places import Places
 
-"""A deck's length unit in m."""
 EAR = 0.6
 """m between the loudest panel and the listener where none is given."""
 OFF = 1.0
@@ -35,32 +36,30 @@ class Listener:
     """By the study."""
 
 
-def listeners_of(model: Model, study: Study) -> tuple[Listener, ...]:
+def listeners_of(model: Model, tables: Mapping[str, ListenerTable], places: Places) -> tuple[Listener, ...]:
     """Those that the study gives; none where it gives none.
 
     Raises
     ------
     InputError : an unknown part, no part that radiates, a listener on the structure or inside it.
     """
-    tables = study.config.listener
     if not tables:
         return ()
     skin = skin_of(model)
-    return tuple(_listener(model, skin, study, name) for name in tables)
+    return tuple(_listener(model, skin, name, table, places) for name, table in tables.items())
 
 
-def _listener(model: Model, skin: Skin, study: Study, name: str) -> Listener:
-    table = study.config.listener[name]
-    heard = skin.select(_of_parts(model, skin, study, name))
+def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places: Places) -> Listener:
+    heard = skin.select(_of_parts(model, skin, table.part_names, name, places))
     if not heard.count:
         wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
         raise InputError(
             f"listener {name!r} hears nothing: no shell and no solid {wanted}radiates".replace("  ", " "),
-            where=study.places.where("listener", name),
+            where=places.where("listener", name),
             expected="a part with shells or solids",
             fix="Name such parts, or leave the listener out.",
         )
-    position, where = np.array(table.position), study.places.where("listener", name, "position")
+    position, where = np.array(table.position), places.where("listener", name, "position")
     if skin.holds(position):
         raise InputError(
             f"listener {name!r} at {list(table.position)} is inside the structure",
@@ -81,15 +80,14 @@ def _listener(model: Model, skin: Skin, study: Study, name: str) -> Listener:
     return Listener(name, position, heard, _names(model, heard), True)
 
 
-def _of_parts(model: Model, skin: Skin, study: Study, name: str) -> BoolArray:
+def _of_parts(model: Model, skin: Skin, wanted: Sequence[str], name: str, places: Places) -> BoolArray:
     """Facets of the parts that a listener names; of all where it names none."""
-    wanted = study.config.listener[name].part_names
     rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
     unknown = next((p for p in wanted if p.upper() not in rows), None)
     if unknown is not None:
         raise InputError(
             f"listener {name!r}: unknown part {unknown!r}",
-            where=study.places.where("listener", name, "parts"),
+            where=places.where("listener", name, "parts"),
             fix=suggest(unknown, [p.name for p in model.parts]),
         )
     if not wanted:

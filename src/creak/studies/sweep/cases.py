@@ -16,6 +16,7 @@ from pydantic import ValidationError
 from creak.errors import InputError
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.paths import DECKS, Contents, digest, map_paths
 from creak.studies.file.places import overlap
 from creak.studies.file.reader import check_time, explain
@@ -159,7 +160,7 @@ def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: 
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     values = {k: value_at(plain, k) for k in sweep.keys}
-    return Case(variant.name, folder, values, _seed(config), text, digest(content_of), deck_hash, key)
+    return Case(variant.name, folder, values, _seed(config.excitation), text, digest(content_of), deck_hash, key)
 
 
 def checked(sweep: SweepFile, variant: Variant) -> tuple[dict[str, Any], StudyConfig]:
@@ -208,8 +209,8 @@ def _relative(path: Path, folder: Path) -> str:
         return str(path)
 
 
-def _seed(config: StudyConfig) -> int | None:
-    seeds = {t.signal.random for t in config.excitation.values()} - {None}
+def _seed(excitations: Mapping[str, ExcitationTable]) -> int | None:
+    seeds = {t.signal.random for t in excitations.values()} - {None}
     return seeds.pop() if len(seeds) == 1 else None
 
 

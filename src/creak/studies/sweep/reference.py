@@ -15,6 +15,7 @@ from creak.formats.complete_file import complete_file
 from creak.formats.stored.npz_arrays import read_arrays
 from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.progress import Progress
+from creak.studies.file.config import VerificationTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost
@@ -37,7 +38,7 @@ class SharedReference:
 
     def __call__(self, setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
         """The run; what came from the file has the cost that it had when it was made."""
-        run = _read(self.path, setup, reference, gaps)
+        run = _read(self.path, setup.study.config.verification, reference, gaps)
         self.reused = run is not None
         if run is not None:
             return replace(run, notes=("taken from another case, with its costs",))
@@ -72,7 +73,7 @@ def _named(x: Any) -> Any:
     return tuple(x.tolist()) if x.dtype.kind == "U" else x
 
 
-def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
+def _read(path: Path, v: VerificationTable, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
     """The saved run; None where there is none, it is damaged, or it has other channels or coordinates."""
     try:
         saved: dict[str, Any] = {k: a if a.ndim else a.item() for k, a in read_arrays(path).items()}
@@ -84,6 +85,5 @@ def _read(path: Path, setup: Setup, reference: ReferenceModel, gaps: GapOperator
         return None
     if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
         return None
-    v = setup.study.config.verification
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
     return Run("reference", reference.system, history, events, cost, 0, 0, 0.0, 0.0, slips, saved["integrator"])

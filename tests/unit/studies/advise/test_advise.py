@@ -17,7 +17,7 @@ from creak.model.skin import skin_of
 from creak.progress import silent
 from creak.sound.rayleigh import AIR
 from creak.studies.advise.advice import Advice, as_dict, changes_toml
-from creak.studies.advise.choice import choose
+from creak.studies.advise.choice import choose, settings_of
 from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
 from creak.studies.advise.evidence import measured, points, rule_of_thumb
 from creak.studies.advise.facts import Facts, gather
@@ -59,7 +59,7 @@ def test_counted_size_is_that_of_the_reduced_model(setup, facts, f_max):
     reference = build_reference(setup, silent)
     study = changed(setup, {"reduction": {"f_max": f_max}})
     few = facts.gaps.select(np.array([0, 12, 38]))
-    found = sizes(study, reference, few, [f_max], silent)
+    found = sizes(study.structure, study.reduction, study.exterior, reference, few, [f_max], silent)
     made = reduce_model(study, reference, few, silent)
     assert made.coupled is not None
     assert found.unknowns(f_max) == made.coupled.n
@@ -152,7 +152,7 @@ VARIANTS: list[tuple[dict[str, Any], str]] = [
 @pytest.mark.parametrize(("changes", "method"), VARIANTS)
 def test_the_lines_to_change_make_a_valid_study(setup, facts, changes, method):
     varied = changed(setup, changes)
-    choice = choose(varied, facts)
+    choice = choose(settings_of(varied), facts)
     assert ("none" if choice.option is None else choice.option.method) == method
     data = varied.study.config.model_dump(exclude_unset=True)
     for table, lines in tomllib.loads(changes_toml(choice.changes)).items():
@@ -164,7 +164,7 @@ def test_the_lines_to_change_make_a_valid_study(setup, facts, changes, method):
     assert config.reduction.keep_out == 0.0
     assert config.time.integrator == varied.study.config.time.integrator
     assert config.reduction.f_max >= 7.0 * 60.0
-    assert choose(replace(varied, study=replace(varied.study, config=config)), facts).changes == ()
+    assert choose(settings_of(replace(varied, study=replace(varied.study, config=config))), facts).changes == ()
 
 
 def test_a_number_for_the_stiffness_asks_for_substeps(setup):
@@ -172,7 +172,7 @@ def test_a_number_for_the_stiffness_asks_for_substeps(setup):
     study = replace(setup.study, config=changed(setup, {"contact": {"tip": stiff}}).study.config)
     varied = set_up(study)
     found = gather(varied, silent)
-    choice = choose(varied, found)
+    choice = choose(settings_of(varied), found)
     assert choice.step.fixed is not None
     assert choice.step.automatic is None
     assert choice.substeps > 1
@@ -188,7 +188,7 @@ def other(tmp_path: Any, study: str, deck: str | None = None) -> Setup:
 
 def warnings_of(setup: Setup) -> str:
     found = gather(setup, silent)
-    return "\n".join(choose(setup, found).warnings)
+    return "\n".join(choose(settings_of(setup), found).warnings)
 
 
 def test_a_load_that_closes_nothing_is_told(tmp_path):
@@ -225,7 +225,7 @@ def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
 
 
 def test_everything_fits_into_a_json_file(setup, facts):
-    data = as_dict(Advice(facts, choose(setup, facts)))
+    data = as_dict(Advice(facts, choose(settings_of(setup), facts)))
     again = json.loads(json.dumps(data, allow_nan=False))
     assert again == data
     assert again["channels"]["contacts"] == 39

@@ -63,7 +63,7 @@ def scaled(value: Any, by: float) -> Any:
 
 
 def said(setup: Setup, facts: Facts) -> str:
-    return "\n".join(choice.choose(setup, facts).because)
+    return "\n".join(choice.choose(choice.settings_of(setup), facts).because)
 
 
 def test_each_part_of_the_record_says_where_it_comes_from():

@@ -16,7 +16,7 @@ from creak.linalg.pieces.factor import Pieces
 from creak.progress import silent
 from creak.studies.advise.advice import advise as look
 from creak.studies.advise.advice import as_dict
-from creak.studies.advise.memory import Memory, _reduction, memory, modes_below
+from creak.studies.advise.memory import Memory, _reduction, memory, modes_below, runs_of
 from creak.studies.advise.size import Counted, PartSize, sturm_counts
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import ReferenceModel, build_reference
@@ -40,10 +40,14 @@ def study(tmp_path_factory) -> tuple[Setup, ReferenceModel]:
     return setup, build_reference(setup, lambda *_: None)
 
 
+def told_of(setup: Setup, reference: ReferenceModel, whole: Counted, parts, unknowns: int, rows: int) -> Memory:
+    return memory(setup.reduction, reference, whole, parts, unknowns, runs_of(setup, rows))
+
+
 def told(study: tuple[Setup, ReferenceModel], *parts: PartSize, method: str = "craig-bampton") -> Memory:
     setup, reference = study
     table = setup.study.config.reduction.model_copy(update={"method": method, "f_max": 3000.0})
-    return memory(setup.with_tables(reduction=table), reference, WHOLE, parts, 800, 40)
+    return told_of(setup.with_tables(reduction=table), reference, WHOLE, parts, 800, 40)
 
 
 def test_modes_between_and_beyond_what_was_counted():
@@ -111,7 +115,7 @@ def test_an_unreduced_run_holds_the_factors_of_its_flights(tmp_path, monkeypatch
     table = setup.study.config.time.model_copy(update=time)
     reference = build_reference(setup, lambda *_: None)
     setup = setup.with_tables(time=table, reduction=setup.study.config.reduction.model_copy(update={"method": "none"}))
-    none, one = (memory(setup, reference, replace(WHOLE, memory=m), [], 800, 40).run[-1] for m in (0.0, 1e9))
+    none, one = (told_of(setup, reference, replace(WHOLE, memory=m), [], 800, 40).run[-1] for m in (0.0, 1e9))
     assert one.what == "reference run"
     assert one.gb - none.gb == pytest.approx(factors, rel=0.1)  # GB: one each
     assert ("factors" in one.why) == (factors > 1)
@@ -121,7 +125,7 @@ def test_answers_that_are_not_kept_are_not_counted(study):
     """Beyond 2 GB the responses of the channels are solved for, a block at a time."""
     setup, reference = study
     rows = round(0.75e9 / (8 * reference.system.n))
-    gb = [memory(setup, reference, WHOLE, [], 0, k * rows).run[-1].gb for k in (1, 2, 4, 5)]
+    gb = [told_of(setup, reference, WHOLE, [], 0, k * rows).run[-1].gb for k in (1, 2, 4, 5)]
     assert (gb[1] - gb[0]) - (gb[3] - gb[2]) == pytest.approx(0.75, rel=0.1)  # what else channels take is the same
 
 

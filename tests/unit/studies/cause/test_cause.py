@@ -87,7 +87,7 @@ def test_an_excitation_alone_is_the_motion_without_contact(causes, result, folde
 
 
 def test_words_say_what_moves_it(causes, result):
-    found = cause_dict(causes[0], result.found.setup, result.found.gaps)
+    found = cause_dict(causes[0], result.found.setup.loads, result.found.gaps, "mm")
     assert sum(s["closing"] for s in found["sources"]) == pytest.approx(found["closing"], abs=1e-12)
     whole = sum(m["closing"] for m in found["modes"]) + found["other_modes"] + found["with_supports"]
     assert whole == pytest.approx(found["closing"], abs=1e-12)

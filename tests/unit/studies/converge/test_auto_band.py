@@ -114,7 +114,7 @@ def test_what_is_no_frequency_is_refused(tmp_path):
 
 def test_a_number_stays_a_number(tmp_path):
     setup = set_up(bar(tmp_path, "f_max = 700"))
-    assert (setup.auto, setup.f_max) == (False, 700.0)
+    assert (setup.band.auto, setup.band.f_max) == (False, 700.0)
     told = run_setup(setup, converge=False).summary["runs"]["reduced"]
     assert told["f_max"] == 700.0
     assert "stages" not in told

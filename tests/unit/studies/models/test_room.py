@@ -26,7 +26,7 @@ from creak.studies.models import of_parts
 from creak.studies.models import room as module
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
-from creak.studies.models.room import Room, only_parts_fit, room
+from creak.studies.models.room import Room, only_parts_fit, room, takes_the_whole
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study
@@ -45,6 +45,11 @@ def setup(tmp_path_factory) -> Setup:
     return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, ALONE)))
 
 
+def takes(setup: Setup) -> list[tuple[str, str]]:
+    c = setup.study.config
+    return takes_the_whole(c.reduction, c.proof, static=bool(c.static), exact=c.time.exact)
+
+
 def changed(setup: Setup, table: str, **values: object) -> Setup:
     return setup.with_tables(**{table: getattr(setup.study.config, table).model_copy(update=values)})
 
@@ -60,7 +65,7 @@ def test_a_small_model_is_not_looked_at(setup, monkeypatch):
     parts = assembled(setup.structure, silent).parts
     monkeypatch.setattr(module, "factor_bytes", lambda _: pytest.fail("analysed"))
     assert room(parts) is None
-    assert not only_parts_fit(setup, parts)
+    assert not only_parts_fit((), parts)
 
 
 def test_the_whole_takes_more_than_its_largest_part(setup, monkeypatch):
@@ -127,15 +132,15 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
     insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
     assert insisted is not None
     monkeypatch.setenv(OVERRIDE, insisted[1])
-    assert only_parts_fit(setup, ()) == (not change)
+    assert only_parts_fit(takes(setup), ()) == (not change)
 
 
 def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
     monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
-    assert only_parts_fit(setup, ())
+    assert only_parts_fit(takes(setup), ())
     monkeypatch.setenv(OVERRIDE, "3.5")
-    assert not only_parts_fit(setup, ())
+    assert not only_parts_fit(takes(setup), ())
 
 
 def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
@@ -220,15 +225,15 @@ def test_a_part_whose_factor_does_not_fit_comes_in_pieces(setup, monkeypatch):
     assert found is not None
     assert rest + cut.bytes == pytest.approx(found.part, rel=1e-6)
     assert found.part <= free_bytes() < found.whole
-    assert only_parts_fit(setup, [part])
+    assert only_parts_fit((), [part])
     free(rest)
     least = limits.pieces_of(K, M)
     assert least is not None
     assert not least.fits
     words = rf"does not hold the reduction of part PANEL, cut into {least.count} pieces: at least (\S+) GB"
     with pytest.raises(OutOfMemory, match=words) as said:
-        only_parts_fit(setup, [part])
+        only_parts_fit((), [part])
     insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
     assert insisted is not None
     monkeypatch.setenv(OVERRIDE, insisted[1])
-    assert only_parts_fit(setup, [part])
+    assert only_parts_fit((), [part])

@@ -44,7 +44,7 @@ def test_many_modes_of_a_saved_part_are_read_where_they_are_used(tmp_path, monke
         monkeypatch.setattr(module, "MAPPED", 0)
 
     def saved(reduced: Reduced) -> Reduced:
-        return with_modes_of_file(setup, reduced, save_superelement(store, reduced, setup.model, {}))
+        return with_modes_of_file(setup.band, reduced, save_superelement(store, reduced, setup.model, {}))
 
     fresh, taken = (
         reduce_model(setup, reference, gaps, silent, store, saved),

@@ -111,9 +111,13 @@ def test_regularity_of_events(result):
     assert place.irregularity == pytest.approx(np.std(starts) / np.mean(starts))
 
 
+def background(study):
+    return background_of(study.config.background, study.places)
+
+
 def test_octaves_of_a_background_are_shared_by_their_third_octaves(result):
     """Powers of the three add up to the octave's: 35 dB at 1 kHz is 30.2 dB in each."""
-    levels = background_of(result.found.setup.study)
+    levels = background(result.found.setup.study)
     (at,) = np.flatnonzero(BANDS.round() == 1000)
     assert levels[at - 1 : at + 2] == pytest.approx(35.0 - 10 * np.log10(3.0))
     assert (levels == NOTHING).sum() == 28 - 18
@@ -130,14 +134,14 @@ def test_third_octaves_are_read_by_nominal_and_exact_frequency(result, folder, f
     rows = sorted([(f, 30.0 + k) for k, f in enumerate(frequencies)] + [(f, 77.0) for f in more])
     (folder / "thirds.csv").write_text("frequency,level\n" + "".join(f"{f:.9g},{x:g}\n" for f, x in rows))
     study = creak.change_study(result.found.setup.study, {"background.file": "thirds.csv"})
-    np.testing.assert_array_equal(background_of(study), 30.0 + np.arange(28))
+    np.testing.assert_array_equal(background(study), 30.0 + np.arange(28))
 
 
 @pytest.mark.parametrize("base", [2.0, 10**0.3])
 def test_octaves_reach_as_far_as_their_third_octaves(result, folder, base):
     rows = [(1000.0 * base**k, 60.0 + k) for k in range(-5, 5)]
     (folder / "octaves.csv").write_text("frequency,level\n" + "".join(f"{f:.9g},{x:g}\n" for f, x in rows))
-    levels = background_of(creak.change_study(result.found.setup.study, {"background.file": "octaves.csv"}))
+    levels = background(creak.change_study(result.found.setup.study, {"background.file": "octaves.csv"}))
     wanted = np.repeat(60.0 + np.arange(-5, 5), 3)[:28] - 10 * np.log10(3.0)
     np.testing.assert_allclose(levels, wanted)
 

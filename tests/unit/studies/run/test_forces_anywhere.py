@@ -48,7 +48,12 @@ def test_the_precheck_feels_a_force_anywhere(folder, node_set, damping):
     setup = set_up(study(folder, node_set, damping))
     reference = build_reference(setup, silent)
     scheme = scheme_of(setup.study.config.time)
-    whole = modal_system(reference.system, reference.modes, reference.support_shapes, static_shapes(setup, reference))
+    whole = modal_system(
+        reference.system,
+        reference.modes,
+        reference.support_shapes,
+        static_shapes(setup.loads, reference, setup.reduction),
+    )
     expected = setup.contacts.gap0 + (linear_run(setup, whole, scheme, None).gap - setup.contacts.gap0).min(axis=0)
     found = linear_gaps(setup, reference, scheme, silent)
     scale = float(np.abs(expected - setup.contacts.gap0).max())

@@ -286,7 +286,7 @@ def test_a_model_without_a_face_radiates_nothing(result):
     setup = result.found.setup
     bare = replace(setup.model, blocks=())
     with pytest.raises(InputError, match="no shell and no solid of LOWER radiates"):
-        listeners_of(bare, setup.study)
+        listeners_of(bare, setup.study.config.listener, setup.study.places)
 
 
 def test_listen_writes_what_the_run_kept(result, folder, monkeypatch, capsys):
