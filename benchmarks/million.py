@@ -54,7 +54,7 @@ def main() -> None:
     table.add_row("read and set up", f"{read_s:.0f} s", "")
     table.add_row("assembly and its modes", f"{cost.wall_s:.0f} s, {cost.peak_rss_gb:.1f} GB", "")
     console.print(title)
-    reference = reference.without_factor()
+    reference.release()
     for row in whole_reduction(setup, reference, gaps):
         console.print(*row)
         table.add_row(*row)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,18 +15,13 @@ from creak.dynamics.step_matrix import StepFactor
 from creak.linalg.modes import dense_is_faster
 from creak.linalg.threads import one_blas_thread
 from creak.studies.advise.size import Counted, PartSize
+from creak.studies.run.foretold import median_s
 
 CONTACT_STEP = 2.0
 """Step with contact over a back-substitution (1.4 to 2.0 measured, docs/evidence.md)."""
-READS = 2.2
-"""Step of a diagonal model over the time that reading its channel rows and ten vectors takes
-(measured on the door)."""
 COLUMNS_PER_MODE, LANCZOS, STATIC = 3.8, 4.0, 1.5
 """Lanczos columns for a mode (door at 40 mm, 238 modes), and time over that of blocked back-substitutions: modes 3.6 to
 4.5, constraint modes 1.3 to 1.6 (docs/reduction.md, a million dofs)."""
-TRIALS = 5
-BATCH = 64
-"""Instants whose output is recovered at a time in the timing."""
 EIGEN = 300
 """Size of the dense eigenproblem that is timed."""
 
@@ -53,21 +48,7 @@ def unreduced_cost(system: System, scheme: Scheme, h: float, channels: int) -> U
     made = time.perf_counter() - started
     b = np.random.default_rng(3).standard_normal(system.n)
     with one_blas_thread():
-        return UnreducedCost(system.n, made, _median(lambda: solver.solve(b)), channels)
-
-
-def reduced_step_s(unknowns: int, rows: int, observed: float = 0.0) -> float:
-    """A step of a diagonal model: its (rows, unknowns) channel rows read, and the motion that it writes; timed here.
-
-    Parameters
-    ----------
-    observed : physical dofs whose motion is kept, divided by the steps between two outputs.
-    """
-    n = max(unknowns, 1)
-    G, vectors, x, X = np.ones((max(rows, 1), n)), np.ones((10, n)), np.ones(n), np.ones((n, BATCH))
-    with one_blas_thread():
-        reading = READS * _median(lambda: (G @ x, vectors @ x))
-        return reading + observed / G.shape[0] * _median(lambda: G @ X) / BATCH
+        return UnreducedCost(system.n, made, median_s(lambda: solver.solve(b)), channels)
 
 
 def superelements_s(parts: Sequence[PartSize], f_max: float, unknowns: int, cube_s: float) -> float:
@@ -97,13 +78,3 @@ def eigen_cube_s() -> float:
     started = time.perf_counter()
     sla.eigh(A, np.eye(EIGEN))
     return (time.perf_counter() - started) / EIGEN**3
-
-
-def _median(work: Callable[[], object]) -> float:
-    work()
-    seconds = []
-    for _ in range(TRIALS):
-        started = time.perf_counter()
-        work()
-        seconds.append(time.perf_counter() - started)
-    return float(np.median(seconds))

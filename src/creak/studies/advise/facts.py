@@ -31,7 +31,6 @@ from creak.studies.advise.cost import (
     UnreducedCost,
     assembly_modes_s,
     eigen_cube_s,
-    reduced_step_s,
     superelements_s,
     unreduced_cost,
 )
@@ -46,6 +45,7 @@ from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
+from creak.studies.run.foretold import step_s
 from creak.studies.run.integrate import scheme_of
 from creak.studies.run.precheck import linear_gaps
 from creak.studies.sound.band import PER_MODE, finer_mesh, mesh_band
@@ -107,7 +107,7 @@ class ReducedStep:
 
     def seconds(self, unknowns: int) -> float:
         """What it takes with so many unknowns."""
-        return reduced_step_s(unknowns, self.rows, self.observed)
+        return step_s(unknowns, self.rows, self.observed)
 
 
 @dataclass(frozen=True)
