@@ -76,7 +76,7 @@ def main() -> None:
         setup = set_up(read_study(Path(folder) / "door.toml"))
     reference = build_reference(setup, silent)
     gaps = closest(setup, reference, given.retained)
-    reference = reference.without_factor()
+    reference.release()
     gaps, _ = limited(setup, reference, gaps)
     title = f"Door, {6 * setup.model.nodes.count:,} dofs, {reference.system.n:,} free, {gaps.m} channels"
     title += f", load {given.load} ({LOADS[given.load]:g} mm a line)"

@@ -16,7 +16,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 
-BUDGET = 1e9
+BUDGET = 2.5e8
 """Bytes of the table of a run, where that leaves instants no further apart than `LONGEST` of a step."""
 FREE = 0.25
 """Share of the budget that may be taken at any time; of the rest a run has the share that its time has of the whole."""
