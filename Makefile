@@ -46,7 +46,8 @@ test: $(VENV)/dev.stamp
 check: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -m pytest $(PARALLEL) --quick 2 tests/unit tests/test_architecture.py tests/test_house.py
 
-# The newest release of everything, whatever was there before; then the demo at 40 mm, unit and packaging tests with it.
+# The newest release of everything on the newest Python, whatever was there before, the demo at 40 mm, unit and packaging
+# tests with it: before a release.
 test-newest:
 	$(MAKE) install-newest
 	$(MAKE) demo-newest
@@ -67,19 +68,17 @@ install-lowest:
 	$(LOWEST_PYTHON) -m tools.lowest > $(LOWEST)/constraints.txt
 	$(LOWEST)/bin/pip install --quiet --no-compile --disable-pip-version-check --constraint $(LOWEST)/constraints.txt -e '.[dev,report,cluster]'
 
-# The kernels of friction and dampers are compiled too where unit tests take them: in one process, not in two.
 demo-newest demo-lowest: demo-%:
 	@build/$*/bin/pip list --format=freeze --exclude-editable | paste -s -d ' ' -
 	$(KERNELS) build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
 	$(KERNELS) $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --no-converge --out build/$*/door/results
-	$(if $(filter lowest,$*),$(KERNELS) $(ONE_THREAD) build/$*/bin/python -c $(COMPILE))
 
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
 # drawn, and with the lowest what is compiled and each card of a deck; what else creak takes of a package is looked up by
 # tests/packaging/test_names_taken.py.
 UNIT := $(addprefix tests/unit/,api linalg model report signals sound studies/file studies/results)
 unit-newest: UNIT += $(wildcard tests/unit/formats/test_*.py)
-unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact dynamics formats)
+unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact formats)
 unit-newest unit-lowest: unit-%:
 	$(KERNELS) CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 

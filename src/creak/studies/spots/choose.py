@@ -18,8 +18,11 @@ from creak.verify.events import Event
 
 SHARE = 0.2
 """Of the cost of the reduction that the checks may take."""
-FEWEST = 2_000
-"""Back-substitutions that they may take in any case: little, where a reduction is worth fewer than five times that."""
+BLOCKED = 0.2
+"""Cost of a back-substitution among the blocks of a reduction over that of one by itself: .3 at 56,000 dofs, .16 at
+1.15 million."""
+FEWEST = 5e7
+"""Back-substitutions times unknowns that they may take in any case: ten seconds or so."""
 EACH = 8
 """Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30

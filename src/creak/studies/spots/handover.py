@@ -20,7 +20,7 @@ from creak.studies.results.places import find_places
 from creak.studies.run.integrate import flowing, resolution_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.kernels import needs_solver
-from creak.studies.spots.choose import FEWEST, SHARE, chosen
+from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
 
@@ -93,7 +93,7 @@ def handed_over(result: StudyResult) -> tuple[Handover | None, str]:
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
-    budget = max(FEWEST, SHARE * reduced.solves)
+    budget = max(FEWEST / unreduced.n, SHARE * BLOCKED * reduced.solves)
     handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
     return handover, ""
 
