@@ -85,4 +85,4 @@ def test_the_next_command_can_be_pasted(creak, strips, tmp_path):
     said = creak("new", folder / "a b.inp").out
     line = next((x for x in said.splitlines() if x.startswith("next: ")), None)
     assert line is not None, said
-    assert shlex.split(line) == ["next:", "creak", "run", str(folder / "a b.toml")]
+    assert shlex.split(line) == ["next:", "creak", "run", str(folder / "a b.toml"), "--quick"]

@@ -167,9 +167,8 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     if missing:
         output.say(f"to be filled in before it runs: {missing}")
     else:
-        output.command(
-            f"next: creak run {quote(str(path))} --quick   # a first look; without --quick the checked answer"
-        )
+        output.say("a first look comes next; the same without --quick gives the checked answer")
+        output.command(f"next: creak run {quote(str(path))} --quick")
 
 
 def _data(found: Proposal) -> dict[str, Any]:

@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh, is_damped
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.model.dofs import node_and_dof, node_dofs
+from creak.model.dofs import TRANSLATIONS, node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
@@ -187,7 +187,7 @@ def _stuck(model: Model, driving: Driving, loads: Loads, driven: Driven) -> list
     forced = driving.forcing
     if not forced:
         return []
-    held = np.concatenate([*(node_dofs(f.nodes_idx, f.dofs) for f in model.fixed), *driven.labels.values(), []])
+    held = _held(model, driven)
     return [
         f"[excitation.{name}] is a force where the model is held or its motion prescribed: it moves nothing"
         for name, labels in zip(forced, loads.force_labels, strict=True)
@@ -198,12 +198,14 @@ def _stuck(model: Model, driving: Driving, loads: Loads, driven: Driven) -> list
 def _driven_contact(model: Model, driven: Driven, contacts: GapOperator) -> list[str]:
     """Prescribed motion of contact nodes along the contact's normal: no contact force can push them back.
 
-    Motion along the surface, as that of a belt under a tip, is left alone.
+    Motion along the surface, as that of a belt under a tip, is left alone, and so are nodes that are clamped otherwise:
+    those are where a part is held.
     """
     pressed = contacts.labels[np.unique(contacts.G.indices[np.abs(contacts.G.data) > ALONG])]
-    texts = []
+    held, texts = _held(model, driven), []
     for name, labels in driven.labels.items():
         nodes = np.unique([node_and_dof(label)[0] for label in labels[np.isin(labels, pressed)].tolist()])
+        nodes = nodes[~np.isin(node_dofs(nodes, TRANSLATIONS), held).reshape(nodes.size, 3).all(axis=1)]
         if nodes.size:
             texts.append(
                 f"[excitation.{name}] moves {nodes.size} node(s) of a contact along its normal, the first "
@@ -211,6 +213,12 @@ def _driven_contact(model: Model, driven: Driven, contacts: GapOperator) -> list
                 "push these by a force; leave it as it is where they are carried along, as by a rigid fixture"
             )
     return texts
+
+
+def _held(model: Model, driven: Driven) -> IntArray:
+    """Labels of the dofs that supports hold or excitations move."""
+    fixed = [node_dofs(f.nodes_idx, f.dofs) for f in model.fixed]
+    return np.concatenate([*fixed, *driven.labels.values(), np.zeros(0, dtype=np.int64)])
 
 
 def _coarse(time: TimeTable, highest: float) -> list[str]:
