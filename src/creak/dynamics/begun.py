@@ -74,19 +74,22 @@ def first_instant(
     scheme: Scheme,
     gaps: GapOperator,
     on: ChannelMatrices,
-    begins: tuple[FloatArray, FloatArray] | None = None,
+    begins: tuple[FloatArray, FloatArray, FloatArray] | None = None,
 ) -> Instant:
     """State, gaps and forces where the loads begin. Exact contact that starts closed presses from the first step on.
 
     Parameters
     ----------
-    begins : displacement and velocity (n,); None: at rest, or with the System's initial velocity.
+    begins : displacement and velocity (n,), and friction forces (2 f,), without which what sticks would be shaken;
+        None: at rest, or with the System's initial velocity.
     """
     support = terms.loads.support[:, 0]
     f = gaps.rubbing
-    u, v = begins or terms.at_start()
+    u, v = begins[:2] if begins else terms.at_start()
     gap = np.asarray(gaps.gap0 + on.G @ u + on.G_s @ support[0])
     rate = np.asarray(on.G @ v + on.G_s @ support[1])
     force = gaps.at_start(gap, rate)
+    if begins:
+        force[gaps.m :] = begins[2]
     x = terms.start(solver, scheme, on.push(np.zeros(terms.system.n), force - gaps.resting), (u, v))
     return Instant(0, x, support, gap, rate, force, np.zeros(2 * f), np.ones(f, dtype=bool))

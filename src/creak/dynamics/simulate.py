@@ -105,7 +105,7 @@ class CondensedStepper:
         self.scheme, self.gaps, self.loads, self.substeps = scheme, gaps, loads, substeps
         self.on: ChannelMatrices = channel_matrices(system, gaps)
         self.terms = LinearTerms(system, loads)
-        self._begins: tuple[FloatArray, FloatArray] | None = None
+        self._begins: tuple[FloatArray, FloatArray, FloatArray] | None = None
         watched = gaps.without_force() if substeps > 1 else gaps
         self._whole = _Gear(system, watched, self.on, scheme, substeps * loads.step)
         self._divided = self._whole if substeps == 1 else None
@@ -118,8 +118,9 @@ class CondensedStepper:
         """The factor of a whole step."""
         return self._whole.solver
 
-    def over(self, loads: Loads, begins: tuple[FloatArray, FloatArray]) -> CondensedStepper:
-        """The same with other loads of the same step, from displacement and velocity (n,) on; factors are shared."""
+    def over(self, loads: Loads, begins: tuple[FloatArray, FloatArray, FloatArray]) -> CondensedStepper:
+        """The same with other loads of the same step, from a displacement and velocity (n,) and friction forces (2 f,)
+        on; factors are shared."""
         other = copy.copy(self)
         other.loads, other.terms, other._begins, other.residual = loads, self.terms.under(loads), begins, 0.0
         return other

@@ -145,6 +145,9 @@ def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after,
                 free[i] += B[j, i] * mean[j]
             if j >= m:
                 free[j] -= GIVE / (1.0 + GIVE) * A[j, j] * now.force[j]
+    for j in range(m, n):  # what sticks comes to rest at the end: v / 2 of the way, else it would go back and forth
+        if now.stuck[(j - m) // 2]:
+            free[j] -= 0.5 * h * now.rate[j]
     put(after.force, 0, now.force)
     put(after.stuck, 0, now.stuck)
     if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, laws, after.stuck, after.force) != DONE:

@@ -35,6 +35,8 @@ class Checker:
     def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
         self._of, self._parts = of, parts
         gaps = of.gaps.select(near)
+        friction = of.gaps.friction
+        self._rubs = np.zeros(0, bool) if friction is None else np.repeat(np.isin(friction.channels, near), 2)
         h = SAMPLES * of.loads.step / parts
         springs = stiffness[near].copy()
         hard = np.isinf(gaps.stiffness)
@@ -53,7 +55,9 @@ class Checker:
 
     def through(self, s: Span, u: FloatArray, v: FloatArray) -> tuple[History, str]:
         """The march from displacement and velocity (n,), and what makes it worthless."""
-        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v))
+        row = np.searchsorted(self._of.history.time, s.time(self._of.ends)[0] * (1.0 - ROUND_OFF))
+        held = self._of.history.tangential[row, self._rubs] if self._rubs.size else np.zeros(0)
+        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v, held))
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
         seen = history.extremes
         closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]

@@ -35,10 +35,10 @@ class Piece(Span):
 def check_rubs(result: StudyResult, of: Handover) -> tuple[tuple[RubSpot, ...], int]:
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
-    It takes over displacement and velocity of the reduced model; what rubs begins as stuck, and slips from the first
-    step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has `ENOUGH` steps
-    of the default length. They may cost what events may (`Handover.budget`), the first of all at any cost; how many
-    back-substitutions they took is told.
+    It takes over displacement, velocity and friction forces of the reduced model; what rubs begins as stuck, and slips
+    from the first step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has
+    `ENOUGH` steps of the default length. They may cost what events may (`Handover.budget`), the first of all at any
+    cost; how many back-substitutions they took is told.
     """
     run = result.runs["reduced"]
     places = [p for p in (*find_places(result, run), *resting_places(result, run)) if p.rub.figures]
