@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import importlib.util
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 
@@ -131,7 +132,8 @@ def test_example_two_strips(tmp_path, measured):
     assert found["energy_created"] < 1e-6
 
 
-def test_example_door(tmp_path, measured):
+def test_example_door(tmp_path, measured, monkeypatch):
+    monkeypatch.setattr(creak, "run", partial(creak.run, converge=False))  # both models are what is looked at
     found = figures("door", tmp_path, mesh_size=40.0, periods=1)
     assert found["dof_reduced"] < found["dof"] / 10
     assert found["events"] > 0
