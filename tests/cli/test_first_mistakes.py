@@ -36,6 +36,7 @@ def test_metres_taken_for_millimetres(creak, tmp_path):
     said, warnings = run(creak, tmp_path, SI)
     assert "warning: material STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s" in said.err
     assert any("is in m-kg-s" in w for w in warnings)
+    assert "RED: No answer: materials and study are of two systems of units" in said.out
     assert "is in m-kg-s" in creak("info", tmp_path / "strips.inp", "--units", "mm-t-s").err
     assert "is in m-kg-s" not in creak("info", tmp_path / "strips.inp", "--units", "m-kg-s").err
 
@@ -133,6 +134,14 @@ def test_part_that_nothing_holds_is_named_with_its_motions(creak, tmp_path):
     assert "warning: the deck's supports leave rigid-body motion of UPPER (along z), LOWER (about y)" in info.err
     told = json.loads(creak("info", tmp_path / "strips.inp", "--json").out)
     assert told["free_parts"] == {"UPPER": ["along z"], "LOWER": ["about y"]}
+
+
+@pytest.mark.parametrize("name", ["model.odb", "part.stl"])
+def test_results_and_geometry_are_no_study(creak, tmp_path, name):
+    (tmp_path / name).write_bytes(b"\x00\x01 of another program")
+    said = creak("run", tmp_path / name)
+    assert said.status == 2
+    assert f"{name} is neither a study nor a deck" in said.err
 
 
 def test_typo_in_a_set_name(creak, tmp_path):

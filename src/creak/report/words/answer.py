@@ -138,7 +138,7 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     if summary["stopped"]:
         return f"The run stopped early, and tells only of its beginning: {summary['stopped']}"
     if summary["unanswered"]:
-        return "No answer: nothing of the study can touch"
+        return f"No answer: {summary['unanswered'].partition(':')[0]}"
     if not places:
         return f"Nothing rattles or squeaks in {number(seconds, 3)} s"
     worst = _worst(places)

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
-from creak.formats.endings import is_deck
+from creak.formats.endings import DECKS, is_deck
 from creak.studies.file.case import Course, Driving, Lines, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
@@ -79,6 +79,12 @@ def read_study(path: Path) -> Study:
             f"{path.name} is a deck",
             expected="a study file (.toml)",
             fix=f"Write a study that names the deck in [model]; `creak new {path.name}` writes a first one.",
+        )
+    if path.suffix.lower() != ".toml" and path.is_file():
+        raise InputError(
+            f"{path.name} is neither a study nor a deck",
+            expected=f"a study (.toml) or a deck ({', '.join(DECKS)})",
+            fix="Results of other programs are not read: export the model as a deck.",
         )
     data, text = read_toml(path, "study")
     return checked_study(path, data, text)

@@ -109,6 +109,16 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
     return found
 
 
+def other_units(model: Model, units: str) -> str | None:
+    """The first material whose figures are of another system than the study's, in a sentence; None: there is none."""
+    declared = SYSTEMS[units]
+    for stuff in materials(model):
+        whole = stuff.modulus > 0.0 and stuff.density > 0.0 and not _fits(stuff, declared)
+        if whole and any(_fits(stuff, s) for s in (*SYSTEMS.values(), *OTHERS)):
+            return f"materials and study are of two systems of units: {_material(stuff, declared)}"
+    return None
+
+
 def guessed_units(model: Model) -> list[UnitSystem]:
     """Systems in which materials and size are plausible, the ones a study can name first; empty without materials."""
     known = materials(model)
