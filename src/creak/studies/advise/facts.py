@@ -198,8 +198,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     end = float(setup.loads.time[-1])
     steps = _steps(course, end, f, max(o.step_s for o in options), cost, bounce, progress)
     unknowns = found.unknowns(reduction.band.f_max)
-    unreduced = c.proof == "whole" or c.reduction.method == "none"
-    runs = runs_of(marching, setup.watched.size, step.rows, unreduced=unreduced)
+    runs = runs_of(marching, setup.watched.size, step.rows, unreduced=c.runs_unreduced)
     taken = memory(reduction, reference, counted, found.parts, unknowns, runs)
     sound = None
     if band is not None:

@@ -165,7 +165,7 @@ def run_study(
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
-    if stopped is None and (c.proof == "whole" or reduced is None):
+    if stopped is None and c.runs_unreduced:
         checkpoint = None if checkpoints is None else partial(checkpoints.of, setup.origin)
         own: ReferenceRun = partial(march_run, "reference", checkpoint=checkpoint)
         if reduced is None:
