@@ -13,7 +13,7 @@ from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.forced_step import limited
-from creak.studies.run.precheck import precheck
+from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak_thesis.door import write_door
 
 SCHEME = HHT(-0.05)
@@ -42,5 +42,6 @@ def door(mesh_size: float) -> Door:
         write_door(mesh_size, Path(folder))
         setup = set_up(read_study(Path(folder) / "door.toml"))
     reference = build_reference(setup, silent)
-    gaps, _ = precheck(setup, reference, SCHEME, silent)
-    return Door(setup, reference, limited(setup, reference, gaps)[0])
+    smallest = with_linear_gaps(setup, reference, silent).linear_gaps
+    gaps, _ = prechecked(setup.study.config.precheck, setup.contacts, smallest)
+    return Door(setup, reference, limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)[0])

@@ -23,7 +23,7 @@ from benchmarks.stamp import stamp
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.flow.march import compile_flow
 from creak.errors import CreakError
-from creak.studies.run.job import Run
+from creak.studies.run.one_run import Run
 from creak_thesis.door import LOADS
 
 FILE = Path(__file__).parents[1] / "src" / "creak" / "studies" / "advise" / "evidence.json"

@@ -15,7 +15,8 @@ from creak.dynamics.condensed import response
 from creak.dynamics.scheme import HHT
 from creak.dynamics.step_matrix import StepFactor
 from creak.studies.models.reduced import ReducedModel
-from creak.studies.run.job import Run, limited
+from creak.studies.run.forced_step import limited
+from creak.studies.run.one_run import Run
 
 STIFFNESSES = (0.1, 0.5, 1.0, 2.0, 10.0, 100.0)
 UNEQUAL = (1.0, 2.0, 4.0, 16.0, 64.0, 256.0)
@@ -69,7 +70,7 @@ def forced_steps(bench: Bench, model: ReducedModel, loads: Sequence[str]) -> dic
     rows = []
     for name, time in FORCED:
         setup = bench.forced(time)
-        gaps, _ = limited(setup, bench.reference, bench.gaps)
+        gaps, _ = limited(setup.marching, setup.model.nodes.coords, bench.reference.system, bench.gaps)
         runs = {load: bench.run(load, model, gaps=gaps, base=setup) for load in loads}
         rows.append(
             {
@@ -113,7 +114,7 @@ def _both_ways(bench: Bench, model: ReducedModel, load: str) -> dict[str, Any]:
     """Reduced over unreduced at the default accuracy, and with the thesis's step."""
     full, own = bench.unreduced(load, WINDOW_S), bench.run(load, model)
     setup = bench.forced(THESIS)
-    gaps, _ = limited(setup, bench.reference, bench.gaps)
+    gaps, _ = limited(setup.marching, setup.model.nodes.coords, bench.reference.system, bench.gaps)
     coarse, coarse_own = (
         bench.unreduced(load, WINDOW_S, gaps=gaps, base=setup),
         bench.run(load, model, gaps=gaps, base=setup),

@@ -16,12 +16,12 @@ from creak.studies.file.config import ReductionTable, StudyConfig
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.excitation import loads_over
+from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.agreement import compare_modes
-from creak.studies.run.integrate import scheme_of
-from creak.studies.run.job import Run, march_run
-from creak.studies.run.precheck import linear_gaps
+from creak.studies.run.one_run import Run, march_run
+from creak.studies.run.precheck import linear_course
 from creak.studies.sweep.cases import changed
 from creak.verify.matching import match_events
 from creak_thesis.door import LOADS, write_door
@@ -59,7 +59,8 @@ class Bench:
 
     def _linear(self, load: str) -> Any:
         setup = self.under(LOADS[load])
-        return linear_gaps(setup, self.reference, scheme_of(setup.study.config.time), silent)
+        of = setup.structure, setup.reduction, setup.exterior, setup.marching
+        return linear_course(*of, self.reference, silent)[0]
 
     def kept(self, load: str) -> int:
         """Channels that the pre-check keeps under a load."""
@@ -78,9 +79,7 @@ class Bench:
         data = setup.study.config.model_dump(exclude_unset=True)
         data = changed(data, {f"{SIGNAL}.amplitude": amplitude, f"{SIGNAL}.seed": seed}, None)
         study = replace(setup.study, config=StudyConfig.model_validate(data))
-        return replace(
-            setup, study=study, loads=sample_loads(setup.model, study.driving, time_axis(study.driving, study.course))
-        )
+        return replace(setup, study=study, loads=loads_over(setup.model, study.driving, study.course))
 
     def model(self, table: Mapping[str, Any]) -> ReducedModel:
         """A reduced model, made once."""
@@ -102,7 +101,7 @@ class Bench:
     ) -> Run:
         """A run of a reduced model; with other channels, another amplitude, phases or setup."""
         setup = self.under(LOADS[load] if amplitude is None else amplitude, seed, base)
-        return march_run("reduced", setup, model.system, self.gaps if gaps is None else gaps, silent, model)
+        return self._march("reduced", setup, model, gaps)
 
     def unreduced(
         self, load: str, end: float | None = None, *, gaps: GapOperator | None = None, base: Setup | None = None
@@ -112,9 +111,12 @@ class Bench:
         if end is not None:
             table = setup.study.config.time.model_copy(update={"periods": None, "end": end})
             setup = setup.with_tables(time=table)
-            axis = time_axis(setup.study.driving, setup.study.course)
-            setup = replace(setup, loads=sample_loads(setup.model, setup.study.driving, axis))
-        return march_run("unreduced", setup, self.reference.system, self.gaps if gaps is None else gaps, silent, None)
+            setup = replace(setup, loads=loads_over(setup.model, setup.study.driving, setup.study.course))
+        return self._march("unreduced", setup, self.reference, gaps)
+
+    def _march(self, name: str, setup: Setup, model: ReducedModel | ReferenceModel, gaps: GapOperator | None) -> Run:
+        observed = Observed(setup.study.config.verification, setup.static, setup.watched)
+        return march_run(name, setup.marching, observed, model, self.gaps if gaps is None else gaps, silent)
 
     def forced(self, time: Mapping[str, Any]) -> Setup:
         """The setup with a forced step."""
@@ -164,7 +166,7 @@ def figures(pairs: Sequence[tuple[Run, Run]], tolerance: float) -> dict[str, Any
 def worst(bench: Bench, table: Mapping[str, Any], model: ReducedModel) -> tuple[float | None, float]:
     """Largest relative error of a frequency to 100 Hz (None: a mode has no partner), and the lowest MAC."""
     setup = bench.setup.with_tables(reduction=ReductionTable.model_validate(table))
-    found = compare_modes(setup, bench.reference, model, bench.gaps)
+    found = compare_modes(setup.watch, setup.study.config.verification.mac_f_max, bench.reference, model, bench.gaps)
     assert found is not None
     partner = found.pairs.partner
     lowest = float(found.pairs.mac.min())

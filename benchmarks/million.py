@@ -28,7 +28,7 @@ from creak.studies.models.substructures import partition
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.forced_step import limited
-from creak.studies.run.precheck import linear_gaps
+from creak.studies.run.precheck import linear_course
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 
@@ -79,12 +79,13 @@ def main() -> None:
 
 def closest(setup: Setup, reference: ReferenceModel, retained: int) -> GapOperator:
     """The channels that come closest in a linear run, as many as retain about so many dofs in all."""
-    order = np.argsort(linear_gaps(setup, reference, SCHEME, silent), kind="stable")
+    of = setup.structure, setup.reduction, setup.exterior
+    smallest, _ = linear_course(*of, setup.marching, reference, silent)
+    order = np.argsort(smallest, kind="stable")
     low, high = 1, order.size
-    of = setup.structure, setup.reduction, setup.exterior, reference
     while low < high:
         middle = (low + high + 1) // 2
-        cut = partition(*of, setup.contacts.select(np.sort(order[:middle])))
+        cut = partition(*of, reference, setup.contacts.select(np.sort(order[:middle])))
         count = sum(s.boundary.size for s in cut.substructures)
         low, high = (middle, high) if count <= retained else (low, middle - 1)
     return setup.contacts.select(np.sort(order[:low]))
@@ -93,7 +94,7 @@ def closest(setup: Setup, reference: ReferenceModel, retained: int) -> GapOperat
 def whole_reduction(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> list[Row]:
     """All parts, coupled and diagonalised, as `creak run` does it; then five seconds of it."""
     compile_kernels()
-    gaps, _ = limited(setup, reference, gaps)
+    gaps, _ = limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)
     meter = Meter()
     model = reduce_model(setup, reference, gaps, silent)
     cost = meter.read()

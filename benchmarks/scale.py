@@ -21,9 +21,8 @@ from creak.studies.models.health import check
 from creak.studies.models.reduced import Reduced, reduce_model
 from creak.studies.models.superelements import save_superelement, with_modes_of_file
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.job import march_run
+from creak.studies.run.one_run import march_run
 from creak.studies.run.precheck import ready
-from creak.studies.run.static_start import unstarted
 from creak_thesis.door import write_door
 
 SAMPLED = 0.2
@@ -90,7 +89,7 @@ def measure(folder: Path, f_max: float, log: Log) -> None:
         reduction=c.reduction.model_copy(update={"f_max": f_max}),
         reference=c.reference.model_copy(update={"run": False}),
     )
-    setup, reference, gaps, notes = ready(unstarted(setup), log)
+    setup, reference, gaps, notes = ready(setup.unstarted(), log)
     for text in notes:
         log.write(f"note: {text}")
     log.write(
@@ -111,7 +110,7 @@ def measure(folder: Path, f_max: float, log: Log) -> None:
 
     model = reduce_model(setup, reference, gaps, log, store, made)
     log.line(f"run: {model.retained} retained, {model.modes} modes, {model.system.n} unknowns")
-    run = march_run("reduced", setup, model.system, gaps, log, model)
+    run = march_run("reduced", setup.marching, setup.observed(gaps), model, gaps, log)
     log.line(f"done: {len(run.events)} events, largest force {run.history.force.max(initial=0.0):.3f}")
     log.write(f"largest memory of its own: {max(log.own, log.highest):.2f} GB")
 

@@ -20,7 +20,6 @@ from creak.contact.step_problem import compile_kernels
 from creak.dynamics.instant import Instant
 from creak.dynamics.simulate import CondensedStepper, Stepper, simulate
 from creak.linalg.threads import one_blas_thread
-from creak.studies.run.integrate import divided_loads
 from creak_thesis.newton_cost import touching
 from creak_thesis.plain_newton import PlainNewton
 
@@ -114,7 +113,7 @@ def reduced_order(model: Door) -> list[Row]:
         ("reduction", f"{reduced.wall_s:.1f} s for {reduced.retained} retained dofs and {reduced.modes} modes", "")
     ]
     for parts, limit in ((1, 5.0), (100, 60.0)):
-        loads = divided_loads(model.setup, parts)
+        loads = model.setup.marching.divided(parts)
         warm = replace(loads, time=loads.time[:3], support=loads.support[:, :3], force=loads.force[:3])
         none = np.zeros(0, dtype=np.int64)
         simulate(system, model.gaps, warm, SCHEME, observed=none)

@@ -32,11 +32,11 @@ from creak.dynamics.simulate import simulate
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
+from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.forced_step import limited
-from creak.studies.run.integrate import output_times
-from creak.studies.run.job import Run, march_run
+from creak.studies.run.one_run import Run, march_run
 from creak.verify.events import events_in
 from creak.verify.matching import match_events
 from creak_thesis.door import FINEST_MESH_SIZE, LOADS, write_door
@@ -77,7 +77,7 @@ def main() -> None:
     reference = build_reference(setup, silent)
     gaps = closest(setup, reference, given.retained)
     reference.release()
-    gaps, _ = limited(setup, reference, gaps)
+    gaps, _ = limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)
     title = f"Door, {6 * setup.model.nodes.count:,} dofs, {reference.system.n:,} free, {gaps.m} channels"
     title += f", load {given.load} ({LOADS[given.load]:g} mm a line)"
     console.print(title)
@@ -86,16 +86,17 @@ def main() -> None:
         console.print(*row)
         table.add_row(*row)
     lines = Lines(console)
-    full = march_run("unreduced", setup, reference.system, gaps, lines, None)
+    observed = Observed(setup.study.config.verification, setup.static, setup.watched)
+    full = march_run("unreduced", setup.marching, observed, reference, gaps, lines)
     console.print(cost_line(full))
     table.add_row(*over_hht(full, setup, reference.system, gaps))
     model = reduce_model(setup, reference, gaps, silent)
-    reduced = march_run("reduced", setup, model.system, gaps, lines, model)
+    reduced = march_run("reduced", setup.marching, observed, model, gaps, lines)
     for row in comparison(
         full,
         reduced,
         setup.study.config.verification.event_tolerance,
-        excitation_window(setup.study.course, output_times(setup)),
+        excitation_window(setup.study.course, setup.marching.ends),
     ):
         table.add_row(*row)
     console.print(table)

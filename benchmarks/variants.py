@@ -26,7 +26,6 @@ from creak.studies.prepare.watched import watched
 from creak.studies.robust import job
 from creak.studies.robust.bench import NOTHING, Bench, Draw, bench_of, march_draws, variant_of
 from creak.studies.robust.draws import make_causes
-from creak.studies.run.integrate import resolution_of
 from creak.verify.events import find_events
 from creak_thesis.door import write_door
 
@@ -66,7 +65,7 @@ def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
         bench.system,
         variant.gaps,
         variant.loads,
-        resolution=resolution_of(bench.setup),
+        resolution=bench.setup.marching.resolution,
         observed=NOTHING,
         watched=watched(bench.setup.model, bench.setup.contacts, variant.gaps),
     )

@@ -26,8 +26,7 @@ from benchmarks.stamp import stamp
 from creak.studies.evaluate import evaluate
 from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.compared import compared_setup
-from creak.studies.run.job import unreduced_run
+from creak.studies.run.one_run import march_run
 from creak_thesis.door import write_door
 from creak_thesis.door.study import LOADS
 
@@ -77,9 +76,13 @@ def case(name: str, study: Study, until: float | None, store: Path) -> dict[str,
     if until is not None:
         table = study.config.reference.model_copy(update={"until": until})
         config = setup.study.config.model_copy(update={"reference": table})
-        setup = compared_setup(replace(setup, study=replace(setup.study, config=config)))
+        setup = replace(setup, study=replace(setup.study, config=config))
     began = time.process_time()
-    fine, rough = (unreduced_run(replace(setup, refined=by), found.reference, found.gaps, silent) for by in (2.0, 1.0))
+    finer = (replace(setup, refined=by).marching.compared for by in (2.0, 1.0))
+    fine, rough = (
+        march_run("reference", marching, setup.observed(found.gaps), found.reference, found.gaps, silent)
+        for marching in finer
+    )
     end = float(fine.history.time[-1])
     bars = [e["settled_to"] for e in told["events"]]
     both = zip(found.runs["reduced"].events, bars, strict=True)

@@ -70,7 +70,7 @@ if TYPE_CHECKING:
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
     from creak.studies.prepare.setup import Setup
-    from creak.studies.run.job import Run
+    from creak.studies.run.one_run import Run
     from creak.verify.events import Event, find_events
     from creak.verify.mac import mac_matrix
     from creak.verify.matching import EventMatch, match_events
@@ -119,7 +119,7 @@ _HOMES = {
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
     "studies.prepare.setup": ("Setup",),
-    "studies.run.job": ("Run",),
+    "studies.run.one_run": ("Run",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
     "verify.mac": ("mac_matrix",),

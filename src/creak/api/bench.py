@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,17 +23,17 @@ from creak.progress import silent
 from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.excitation import loads_over
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
 from creak.studies.run.forced_step import limited
-from creak.studies.run.integrate import output_times, scheme_of
-from creak.studies.run.job import Run, march_run, unreduced_run
+from creak.studies.run.job import ReferenceRun
 from creak.studies.run.kernels import compile_for
-from creak.studies.run.precheck import precheck, with_closed
+from creak.studies.run.one_run import Run, march_run
+from creak.studies.run.precheck import prechecked, with_closed, with_linear_gaps
 from creak.studies.sweep.reference import SharedReference
 from creak.verify.events import Event, events_in
 
@@ -73,12 +74,12 @@ class Bench:
     @property
     def scheme(self) -> Scheme:
         """The step that the study's [time] names, for those who march a System themselves."""
-        return scheme_of(self.setup.study.config.time)
+        return self.setup.marching.scheme
 
     @property
     def window(self) -> tuple[float, float]:
         """s, first and last instant of the stretch that is compared: the last period, or the whole run."""
-        return excitation_window(self.setup.study.course, output_times(self.setup))
+        return excitation_window(self.setup.study.course, self.setup.marching.ends)
 
     @property
     def positions(self) -> FloatArray:
@@ -104,7 +105,7 @@ class Bench:
         changed = {key: getattr(other.config, key) for key in ("excitation", "time", "output")}
         study = replace(other, config=self.setup.study.config.model_copy(update=changed))
         check_frequencies(study.config.reduction, study.config.time, study.driving)
-        loads = sample_loads(self.setup.model, study.driving, time_axis(study.driving, study.course))
+        loads = loads_over(self.setup.model, study.driving, study.course)
         return replace(self, setup=replace(self.setup, study=study, loads=loads))
 
     def reduced(self, table: Mapping[str, Any]) -> Bench:
@@ -141,21 +142,23 @@ class Bench:
             own load has dropped.
         NumericalError : a step matrix is singular.
         """
+        setup, observed = self.setup, self.setup.observed(self.gaps)
         if self.model is not None:
             if keep is not None:
                 raise InputError(f"{keep} would keep a reduced run", expected="the run of an unreduced model")
-            table = self.setup.study.config.precheck
+            table = setup.study.config.precheck
             watch = table.enabled and table.margin == "auto" and not self.chosen  # with a number the user decides
-            run = march_run(name, self.setup, self.system, self.gaps, self.progress, self.model, watch=watch)
-            if with_closed(self.setup, self.gaps, run.history) is not None:
+            observed = observed if watch else replace(observed, seen=None)
+            run = march_run(name, setup.marching, observed, self.model, self.gaps, self.progress)
+            if with_closed(table, setup.contacts, setup.connectors, self.gaps, run.history) is not None:
                 raise InputError(
                     "channels closed that the pre-check has dropped under the load that the bench was made with",
                     expected="channels that come near under every load",
                     fix="Make the bench with the largest load, or give [precheck] a margin that keeps more.",
                 )
             return run
-        make = unreduced_run if keep is None else SharedReference(Path(keep))
-        return make(self.setup, self.reference, self.gaps, self.progress)
+        make: ReferenceRun = partial(march_run, "reference") if keep is None else SharedReference(Path(keep))
+        return make(setup.marching, observed, self.reference, self.gaps, self.progress)
 
     def events(self, run: Run) -> list[Event]:
         """Contact events of a run that count in the `window`."""
@@ -163,7 +166,8 @@ class Bench:
 
     def modes(self) -> ModeComparison | None:
         """Modes of the reduced model against those of the unreduced one, up to [verification] mac_f_max."""
-        return compare_modes(self.setup, self.reference, self.model, self.gaps)
+        f_max = self.setup.study.config.verification.mac_f_max
+        return compare_modes(self.setup.watch, f_max, self.reference, self.model, self.gaps)
 
     def spectra(self, run: Run) -> tuple[FloatArray, ComplexArray]:
         """Hz (n_freq,) and relative motion (n_freq, n_pair, 3) of the verification pairs in the `window`.
@@ -172,7 +176,8 @@ class Bench:
         ------
         InputError : the study names no pairs.
         """
-        found = compare_spectra(self.setup, {run.name: run}, self.window)
+        f_max = self.setup.study.config.verification.f_max
+        found = compare_spectra(self.setup.watch, f_max, {run.name: run}, self.window)
         if found is None:
             where = self.setup.study.places.where("verification", "pairs")
             raise InputError("the study names no pairs of nodes", where=where, expected="one or two node sets")
@@ -203,13 +208,15 @@ def make_bench(
     report = progress if progress is not None else silent
     setup = set_up(study, ignore)
     positions = None if at is None else _positions(at)
-    compile_for(setup)
+    compile_for(setup.marching, solves_steps=setup.solves_steps)
     reference = build_reference(setup, report)
     if positions is None:
-        kept, _ = precheck(setup, reference, scheme_of(setup.study.config.time), report)
+        smallest = with_linear_gaps(setup, reference, report).linear_gaps
+        kept, _ = prechecked(setup.study.config.precheck, setup.contacts, smallest)
     else:
         kept = setup.contacts.select(_at(setup.model.nodes.coords[setup.contacts.nodes_idx], positions))
-    gaps, _ = limited(setup, reference, join([kept, setup.connectors]))
+    coords = setup.model.nodes.coords
+    gaps, _ = limited(setup.marching, coords, reference.system, join([kept, setup.connectors]))
     return Bench(setup, reference, gaps, report, chosen=positions is not None)
 
 

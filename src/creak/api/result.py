@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from creak.dynamics.history import History
     from creak.report.found import Found
-    from creak.studies.run.job import Run
+    from creak.studies.run.one_run import Run
     from creak.verify.matching import EventMatch
 
 

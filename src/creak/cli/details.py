@@ -34,7 +34,6 @@ def setup_detail(output: Output, setup: Setup) -> None:
     if not output.verbose:
         return
     from creak.linalg.mkl import has_pardiso
-    from creak.studies.prepare.excitation import highest_frequency
 
     model_detail(output, setup.model)
     config, loads = setup.study.config, setup.loads
@@ -45,7 +44,7 @@ def setup_detail(output: Output, setup: Setup) -> None:
         )
     if setup.connectors.m:
         output.detail(f"connectors: {setup.connectors.m} channels")
-    highest = highest_frequency(setup.study.driving)
+    highest = setup.band.excited
     known = f" up to {highest:g} Hz" if highest else ""
     output.detail(f"excitation: {', '.join(config.excitation) or 'none'}{known}")
     method = config.reduction.method

@@ -31,7 +31,8 @@ from creak.studies.results.sound import heard_places
 from creak.studies.run.agreement import ModeComparison, SpectraComparison
 from creak.studies.run.compared import main_run
 from creak.studies.run.elines import LineFindings
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.events import Event

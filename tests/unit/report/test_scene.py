@@ -2,6 +2,7 @@
 
 import base64
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -116,12 +117,13 @@ def test_a_run_too_large_to_keep_says_what_to_do(tmp_path, monkeypatch):
 
 def test_steps_are_thinned_as_far_as_the_motion_allows(result, monkeypatch):
     setup, n = result.setup, 100
-    every = recorded_steps(setup, n)
+    steps = partial(recorded_steps, setup.marching, 0.02, n)
+    every = steps()
     monkeypatch.setattr(motion, "MEMORY", 8 * n * every.size // 2 + 1)
-    assert recorded_steps(setup, n).size == -(-every.size // 2)
+    assert steps().size == -(-every.size // 2)
     # 50 Hz: five instants a period are 4 ms apart, eight steps; ten are too many.
     monkeypatch.setattr(motion, "MEMORY", 8 * n * every.size // 10)
-    assert recorded_steps(setup, n).size == 0
+    assert steps().size == 0
 
 
 def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(result, tmp_path, monkeypatch):

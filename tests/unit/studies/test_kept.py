@@ -13,17 +13,16 @@ from creak.dynamics.flow.march import FlowRun
 from creak.errors import InputError
 from creak.formats.stored.superelement import read_superelement_file
 from creak.later import is_made
-from creak.reduction.modal import modal_system
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
-from creak.studies.models.reference import build_reference, static_shapes
+from creak.studies.models.reference import build_reference, in_modes
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.integrate import linear_run, resolution_of, scheme_of
-from creak.studies.run.job import march_run
-from creak.studies.run.precheck import linear_gaps, ready
+from creak.studies.run.integrate import linear_run
+from creak.studies.run.one_run import march_run
+from creak.studies.run.precheck import ready, with_linear_gaps
 from helpers_decks import STUDY, two_strips, write_strips
 
 
@@ -35,7 +34,7 @@ def outcome(study, store):
     """All motion and forces of a run, what it told, and the model that it marched."""
     setup, reference, gaps, notes = ready(set_up(study, store=store), silent, store)
     reduced = reduce_model(setup, reference, gaps, silent, store)
-    history = march_run("reduced", setup, reduced.system, gaps, silent, reduced, watch=True).history
+    history = march_run("reduced", setup.marching, setup.observed(gaps), reduced, gaps, silent).history
     assert history.force.any()
     arrays = [history.time, history.gap, history.force, history.displacement, history.energy, reference.modes.omega2]
     return [np.ascontiguousarray(a).tobytes() for a in arrays], [*setup.notes, *notes, *reduced.notes], reduced
@@ -91,7 +90,7 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)
         reduced = reduce_model(setup, reference, gaps, silent, store)
-        run = FlowRun(reduced.system, gaps, setup.loads, resolution_of(setup), setup.watched, 1, None, None)
+        run = FlowRun(reduced.system, gaps, setup.loads, setup.marching.resolution, setup.watched, 1, None, None)
         assert run.model.rows.shape[0] == gaps.m > 0
         assert not any(is_made(part) for part in reference.parts), change
         assert not is_made(reference.system)
@@ -101,12 +100,10 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
 @pytest.mark.parametrize("change", [{}, {"damping.modal": 0.03}])
 def test_the_pre_check_is_that_of_the_whole_with_its_damping(here, change):
     setup = set_up(with_changes(read_study(here / "study.toml"), change))
-    whole, scheme = build_reference(setup, silent), scheme_of(setup.study.config.time)
-    system = modal_system(
-        whole.system, whole.modes, whole.support_shapes, static_shapes(setup.loads, whole, setup.reduction)
-    )
-    direct = linear_run(setup, system, scheme, None).gap.min(axis=0)
-    np.testing.assert_allclose(linear_gaps(setup, whole, scheme, silent), direct, rtol=1e-9)
+    whole = build_reference(setup, silent)
+    system = in_modes(whole, setup.loads, setup.reduction)
+    direct = linear_run(setup.marching, setup.contacts, system, None).gap.min(axis=0)
+    np.testing.assert_allclose(with_linear_gaps(setup, whole, silent).linear_gaps, direct, rtol=1e-9)
 
 
 @pytest.mark.parametrize("change", CHANGES[1::2])

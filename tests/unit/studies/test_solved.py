@@ -17,7 +17,6 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import precheck
-from creak.studies.run.integrate import scheme_of
 from creak.studies.run.precheck import ready
 from helpers_decks import STUDY, write_strips
 
@@ -124,7 +123,7 @@ def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, sto
     def gaps(changes, folder=store):
         setup = set_up(with_changes(study, changes))
         built = build_reference(setup, silent, folder)
-        return precheck.linear_gaps(setup, built, scheme_of(setup.study.config.time), silent)
+        return precheck.with_linear_gaps(setup, built, silent).linear_gaps
 
     gaps({})
     wider = gaps({"contact.tip.clearance": 0.4})

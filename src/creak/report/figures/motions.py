@@ -14,8 +14,8 @@ from creak.assembly.system import System
 from creak.linalg.modes import Modes
 from creak.model.dofs import nodes_of
 from creak.report.figures.surface import Surface
-from creak.studies.run.job import Run
 from creak.studies.run.motion import Motion
+from creak.studies.run.one_run import Run
 from creak.verify.events import Event
 
 MOST_ANIMATIONS = 8

@@ -43,11 +43,11 @@ from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.excitation import Excitation, excitation_of
+from creak.studies.prepare.marching import scheme_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.foretold import step_s
-from creak.studies.run.integrate import scheme_of
-from creak.studies.run.precheck import linear_gaps
+from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.sound.band import PER_MODE, finer_mesh, mesh_band
 
 MULTIPLES = (5.0, 8.0, 11.0, 15.0)
@@ -175,11 +175,9 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     reference = reference_that_fits(by_parts, assembled(setup.structure, progress), progress)
     setup = setup if reference.of_parts is None else by_parts
     c, reduction, exterior, course = setup.study.config, setup.reduction, setup.exterior, setup.study.course
-    scheme, f = scheme_of(c.time), excitation.frequency
-    smallest = None
-    if setup.contacts.m and reference.stiffness is not None:
-        smallest = linear_gaps(setup, reference, scheme, progress)
-    gaps, channels = _channels(setup.contacts, setup.connectors, c.precheck, smallest)
+    marching, f = setup.marching, excitation.frequency
+    reference = with_linear_gaps(setup, reference, progress)
+    gaps, channels = _channels(setup.contacts, setup.connectors, c.precheck, reference.linear_gaps)
     reference.release()
     fixed = sorted({*(m * f for m in MULTIPLES), reduction.band.f_max})
     heard = [] if band is None else [PER_MODE * band]
@@ -191,16 +189,17 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
         own = [reduction.band.f_max] if c.reduction.method == WHOLE else []
         wanted = sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
         counted = _assembly(reference.system, wanted, progress)
-        cost = unreduced_cost(reference.system, scheme, c.time.step, gaps.m)
+        cost = unreduced_cost(reference.system, marching.scheme, c.time.step, gaps.m)
     step = ReducedStep(gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(course))
     options = _options(found, counted, fixed, f, step)
     bounce: Bounces | None = None
     if gaps.m and cost is not None and not c.time.exact:
-        bounce = partial(bounces, reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], scheme)
+        bounce = partial(bounces, reference.system, gaps, setup.model.nodes.coords[gaps.nodes_idx], marching.scheme)
     end = float(setup.loads.time[-1])
     steps = _steps(course, end, f, max(o.step_s for o in options), cost, bounce, progress)
     unknowns = found.unknowns(reduction.band.f_max)
-    taken = memory(reduction, reference, counted, found.parts, unknowns, runs_of(setup, step.rows))
+    runs = runs_of(marching, setup.watched.size, step.rows, unreduced=c.runs_unreduced)
+    taken = memory(reduction, reference, counted, found.parts, unknowns, runs)
     sound = None
     if band is not None:
         option = _by_parts(found, PER_MODE * band, f, step, eigen_cube_s())

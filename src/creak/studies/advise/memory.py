@@ -10,24 +10,20 @@ from functools import partial
 from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
-from creak.dynamics.loads import Loads
 from creak.formats.stored.superelement import MAPPED
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import BAND, dense_bytes, dense_is_faster, with_further
 from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
-from creak.studies.file.config import TimeTable
 from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
 from creak.studies.models.superelements import KEPT
+from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.prepare.setup import Setup
-from creak.studies.run.compared import compared_setup
-from creak.studies.run.integrate import divided_loads, resolution_of
 
 STARTED, KERNELS = 310e6, 150e6
 """Bytes of the interpreter with its libraries once they have solved something, and of the kernels of a run."""
@@ -87,14 +83,16 @@ class Runs:
     beside it; None: there is no such run."""
 
 
-def runs_of(setup: Setup, rows: int) -> Runs:
-    """The runs of a study whose contact has so many channel rows."""
-    c, factors = setup.study.config, None
-    instants = setup.loads.time.size / output_every(setup.study.course)
-    if c.proof == "whole" or c.reduction.method == "none":
-        compared = compared_setup(setup)
-        factors = partial(_factors, c.time, resolution_of(compared).stepped, partial(divided_loads, compared))
-    return Runs(rows, 8.0 * instants * (6.0 * setup.watched.size + 4.0 * rows), factors)
+def runs_of(marching: Marching, nodes: int, rows: int, *, unreduced: bool) -> Runs:
+    """The runs of a study.
+
+    Parameters
+    ----------
+    nodes : whose motion is kept. rows : of the contact's channels. unreduced : the unreduced model is run from rest.
+    """
+    instants = marching.loads.time.size / output_every(marching.course)
+    factors = partial(_factors, marching.compared) if unreduced else None
+    return Runs(rows, 8.0 * instants * (6.0 * nodes + 4.0 * rows), factors)
 
 
 def memory(
@@ -304,18 +302,17 @@ def _checked(part: PartSize, held: float) -> float:
     return min(8.0 * part.inner * CHECKED, SHARE * max(left_beside(held), 0.0)) + PRODUCT * part.entries_K + own
 
 
-def _factors(table: TimeTable, stepped: float, loads: Callable[[int], Loads], factor_bytes: float, free: float) -> int:
+def _factors(marching: Marching, factor_bytes: float, free: float) -> int:
     """What an unreduced run holds, in real ones: that of its steps, and those of its flights, or of divided steps.
 
     Parameters
     ----------
-    stepped : as `Resolution.stepped`. loads : those with so many samples a step.
     factor_bytes : of a real one. free : bytes that those beside the first may take.
     """
-    if not table.exact:
-        return min(table.substeps, 2)
-    parts = fewest_parts(stepped)
-    rule, _, _ = choose(loads(parts), parts, factor_bytes, free)
+    if not marching.table.exact:
+        return min(marching.table.substeps, 2)
+    parts = fewest_parts(marching.resolution.stepped)
+    rule, _, _ = choose(marching.divided(parts), parts, factor_bytes, free)
     return 1 + rule.factors
 
 

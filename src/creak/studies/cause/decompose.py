@@ -27,11 +27,12 @@ from creak.dynamics.state import LinearTerms
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
 from creak.signals.resampling import cell_means
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.marching import Marching
 from creak.studies.results.places import Place
 from creak.studies.run.compared import main_run
-from creak.studies.run.integrate import integrate, resolution_of
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.integrate import Kept, integrate
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 
 EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
 """Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
@@ -106,8 +107,8 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     peaks = [_peak(run, place) for place in places]
     at = [int(np.abs(flights - t).argmin()) for _, t in peaks]
     steps = np.unique(at)
-    seen = _Seen(setup.loads, resolution_of(setup), system, gaps)
-    march = partial(marched, setup, steps=steps)
+    seen = _Seen(setup.loads, setup.marching.resolution, system, gaps)
+    march = partial(marched, setup.marching, steps=steps)
     history = march(system, gaps, setup.loads)
     columns = excitation_columns(setup.driven.names, list(setup.study.driving.forcing))
     q = dict(zip(steps.tolist(), history.coordinates.T, strict=True))
@@ -158,12 +159,11 @@ def _peak(run: Run, place: Place) -> tuple[int, float]:
     return int(place.channels[column]), float(run.history.time[rows[row]])
 
 
-def marched(setup: Setup, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:
-    """A run with the coordinates at the ends of these flight steps."""
-    none = np.zeros(0, dtype=np.int64)
-    every = max(1, loads.n_step // SAMPLES)
-    kept = replace(setup, loads=loads)
-    return integrate(kept, system, gaps, observed=none, output_every=every, whole_at=steps)[0]
+def marched(marching: Marching, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:
+    """A run through some loads with the coordinates at the ends of these flight steps."""
+    none, every = np.zeros(0, dtype=np.int64), max(1, loads.n_step // SAMPLES)
+    kept: Kept = {"observed": none, "output_every": every, "whole_at": steps, "watched": None, "progress": None}
+    return integrate(replace(marching, loads=loads), system, gaps, kept)[0]
 
 
 def _alone(

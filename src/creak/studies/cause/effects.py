@@ -23,7 +23,7 @@ from creak.studies.results.places import Place, channels_at, events_at
 from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
-from creak.studies.run.static_start import started, unstarted
+from creak.studies.run.static_start import started
 from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
@@ -92,7 +92,7 @@ def predicted(
         return None
     try:
         gaps = _gaps_with(result, change)
-        history = marched(result.setup, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
+        history = marched(result.setup.marching, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except (Stopped, CreakError):
         return None
     if not change.same_modes:
@@ -104,7 +104,7 @@ def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
     """The channels of a run with a change, in equilibrium with its static loads."""
     if result.setup.static is None:
         return change.of_gaps(result.gaps)
-    setup = change.of_setup(unstarted(result.setup))
+    setup = change.of_setup(result.setup.unstarted())
     reference = result.reference
     if change.blocks:
         reference = rejoined(setup.structure, reference, [b.part for b in change.blocks])
@@ -118,7 +118,7 @@ def checked_by_run(
     result: StudyResult, place: Place, change: Change, ear: Ear | None, progress: Progress
 ) -> Effect | str:
     """The effect in a run of the changed model, reduced anew; why there is none."""
-    setup = change.of_setup(unstarted(result.setup))
+    setup = change.of_setup(result.setup.unstarted())
     c = setup.study.config
     setup = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
     try:

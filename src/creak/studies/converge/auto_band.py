@@ -14,9 +14,8 @@ from creak.studies.converge.variants import outcome_of
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.output_steps import shown_window
-from creak.studies.run.integrate import output_times
-from creak.studies.run.job import March, ReducedRun, Run
+from creak.studies.run.job import March, ReducedRun
+from creak.studies.run.one_run import Run
 from creak.verify.slips import SlipEvent
 from creak.verify.statistics import MANY
 from creak.words import duration
@@ -52,7 +51,7 @@ def settle(
     march : makes the run of a model.
     """
     setup, reduced, run = first.setup, first.reduced, first.run
-    v, window = setup.study.config.verification, shown_window(setup.study.course, output_times(setup))
+    v, window = setup.study.config.verification, setup.marching.window
     stages = [_stage(setup.band.f_max, reduced, run, reduced.wall_s)]
     reckoned = [_reckoned(reference, reduced, run)]
     while not reduced.complete and run.stopped is None:
@@ -63,7 +62,7 @@ def settle(
             return ReducedRun(setup, reduced, run, None, tuple(stages), f"more modes do not fit: {error}")
         more = replace(more, wall_s=before + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
         following = replace(setup, raised=setup.raised + 1)
-        again = march(following, more)
+        again = march(more)
         agree = again.stopped is None and tell_the_same(v, window, run, again)
         stages[-1] = replace(stages[-1], same=agree)
         stages.append(_stage(following.band.f_max, more, again, more.wall_s - before))

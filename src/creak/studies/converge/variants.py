@@ -29,9 +29,11 @@ from creak.studies.converge.settling import (
 from creak.studies.converge.structure import Structure
 from creak.studies.file.config import TimeTable
 from creak.studies.models.reduced import with_more_modes
-from creak.studies.prepare.excitation import sample_loads, time_axis
+from creak.studies.prepare.excitation import loads_over
+from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.setup import Setup
-from creak.studies.run.job import Run, StudyResult, march_run
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run, march_run
 from creak.verify.rubbing import Rub
 from creak.words import listed
 
@@ -198,8 +200,8 @@ def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, 
             if reduced is not None:
                 system = reduced.system
             gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
-            quiet = replace(setup, watched=np.zeros(0, dtype=np.int64))
-            run = march_run(variant.name, quiet, system, gaps, report, reduced)
+            observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
+            run = march_run(variant.name, setup.marching, observed, reduced or result.reference, gaps, report)
         rubs = places.rubs_of(gaps, run.history)
         return outcome_of(variant, run, places.of(system, gaps, run.history), rubs)
     except CreakError as error:
@@ -215,7 +217,7 @@ def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
     study = replace(study, config=c.model_copy(update=tables))
-    loads = sample_loads(setup.model, study.driving, time_axis(study.driving, study.course))
+    loads = loads_over(setup.model, study.driving, study.course)
     return replace(setup, study=study, refined=variant.refined, loads=loads)
 
 

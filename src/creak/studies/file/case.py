@@ -105,5 +105,7 @@ class Lines:
     """File of material pairs beside those of the study."""
     tolerance: str | None
     """What scatter may take of each gap, with its unit."""
+    percentile: float
+    """Of the peaks of motion that is told beside the largest."""
     units: UnitsName
     places: Places

@@ -351,6 +351,11 @@ class StudyConfig(Table):
         return max((table.signal.highest for table in self.excitation.values()), default=0.0)
 
     @property
+    def runs_unreduced(self) -> bool:
+        """Whether the unreduced model is run from rest."""
+        return self.proof == "whole" or self.reduction.method == "none"
+
+    @property
     def proof(self) -> Proof:
         """What the unreduced model proves, in one word whatever the study says."""
         asked = self.reference.run

@@ -57,9 +57,8 @@ class Study:
     def lines(self) -> Lines:
         """Between which parts relative motion is looked at."""
         c = self.config
-        return Lines(
-            c.eline, c.contact.keys(), c.material_pair, c.material_pairs, c.limit.tolerance, c.model.units, self.places
-        )
+        told, library = (c.limit.tolerance, c.limit.percentile), c.material_pairs
+        return Lines(c.eline, c.contact.keys(), c.material_pair, library, *told, c.model.units, self.places)
 
     def from_anywhere(self) -> Study:
         """With the whole path of its file: for a process in another folder."""

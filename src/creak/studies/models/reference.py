@@ -17,7 +17,7 @@ from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.progress import Progress
-from creak.reduction.modal import support_motion, with_modal_damping
+from creak.reduction.modal import modal_system, support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
@@ -173,6 +173,22 @@ def modal_band(band: Band, n: int) -> float:
     if band.damped is None:
         return band.assembly
     return max(band.assembly, band.damped, band.f_max if n <= SMALL else 0.0)
+
+
+def in_modes(reference: ReferenceModel, loads: Loads, reduction: Reduction, system: System | None = None) -> System:
+    """The modes of the assembly on the quasi-static motion of its supports and forces, as a small System.
+
+    Parameters
+    ----------
+    system : in place of the model's own, with other damping.
+
+    Raises
+    ------
+    InputError : as `static_shapes`.
+    """
+    shapes = static_shapes(loads, reference, reduction)
+    whole = reference.system if system is None else system
+    return modal_system(whole, reference.modes, reference.support_shapes, shapes)
 
 
 def static_shapes(loads: Loads, reference: ReferenceModel, reduction: Reduction) -> FloatArray:

@@ -48,6 +48,10 @@ class Elines:
     frames: FloatArray
     """(p, 3, 3) rows x, y, z: z across the gap, from main to secondary; x along the line (first principal axis of its
     points, in the plane)."""
+    positions: FloatArray
+    """(p, 3) of the points' nodes."""
+    percentile: float
+    """Of the peaks of motion that is told beside the largest."""
 
     @property
     def line_of(self) -> IntArray:
@@ -56,7 +60,7 @@ class Elines:
         return np.array([row[g] for g in self.points.group], dtype=np.int64)
 
 
-NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)))
+NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)), np.zeros((0, 3)), 100.0)
 
 
 def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
@@ -89,7 +93,7 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
     if not operators:
         return NO_ELINES
     points, frames = _with_frames(model, join(operators))
-    return Elines(tuple(lines), points, frames)
+    return Elines(tuple(lines), points, frames, model.nodes.coords[points.nodes_idx], given.percentile)
 
 
 def _line(given: Lines, name: str, contact: bool, known: dict[str, MaterialPairTable]) -> Eline:

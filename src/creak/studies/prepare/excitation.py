@@ -118,16 +118,14 @@ MOST_STEPS = 100_000_000
 """Steps of a run, substeps counted; the loads of more do not fit into memory."""
 
 
-def time_axis(driving: Driving, course: Course, parts: int | None = None) -> FloatArray:
-    """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
+def count_steps(course: Course, parts: int) -> int:
+    """Steps of a run, each of so many parts.
 
     Raises
     ------
     InputError : neither end nor a periodic excitation; fewer than two steps, or more than `MOST_STEPS`.
-    OutOfMemory : memory does not hold the loads.
     """
     table, end = course.time, course.end
-    parts = table.substeps if parts is None else parts
     steps = end / table.step
     if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
@@ -136,13 +134,24 @@ def time_axis(driving: Driving, course: Course, parts: int | None = None) -> Flo
             expected=f"two to {MOST_STEPS // parts:,}",
             fix="Change the step or move the end.",
         )
-    n = round(steps)
+    return round(steps)
+
+
+def time_axis(driving: Driving, course: Course, parts: int | None = None) -> FloatArray:
+    """(parts n_step + 1,) instants of the run: `parts` of them a step, by default as many as there are substeps.
+
+    Raises
+    ------
+    InputError : as `count_steps`. OutOfMemory : memory does not hold the loads.
+    """
+    parts = course.time.substeps if parts is None else parts
+    n = count_steps(course, parts)
     require(
         8.0 * parts * n * (1 + COURSES * len(driving.excitations)),
         f"the loads of {parts * n:,} instants",
         "Move the end of the run, or write fewer outputs.",
     )
-    return np.asarray(table.step / parts * np.arange(parts * n + 1), dtype=np.float64)
+    return np.asarray(course.time.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 
 def highest_frequency(driving: Driving) -> float:
@@ -234,6 +243,11 @@ def sample_loads(model: Model, driving: Driving, time: FloatArray, store: Path |
         force[:, j] = _sampled(driving, name, table, time, store)[0]
         labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
     return Loads(time, support, force, tuple(labels))
+
+
+def loads_over(model: Model, driving: Driving, course: Course, parts: int | None = None) -> Loads:
+    """The excitations over a run, `sample_loads` on its `time_axis`."""
+    return sample_loads(model, driving, time_axis(driving, course, parts))
 
 
 def _sampled(driving: Driving, name: str, table: ExcitationTable, time: FloatArray, store: Path | None) -> FloatArray:

@@ -1,4 +1,4 @@
-"""[contact.NAME] tables -> contact pairs; tables of clearances."""
+"""[contact.NAME] and [[connector]] tables -> contact pairs and play; tables of clearances."""
 
 from __future__ import annotations
 
@@ -10,11 +10,13 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.contact.facets import nodes_of
 from creak.contact.pair import ContactPair
+from creak.contact.play import Play
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.design.nodal_table import Column, nodal_values
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.table import DOFS
 
 STIFFNESS = {"auto": None, "hard": math.inf}
 
@@ -55,6 +57,18 @@ def contact_law(table: ContactTable, where: str) -> ContactLaw:
         Coulomb(mu.static, mu.kinetic, mu.decay) if isinstance(mu, FrictionTable) else Coulomb(mu, mu),
         where=where,
     )
+
+
+def plays_of(touching: Touching) -> list[tuple[Play, str]]:
+    """The connectors of a study with their places in it."""
+    out = []
+    for i, t in enumerate(touching.connectors):
+        name = t.name or "-".join(t.node_sets)
+        dof = DOFS.index(t.dof) + 1
+        where = touching.places.where("connector", i)
+        law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
+        out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
+    return out
 
 
 def _clearance(model: Model, touching: Touching, name: str) -> float | dict[int, float] | None:

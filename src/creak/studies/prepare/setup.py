@@ -11,20 +11,18 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.assembly.coupling import Driven
-from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, common_rayleigh
-from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.play import Play, play_channels
+from creak.contact.play import play_channels
 from creak.contact.surface_to_surface import surface_to_surface
+from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
-from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
@@ -33,30 +31,32 @@ from creak.studies.design.named_nodes import with_named_nodes
 from creak.studies.design.supports import check_driven, with_supports
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, ReductionTable, TimeTable
-from creak.studies.file.identity import decks_sha256
+from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
-from creak.studies.file.table import DOFS, Table
+from creak.studies.file.table import Table
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
     excitation_of,
     first_f_max,
     highest_frequency,
+    loads_over,
     sample_loads,
     time_axis,
 )
 from creak.studies.prepare.exterior import Exterior, Watch
-from creak.studies.prepare.flight_steps import with_flight_steps
-from creak.studies.prepare.free_motion import loose_motions, loose_words
-from creak.studies.prepare.imported import imported_superelements, resistance
+from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
+from creak.studies.prepare.imported import imported_superelements
+from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import contact_pair
+from creak.studies.prepare.pairs import contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
-from creak.studies.prepare.start_check import drive_warnings, start_warnings, undamped_warnings
+from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.watched import watched
 from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
@@ -130,6 +130,38 @@ class Setup:
         forces = np.concatenate([np.zeros(0, dtype=np.int64), *self.loads.force_labels])
         return Exterior(forces, self.connectors.labels, self.contacts, self.watch)
 
+    @cached_property
+    def marching(self) -> Marching:
+        """How it is marched."""
+        driving, course = self.study.driving, self.study.course
+        resolution = finer(RESOLUTIONS[course.time.accuracy], self.refined)
+        solver = any(gaps.rubbing or gaps.has_dampers for gaps in (self.contacts, self.connectors))
+        sampled = partial(loads_over, self.model, driving)
+        return Marching(course, self.loads, sampled, highest_frequency(driving), resolution, solver)
+
+    def observed(self, gaps: GapOperator, *, lines: bool = False, record: bool = False) -> Observed:
+        """What is looked at in a run of these channels.
+
+        Parameters
+        ----------
+        lines : whether motion is measured at the E-lines. record : whether that around the hardest events is kept.
+        """
+        points, seen = self.elines if lines else NO_ELINES, watched(self.model, self.contacts, gaps)
+        return Observed(self.study.config.verification, self.static, self.watched, seen, points, record)
+
+    @property
+    def solves_steps(self) -> bool:
+        """Whether a state at rest, or steps of the unreduced model, are solved for."""
+        c, gaps = self.study.config, (self.contacts, self.connectors)
+        pressed = any((g.gap0 < 0.0).any() or g.resting.any() for g in gaps)
+        return c.proof != "none" or c.reduction.method == "none" or bool(c.static) or pressed
+
+    @property
+    def origin(self) -> tuple[str, ...]:
+        """All that a march hangs on but its channels and what is kept of it."""
+        config = repr(self.study.config.model_dump())
+        return config, self.deck_sha256, other_files_sha256(self.study), repr(self.refined)
+
     @property
     def no_contact(self) -> str | None:
         """Why nothing of the study can touch, in a sentence; None: something can."""
@@ -139,6 +171,13 @@ class Setup:
         if self.contacts.m + self.connectors.m:
             what = "contacts and connectors without any stiffness"
         return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
+
+    def unstarted(self) -> Setup:
+        """The setup before its static loads."""
+        if self.static is None:
+            return self
+        contacts, connectors = self.static.before
+        return replace(self, contacts=contacts, connectors=connectors, static=None)
 
     def with_structure(self, changed: Structure) -> Setup:
         """The same setup with another linear structure."""
@@ -222,7 +261,7 @@ def set_up_model(
     notes += check_heat(model, driving, bool(superelements))
     if not connectors.has_dampers:
         notes += undamped_warnings(model, c.damping, touching, superelements)
-    notes += _check_held(model, driven, connectors, superelements, free)
+    notes += check_held(model, driven, connectors, superelements, free)
     pairs = _pairs(model, c.verification.pairs, places)
     notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
     check_reduction(model, c.reduction, places)
@@ -283,43 +322,6 @@ def _in_file(places: Places, name: str, error: InputError) -> InputError:
         return error
     where = f"{places.where('contact', name)} {key}".strip()
     return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
-
-
-def plays_of(touching: Touching) -> list[tuple[Play, str]]:
-    """The connectors of a study with their places in it."""
-    out = []
-    for i, t in enumerate(touching.connectors):
-        name = t.name or "-".join(t.node_sets)
-        dof = DOFS.index(t.dof) + 1
-        where = touching.places.where("connector", i)
-        law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
-        out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
-    return out
-
-
-def _check_held(
-    model: Model, driven: Driven, connectors: GapOperator, superelements: tuple[System, ...], free: bool
-) -> list[str]:
-    G = connectors.G
-    stops = [
-        LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
-        for a, b in zip(G.indptr[:-1], G.indptr[1:], strict=True)
-    ]
-    stops += [e for s in superelements for e in resistance(s)]
-    loose = unheld_parts(model, driven, stops)
-    if not loose:
-        return []
-    how = loose_words(loose_motions(model, driven, loose, stops))
-    if not free:
-        raise InputError(
-            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled",
-            where=model.source,
-            expected="supports, links, springs or connectors that hold every part",
-            fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
-            "[excitation].",
-        )
-    note = f"nothing holds part(s) {how}: they move freely"
-    return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
 
 
 def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> IntArray:

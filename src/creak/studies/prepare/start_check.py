@@ -8,17 +8,22 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
+from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, is_damped
+from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.errors import InputError
 from creak.model.dofs import TRANSLATIONS, node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.course import TableTable
+from creak.studies.prepare.free_motion import loose_motions, loose_words
+from creak.studies.prepare.imported import resistance
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned
 
@@ -130,6 +135,37 @@ def never_closed(gaps: GapOperator, history: History) -> str:
         f"nothing touched in the run: the closest approach was {history.gap[step, k]:.3g} at {gaps.names[k]}, "
         f"t = {history.time[step]:.4g} s, from {gaps.gap0[k]:.3g} at the start"
     )
+
+
+def check_held(
+    model: Model, driven: Driven, connectors: GapOperator, superelements: Sequence[System], free: bool
+) -> list[str]:
+    """A note of the parts that nothing holds, where they are `free` to move.
+
+    Raises
+    ------
+    InputError : they are not.
+    """
+    G = connectors.G
+    stops = [
+        LinearEquation(connectors.labels[G.indices[a:b]].tolist(), G.data[a:b].tolist())
+        for a, b in zip(G.indptr[:-1], G.indptr[1:], strict=True)
+    ]
+    stops += [e for s in superelements for e in resistance(s)]
+    loose = unheld_parts(model, driven, stops)
+    if not loose:
+        return []
+    how = loose_words(loose_motions(model, driven, loose, stops))
+    if not free:
+        raise InputError(
+            f"nothing holds part(s) {how}: they can move as rigid bodies once coupled",
+            where=model.source,
+            expected="supports, links, springs or connectors that hold every part",
+            fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
+            "[excitation].",
+        )
+    note = f"nothing holds part(s) {how}: they move freely"
+    return [note] if model.initial_velocity else [Warned(f"{note}; *BOUNDARY conditions would hold them")]
 
 
 def _margin(model: Model, touching: Touching, precheck: PrecheckTable) -> list[str]:

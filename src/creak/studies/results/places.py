@@ -14,7 +14,8 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
 from creak.studies.file.config import VerificationTable
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 from creak.verify.events import Event, counted_instants, events_in, find_events
 from creak.verify.rubbing import NOTHING, SELDOM, Rub, rub_of
 from creak.verify.slips import SlipEvent

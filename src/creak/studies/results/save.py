@@ -29,8 +29,8 @@ from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import csv_rows
-from creak.studies.run.integrate import output_times
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 
 UNASKED = 32_000_000
 """Bytes that the motion of all nodes may take where the study does not ask for it; fewer instants then."""
@@ -170,7 +170,7 @@ def _field(run: Run, result: StudyResult) -> Field | None:
     h, nodes = run.history, result.setup.model.nodes
     if h.whole_at.size:
         parts = result.setup.study.config.time.substeps
-        time, q = output_times(result.setup)[h.whole_at], h.coordinates
+        time, q = result.setup.marching.ends[h.whole_at], h.coordinates
         s = result.setup.loads.support[0, parts * h.whole_at].T
     elif run.recording is not None and run.recording.motions:
         m = run.recording.motions[0]

@@ -11,7 +11,8 @@ import numpy as np
 from creak.formats.stored.tree import COMPRESSED
 from creak.sound.zwicker_tables import RATE
 from creak.studies.results.places import Place, find_places, ranked
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Heard, Sound
 
 HEARD = ("n5", "n_max", "n5_added", "n_max_added", "level")

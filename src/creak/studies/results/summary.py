@@ -24,7 +24,8 @@ from creak.studies.results.sound import heard_at, heard_places, place_name, soun
 from creak.studies.results.spots import bars_of_reference, spots_of
 from creak.studies.results.static_figures import static_figures
 from creak.studies.run.compared import event_statistics, main_run
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import warnings_of
 from creak.verify.events import Event, resting

@@ -25,11 +25,10 @@ from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.superelements import save_superelement
-from creak.studies.prepare.output_steps import shown_window
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.watched import silent_channels
 from creak.studies.robust.changes import changed_gaps, changed_setup, with_damping
-from creak.studies.run.integrate import flowing, output_times, resolution_of, scheme_of
+from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
@@ -105,7 +104,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
     lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
     begun = started(setup, reference, silent) if loaded else setup
-    linear = with_linear_gaps(begun, reference, scheme_of(setup.study.config.time), progress).linear_gaps
+    linear = with_linear_gaps(begun, reference, progress).linear_gaps
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
@@ -114,7 +113,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
         if loaded and k < TRIED and linear is not None:
             other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
             other = started(other, reference, silent)
-            gaps = with_linear_gaps(other, reference, scheme_of(setup.study.config.time), silent).linear_gaps
+            gaps = with_linear_gaps(other, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
     return lowest
 
@@ -142,7 +141,7 @@ def bench_of(setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progres
             fix="Leave them out.",
         )
     before, setup = setup, started(setup, reference, progress)
-    reference = with_linear_gaps(setup, reference, scheme_of(c.time), progress)
+    reference = with_linear_gaps(setup, reference, progress)
     kept, notes = setup.contacts, list[str]()
     if reference.linear_gaps is not None:
         enough = c.precheck.near(setup.contacts.gap0 + lowest)
@@ -163,9 +162,9 @@ def bench_of(setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progres
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
-    resolution, every = resolution_of(setup), setup.loads.n_step // SAMPLES
+    resolution, every = setup.marching.resolution, setup.loads.n_step // SAMPLES
     base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup.contacts, gaps))
-    window = shown_window(setup.study.course, output_times(setup))
+    window = setup.marching.window
     silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
     excursion = excursion_of(silent, window)
     return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest)

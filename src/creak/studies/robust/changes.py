@@ -18,8 +18,8 @@ from creak.studies.file.contact_tables import ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import sample_loads
-from creak.studies.prepare.pairs import contact_law
-from creak.studies.prepare.setup import Setup, plays_of
+from creak.studies.prepare.pairs import contact_law, plays_of
+from creak.studies.prepare.setup import Setup
 
 OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
 OF_SIGNAL = ("amplitude", "seed", "mean")

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.coupled import coupled_damping
 from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.diagonal import Diagonal
 from creak.model.dofs import TRANSLATIONS, node_dofs
-from creak.reduction.modal import modal_system
 from creak.signals.spectra import spectrum
 from creak.studies.models.reduced import ReducedModel, reduced_modes
-from creak.studies.models.reference import ReferenceModel, static_shapes
-from creak.studies.prepare.excitation import highest_frequency
-from creak.studies.prepare.setup import Setup
+from creak.studies.models.reference import ReferenceModel, in_modes
+from creak.studies.prepare.exterior import Watch
+from creak.studies.prepare.reduction import Reduction
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.nrmse import nrmse_by_axis
 
@@ -32,6 +32,8 @@ COUPLED = 4.0
 """Modes up to so many times the highest line are coupled by damping; those beyond are damped by themselves."""
 STILL = 1e-9
 """Share of the largest motion of the compared nodes below which a mode is not seen there."""
+Fit = dict[str, float | None]
+"""NRMSE by axis x, y, z, and all; None where nothing moves."""
 
 
 class HasHistory(Protocol):
@@ -57,23 +59,25 @@ class SpectraComparison:
     freq: FloatArray
     spectra: dict[str, ComplexArray]
     """Run -> (n_freq, n_pair, 3)."""
-    nrmse: dict[str, float | None]
-    """Fit by axis x, y, z, and all; None where nothing moves."""
+    nrmse: Fit
     linear: bool = False
     """The fit is that of the frequency responses of both models, where the unreduced one was not run."""
 
 
 def compare_modes(
-    setup: Setup, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
+    watch: Watch, f_max: float, reference: ReferenceModel, reduced: ReducedModel | None, gaps: GapOperator
 ) -> ModeComparison | None:
     """MAC at the verification pairs, or at the watched and channel nodes where the study names no pairs.
 
     Modes that do not move these nodes are left out. None without a reduced model, or without modes of the whole.
+
+    Parameters
+    ----------
+    f_max : Hz, of the modes that are compared.
     """
     if reduced is None or reference.of_parts is not None:
         return None
-    f_max = setup.study.config.verification.mac_f_max
-    nodes = np.unique(setup.pairs) if setup.pairs.size else np.union1d(setup.watched, gaps.retained_nodes)
+    nodes = np.unique(watch.pairs) if watch.pairs.size else np.union1d(watch.nodes, gaps.retained_nodes)
     if nodes.size == 0:
         return None
     labels = node_dofs(nodes, TRANSLATIONS)
@@ -89,37 +93,37 @@ def compare_modes(
 
 
 def compare_spectra(
-    setup: Setup,
+    watch: Watch,
+    f_max: float,
     runs: Mapping[str, HasHistory],
     window: tuple[float, float],
-    models: tuple[ReferenceModel, ReducedModel | None] | None = None,
+    linear: Callable[[], Fit] | None = None,
 ) -> SpectraComparison | None:
-    """Spectra of the pairs in each run, and their fit; None without pairs or runs.
+    """Spectra of the pairs up to f_max (Hz) in each run, and their fit; None without pairs or runs.
 
     Parameters
     ----------
-    models : unreduced and reduced; where only the reduced one was run, the fit is that of their `response_fit`.
+    linear : gives the fit where only the reduced model was run: that of the models' `response_fit`.
     """
-    if not setup.pairs.size or not runs:
+    if not watch.pairs.size or not runs:
         return None
     spectra: dict[str, ComplexArray] = {}
     freq = np.zeros(0)
     for name, run in runs.items():
-        relative, step = _relative_motion(setup, run.history, window)
-        freq, spectra[name] = spectrum(relative, step, setup.study.config.verification.f_max)
+        relative, step = _relative_motion(watch, run.history, window)
+        freq, spectra[name] = spectrum(relative, step, f_max)
     both = "reference" in spectra and "reduced" in spectra
-    fit = nrmse_by_axis(spectra["reference"], spectra["reduced"]) if both else {}
-    linear = not both and "reduced" in spectra and models is not None
-    if linear and models is not None and models[1] is not None and models[0].of_parts is None:
-        fit = response_fit(setup, models[0], models[1], window)
-    return SpectraComparison(freq, spectra, fit, linear and bool(fit))
+    if both:
+        return SpectraComparison(freq, spectra, nrmse_by_axis(spectra["reference"], spectra["reduced"]))
+    fit = linear() if linear is not None and "reduced" in spectra else {}
+    return SpectraComparison(freq, spectra, fit, linear=bool(fit))
 
 
-def _relative_motion(setup: Setup, history: History, window: tuple[float, float]) -> tuple[FloatArray, float]:
+def _relative_motion(watch: Watch, history: History, window: tuple[float, float]) -> tuple[FloatArray, float]:
     """(n_out in the window, n_pair, 3) secondary minus main, and the output step."""
-    row = {int(n): i for i, n in enumerate(setup.watched)}
+    row = {int(n): i for i, n in enumerate(watch.nodes)}
     u = history.displacement.reshape(history.displacement.shape[0], -1, 6)[:, :, :3]
-    main, secondary = ([row[int(n)] for n in setup.pairs[:, k]] for k in (0, 1))
+    main, secondary = ([row[int(n)] for n in watch.pairs[:, k]] for k in (0, 1))
     time = history.time[history.output_index]
     step = float(time[1] - time[0])
     end = int(np.searchsorted(time, window[1] + 0.5 * step))
@@ -128,41 +132,42 @@ def _relative_motion(setup: Setup, history: History, window: tuple[float, float]
 
 
 def response_fit(
-    setup: Setup, reference: ReferenceModel, reduced: ReducedModel, window: tuple[float, float]
-) -> dict[str, float | None]:
+    pairs: IntArray,
+    f_max: float,
+    loads: Loads,
+    reduction: Reduction,
+    reference: ReferenceModel,
+    reduced: System,
+    window: tuple[float, float],
+) -> Fit:
     """NRMSE by axis of reduced over unreduced relative motion, both X(f) = H(f) S(f) of the loads' spectrum S.
 
     H = A (K + i w C - w^2 M)^-1 (B - (K_qs + i w C_qs - w^2 M_qs)): of the unreduced model by its modes on the static
     answers to supports and forces (mode acceleration), so that no factor is made for it. Lines are those of the window,
-    up to the highest frequency of the excitation and a third of the highest known mode. Empty: there is no such line,
-    or the reduced model is not diagonal.
+    up to f_max (Hz), the highest frequency of the excitation and a third of the highest known mode. Empty: there is no
+    such line, or the reduced model is not diagonal.
     """
-    loads, v = setup.loads, setup.study.config.verification
-    f_max = min(
-        v.f_max, highest_frequency(setup.study.driving) or v.f_max, float(reference.modes.frequencies[-1:].sum()) / BAND
-    )
+    highest = reduction.band.excited or f_max
+    f_max = min(f_max, highest, float(reference.modes.frequencies[-1:].sum()) / BAND)
     rows = slice(*np.searchsorted(loads.time, [window[0], window[1] * (1.0 - 1e-12)]))
     freq, moved = spectrum(loads.support[0, rows], loads.step, f_max)
     _, pushed = spectrum(loads.force[rows], loads.step, f_max)
-    if not freq.size or not isinstance(reduced.system.K, Diagonal):
+    if not freq.size or not isinstance(reduced.K, Diagonal):
         return {}
-    whole = reference.system
-    small = modal_system(
-        whole, reference.modes, reference.support_shapes, static_shapes(setup.loads, reference, setup.reduction)
-    )
-    both = [_relative(setup, system, freq, moved, pushed) for system in (small, reduced.system)]
+    small = in_modes(reference, loads, reduction)
+    both = [_relative(LinearTerms(system, loads), pairs, freq, moved, pushed) for system in (small, reduced)]
     return nrmse_by_axis(*both)
 
 
 def _relative(
-    setup: Setup, system: System, freq: FloatArray, moved: ComplexArray, pushed: ComplexArray
+    terms: LinearTerms, pairs: IntArray, freq: FloatArray, moved: ComplexArray, pushed: ComplexArray
 ) -> ComplexArray:
     """(n_freq, n_pair, 3) secondary minus main."""
-    terms, i_omega = LinearTerms(system, setup.loads), np.asarray(2j * np.pi * freq, dtype=np.complex128)
+    system, i_omega = terms.system, np.asarray(2j * np.pi * freq, dtype=np.complex128)
     sides = [terms.on_all(side) for side in (terms.K_qs, terms.C_qs, terms.M_qs, terms.B)]
     loads = pushed @ sides[3].T - sum((i_omega**r)[:, None] * (moved @ side.T) for r, side in enumerate(sides[:3]))
     q = _answers(system, i_omega, np.asarray(loads, dtype=complex))
-    main, secondary = (node_dofs(setup.pairs[:, k], TRANSLATIONS) for k in (0, 1))
+    main, secondary = (node_dofs(pairs[:, k], TRANSLATIONS) for k in (0, 1))
     (A, A_s), (B, B_s) = system.rows(secondary), system.rows(main)
     u = q @ to_dense(A - B).T + moved @ to_dense(A_s - B_s).T
     return np.asarray(u.reshape(freq.size, -1, 3))

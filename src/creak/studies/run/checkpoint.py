@@ -10,7 +10,7 @@ import json
 import signal
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from hashlib import blake2b
@@ -18,15 +18,11 @@ from pathlib import Path
 from types import FrameType
 
 from creak.arrays import IntArray
-from creak.contact.gap_operator import GapOperator
 from creak.dynamics.instant import Saved
-from creak.dynamics.record.watch import Watched
 from creak.errors import CreakError
 from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
 from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.progress import Progress, Steps
-from creak.studies.file.identity import other_files_sha256
-from creak.studies.prepare.setup import Setup
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.solved import digest_of
 from creak.studies.warned import Warned
@@ -60,23 +56,27 @@ class Checkpoints:
         self._studies: set[str] = set()
 
     def of(
-        self, name: str, setup: Setup, n: int, gaps: GapOperator, watched: Watched | None, *kept: IntArray
+        self,
+        origin: Sequence[str],
+        name: str,
+        end: float,
+        n: int,
+        channels: Sequence[Sequence[str]],
+        kept: Sequence[IntArray],
     ) -> Checkpoint:
         """That of one march.
 
         Parameters
         ----------
-        name : of the run. n : its coordinates. watched, kept : what it looks at and what it keeps.
+        origin : what it hangs on besides (`Setup.origin`). name : of the run. end : of it, s. n : its coordinates.
+        channels : names of those that press, and of those that are looked at. kept : nodes' dofs and steps.
         """
-        study = setup.study
-        asked = [version(), name, repr(study.config.model_dump()), setup.deck_sha256, other_files_sha256(study)]
-        asked += [f"{n} {setup.refined!r}", *map(digest_of, kept)]
-        channels = [gaps.names, () if watched is None else watched.silent.names]
+        asked = [version(), name, *origin, f"{end!r} {n}", *map(digest_of, kept)]
         made_from = [blake2b(json.dumps(of).encode(), digest_size=8).hexdigest() for of in (asked, channels)]
         self._studies.add(made_from[0])
         others = [p for p in self.folder.glob(f"*{ENDING}") if f".{made_from[0]}." not in p.name]
         path = self.folder / f"{name}_run.{'.'.join(made_from)}{ENDING}"
-        return Checkpoint(path, name, float(setup.loads.time[-1]), self.notes, others)
+        return Checkpoint(path, name, end, self.notes, others)
 
     def remove(self) -> None:
         """Those of this study; for when its results are complete."""

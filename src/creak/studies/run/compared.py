@@ -3,12 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Protocol, TypeVar
 
-from creak.studies.prepare.excitation import time_axis
-from creak.studies.prepare.output_steps import compared_end
-from creak.studies.prepare.setup import Setup
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import EventStatistics, compare_statistics
@@ -48,18 +44,3 @@ def event_statistics(result: HasRuns) -> EventStatistics:
     """Statistics of the events of both runs in the verification window."""
     runs = result.runs
     return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
-
-
-def compared_setup(setup: Setup) -> Setup:
-    """The setup up to where the unreduced model is run for comparison."""
-    c, end = setup.study.config, float(setup.loads.time[-1])
-    until = compared_end(setup.study.course, end)
-    if until == end:
-        return setup
-    time = c.time.model_copy(update={"end": until, "periods": None})
-    study = replace(setup.study, config=c.model_copy(update={"time": time}))
-    n = time_axis(study.driving, study.course).size
-    loads = replace(
-        setup.loads, time=setup.loads.time[:n], support=setup.loads.support[:, :n], force=setup.loads.force[:n]
-    )
-    return replace(setup, study=study, loads=loads)

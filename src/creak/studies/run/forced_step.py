@@ -7,23 +7,27 @@ from collections.abc import Sequence
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.condensed import step_limited_stiffness
-from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.setup import Setup
-from creak.studies.run.integrate import scheme_of
+from creak.studies.prepare.marching import Marching
 from creak.verify.events import Event
 
 SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
 
-def limited(setup: Setup, reference: ReferenceModel, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
-    """Channels with automatic penalties lowered to what a forced step resolves, and a note of it."""
-    if setup.study.config.time.exact:
+def limited(marching: Marching, coords: FloatArray, system: System, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
+    """Channels with automatic penalties lowered to what a forced step resolves, and a note of it.
+
+    Parameters
+    ----------
+    coords : (n_node, 3). system : of the unreduced model.
+    """
+    if marching.table.exact:
         return gaps, []
-    positions, step = setup.model.nodes.coords[gaps.nodes_idx], setup.loads.step
-    stiffness = step_limited_stiffness(reference.system, gaps, positions, scheme_of(setup.study.config.time), step)
+    positions, step = coords[gaps.nodes_idx], marching.loads.step
+    stiffness = step_limited_stiffness(system, gaps, positions, marching.scheme, step)
     return gaps.with_stiffness(stiffness), _note_of_limit(gaps, stiffness, step)
 
 
@@ -38,10 +42,10 @@ def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> lis
     ]
 
 
-def step_warnings(setup: Setup, events: Sequence[Event]) -> list[str]:
+def step_warnings(marching: Marching, events: Sequence[Event]) -> list[str]:
     """A step longer than a tenth of the shortest contact event cannot follow its force."""
-    table, step = setup.study.config.time, setup.loads.step
-    if table.exact:
+    step = marching.loads.step
+    if marching.table.exact:
         return []
     short = min(events, key=lambda e: e.t_end - e.t_start, default=None)
     if short is None or step <= SHARE * (short.t_end - short.t_start):

@@ -17,6 +17,8 @@ from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.threads import one_blas_thread
+from creak.studies.prepare.marching import Marching
+from creak.studies.run.integrate import flowing
 from creak.words import duration
 
 TOLD = 60.0
@@ -41,6 +43,21 @@ def closed_in(gap: FloatArray) -> FloatArray:
     closed = gap <= 0.0
     some = closed.any(axis=1)
     return np.array([some.mean(), closed[some].sum(axis=1).mean() if some.any() else 0.0])
+
+
+def foretold(marching: Marching, system: System, gaps: GapOperator, closed: FloatArray | None) -> str:
+    """What a run of a reduced model will take, where that is long; empty of a forced step, whose progress tells it.
+
+    Parameters
+    ----------
+    closed : as for `run_s`.
+    """
+    table = marching.table
+    modal = flowing(system)[0] if table.exact and gaps.presses else None
+    if modal is None:
+        return ""
+    seconds = run_s(modal, gaps, marching.loads, marching.resolution, closed)
+    return words(seconds, table.accuracy != "quick", closed)
 
 
 def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, closed: FloatArray | None) -> float:

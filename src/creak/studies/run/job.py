@@ -3,48 +3,41 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from creak.arrays import FloatArray
-from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.history import History
-from creak.dynamics.record.thinning import spacing_words
-from creak.dynamics.stopped import Stopped
 from creak.formats.stored.run_identity import RunIdentity
-from creak.model.dofs import node_dofs
-from creak.progress import Progress, Sentence, Steps
+from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.output_steps import field_steps, output_every, shown_window
+from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
-from creak.studies.prepare.watched import motion_warnings, watched
-from creak.studies.run.agreement import ModeComparison, SpectraComparison, compare_modes, compare_spectra
+from creak.studies.prepare.watched import motion_warnings
+from creak.studies.run.agreement import (
+    Fit,
+    ModeComparison,
+    SpectraComparison,
+    compare_modes,
+    compare_spectra,
+    response_fit,
+)
 from creak.studies.run.checkpoint import Checkpoints
-from creak.studies.run.compared import compare_events, compared_setup, main_run
-from creak.studies.run.costs import Cost, Meter
-from creak.studies.run.elines import LineFindings, LineMotion, compare_lines, line_steps, measured
+from creak.studies.run.compared import compare_events, main_run
+from creak.studies.run.elines import LineFindings, compare_lines, touched_points
 from creak.studies.run.forced_step import limited, step_warnings
-from creak.studies.run.foretold import run_s, words
-from creak.studies.run.integrate import flowing, integrate, output_times, resolution_of
+from creak.studies.run.foretold import foretold
 from creak.studies.run.kernels import compile_for
-from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
-from creak.studies.run.precheck import MOST_RUNS, ready, with_closed
-from creak.studies.run.static_start import with_static
+from creak.studies.run.one_run import Run, march_run
+from creak.studies.run.precheck import ready, run_with_closed, with_closed
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
-from creak.verify.elines import PointMeasures
-from creak.verify.events import Event, find_events
 from creak.verify.matching import EventMatch
 from creak.verify.reliability import UNRELIABLE, reasons_against
-from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
 
 COMPILE = "compile kernels (first run: a minute)"
 """A phase of its own: slow once, then kept on disk."""
@@ -52,42 +45,7 @@ COMPILE = "compile kernels (first run: a minute)"
 if TYPE_CHECKING:
     from creak.reduction.health import Health
 
-ReferenceRun = Callable[[Setup, ReferenceModel, GapOperator, Progress], "Run"]
-
-
-@dataclass(frozen=True)
-class Run:
-    """One time integration."""
-
-    name: str
-    system: System
-    history: History
-    events: list[Event]
-    cost: Cost
-    retained: int
-    modes: int
-    offline_cpu_s: float
-    offline_wall_s: float
-    slips: tuple[SlipEvent, ...] = ()
-    """Stick-slip events of the pairs that rub."""
-    integrator: str = ""
-    """In a few words."""
-    stopped: str | None = None
-    """Why the run ended early; None: it did not."""
-    recording: Recording | None = None
-    """Motion around the hardest events; None where nobody asked for it."""
-    lines: PointMeasures | None = None
-    """At the points of the E-lines; None where nobody asked for them."""
-    squeaks: tuple[Squeak, ...] = ()
-    """Stick-slip of each pair that rubs, in the verification window."""
-    line_motion: LineMotion | None = None
-    """Over time, with `lines`."""
-    notes: tuple[str, ...] = ()
-    """What should be known of it: instants that were not kept, a run that was taken from another case."""
-    places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
-        default_factory=dict, init=False, compare=False, repr=False
-    )
-    """Window -> channels and what `studies.results.places` found of them, so that it looks once."""
+ReferenceRun = Callable[[Marching, Observed, ReferenceModel, GapOperator, Progress], Run]
 
 
 @dataclass(frozen=True)
@@ -106,7 +64,7 @@ class ReducedRun:
     """Why no further stage was made although more modes change the answer, and what it would cost."""
 
 
-March = Callable[[Setup, ReducedModel], Run]
+March = Callable[[ReducedModel], Run]
 Settle = Callable[[ReducedRun, ReferenceModel, GapOperator, March, Progress], ReducedRun]
 
 
@@ -165,55 +123,95 @@ def run_study(
     """
     c = setup.study.config
     progress(COMPILE, 0, 1)
-    compile_for(setup)
+    compile_for(setup.marching, solves_steps=setup.solves_steps)
     progress(COMPILE, 1, 1)
     setup, reference, gaps, notes = ready(setup, progress, store)
+    marching, kept, coords = setup.marching, gaps.m, setup.model.nodes.coords
+    limit = partial(limited, marching, coords, reference.system)
+    closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
+    observed = partial(setup.observed, lines=True, record=record)
     runs: dict[str, Run] = {}
-    kept = gaps.m
     reduced: ReducedModel | None = None
     band: ReducedRun | None = None
     stopped: str | None = None
     health: dict[str, Health] = {}
     if c.reduction.method != "none":
-        gaps, band, more = _reduced_run(setup, reference, gaps, progress, store, record, keep, settle)
-        setup, reduced, runs["reduced"] = band.setup, band.reduced, band.run
+        model_of = partial(reduce_model, setup, reference, progress=progress, store=store, keep=keep)
+        settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
+
+        def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
+            model = model_of(gaps)
+            if said := foretold(marching, model.system, gaps, reference.linear_closed):
+                progress(Sentence(said), 1, 1)
+
+            def march(model: ReducedModel) -> Run:
+                return march_run("reduced", marching, observed(gaps), model, gaps, progress)
+
+            found = ReducedRun(setup, model, march(model))
+            settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
+            if settled and settles is not None and gaps.presses:
+                found = settles(found, reference, gaps, march, progress)
+            return found, found.run
+
+        gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
+        band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
         from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
         notes += [*more, *reduced.notes]
         try:
-            found_of = partial(checked, reduced, setup.model.nodes.coords, setup.band, progress, store)
+            found_of = partial(checked, reduced, coords, setup.band, progress, store)
             health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
         except KeyboardInterrupt:
             stopped = "stopped while the superelements were checked"
         notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
     stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
-    if stopped is None and (c.proof == "whole" or reduced is None):
+    if stopped is None and c.runs_unreduced:
+        checkpoint = None if checkpoints is None else partial(checkpoints.of, setup.origin)
+        own: ReferenceRun = partial(march_run, "reference", checkpoint=checkpoint)
         if reduced is None:
-            gaps, runs["reference"], more = _only_run(
-                setup, reference, gaps, progress, reference_run, record, checkpoints
-            )
+
+            def only_run(gaps: GapOperator, last: bool) -> tuple[Run, Run]:
+                if record or reference_run is None:
+                    run = own(marching, observed(gaps), reference, gaps, progress)
+                else:
+                    run = reference_run(marching, setup.observed(gaps), reference, gaps, progress)
+                return run, run
+
+            gaps, runs["reference"], more = run_with_closed(gaps, limit, closed, only_run)
             notes += more
         else:
-            make = reference_run or partial(unreduced_run, checkpoints=checkpoints)
-            runs["reference"] = make(compared_setup(setup), reference, gaps, progress)
+            make = reference_run or own
+            runs["reference"] = make(marching.compared, setup.observed(gaps), reference, gaps, progress)
         stopped = runs["reference"].stopped
     notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")
-    notes += run_warnings(setup, gaps, runs)
+    notes += run_warnings(marching, gaps, runs)
     notes += [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
-    window = shown_window(setup.study.course, output_times(setup))
+    window, v, watch = marching.window, c.verification, setup.watch
     whole = {} if stopped else runs
     main, condensed = main_run(whole), None if reduced is None else reduced.system
-    at_lines = None if main is None else (main.lines, main.history)
-    lines = attempted(
-        "E-lines", lambda: compare_lines(setup, reference, condensed, gaps, at_lines, progress), None, notes
+    reduction, loads = setup.reduction, marching.loads
+
+    def lines_of(main: Run) -> LineFindings:
+        touched = touched_points(watch.lines.points, gaps, main.history, window)
+        return compare_lines(marching, watch.lines, reduction, reference, condensed, (main.lines, touched), progress)
+
+    def responses() -> Fit:
+        if condensed is None or reference.of_parts is not None:
+            return {}
+        return response_fit(watch.pairs, v.f_max, loads, reduction, reference, condensed, window)
+
+    lines = None
+    if main is not None and watch.lines.points.m:
+        lines = attempted("E-lines", partial(lines_of, main), None, notes)
+    modes = attempted(
+        "modes of both models", lambda: compare_modes(watch, v.mac_f_max, reference, reduced, gaps), None, notes
     )
-    modes = attempted("modes of both models", lambda: compare_modes(setup, reference, reduced, gaps), None, notes)
     spectra = attempted(
-        "spectra of both runs", lambda: compare_spectra(setup, whole, window, (reference, reduced)), None, notes
+        "spectra of both runs", lambda: compare_spectra(watch, v.f_max, whole, window, responses), None, notes
     )
     return StudyResult(
         setup,
@@ -223,7 +221,7 @@ def run_study(
         reduced,
         modes,
         spectra,
-        compare_events(whole, setup.study.config.verification.event_tolerance, window),
+        compare_events(whole, v.event_tolerance, window),
         window,
         [*setup.notes, *notes],
         health,
@@ -235,165 +233,15 @@ def run_study(
     )
 
 
-def _reduced_run(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    progress: Progress,
-    store: Path | None,
-    record: bool,
-    keep: bool,
-    settle: Settle | None,
-) -> tuple[GapOperator, ReducedRun, list[str]]:
-    """The reduced model and its run, again with those dropped channels that close in it."""
-    notes: list[str] = []
-
-    def march(setup: Setup, reduced: ReducedModel) -> Run:
-        system = reduced.system
-        if setup.raised == 0 and (said := foretold(setup, system, gaps, reference.linear_closed)):
-            progress(Sentence(said), 1, 1)
-        return march_run("reduced", setup, system, gaps, progress, reduced, record=record, watch=True, lines=True)
-
-    for left in reversed(range(MOST_RUNS)):
-        gaps, more = limited(setup, reference, gaps)
-        reduced = reduce_model(setup, reference, gaps, progress, store, keep=keep)
-        found = ReducedRun(setup, reduced, march(setup, reduced))
-        closed = with_closed(setup, gaps, found.run.history) if left and found.run.stopped is None else None
-        keeps_modes = setup.study.config.reduction.method != "guyan"
-        if closed is None and setup.band.auto and keeps_modes and settle is not None and gaps.presses:
-            found = settle(found, reference, gaps, march, progress)
-            closed = with_closed(setup, gaps, found.run.history) if left and found.stages[1:] else None
-        if closed is None:
-            break
-        gaps = closed[0]
-        notes.append(closed[1])
-    return gaps, found, [*notes, *more]
-
-
-def foretold(setup: Setup, system: System, gaps: GapOperator, closed: FloatArray | None) -> str:
-    """What a run of a reduced model will take, where that is long; empty of a forced step, whose progress tells it."""
-    table = setup.study.config.time
-    modal = flowing(system)[0] if table.exact and gaps.presses else None
-    if modal is None:
-        return ""
-    seconds = run_s(modal, gaps, setup.loads, resolution_of(setup), closed)
-    return words(seconds, table.accuracy != "quick", closed)
-
-
-def _only_run(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    progress: Progress,
-    reference_run: ReferenceRun | None,
-    record: bool,
-    checkpoints: Checkpoints | None,
-) -> tuple[GapOperator, Run, list[str]]:
-    """The run of the unreduced model where there is no other, as `_reduced_run`."""
-    notes: list[str] = []
-    for left in reversed(range(MOST_RUNS)):
-        gaps, more = limited(setup, reference, gaps)
-        if record or reference_run is None:
-            run = march_run(
-                "reference",
-                setup,
-                reference.system,
-                gaps,
-                progress,
-                None,
-                record=record,
-                watch=True,
-                lines=True,
-                checkpoints=checkpoints,
-            )
-        else:
-            run = reference_run(compared_setup(setup), reference, gaps, progress)
-        closed = with_closed(setup, gaps, run.history) if left and run.stopped is None else None
-        if closed is None:
-            break
-        gaps = closed[0]
-        notes.append(closed[1])
-    return gaps, run, [*notes, *more]
-
-
-def run_warnings(setup: Setup, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
+def run_warnings(marching: Marching, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
     """What the user should know of each run; where it is the same of both, once."""
     said = {
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history)),
             *motion_warnings(gaps, run.history),
-            *step_warnings(setup, run.events),
+            *step_warnings(marching, run.events),
         ]
         for name, run in runs.items()
     }
     every = dict.fromkeys(text for texts in said.values() for text in texts)
     return [Warned(f"{' and '.join(n for n in said if text in said[n])} run: {text}") for text in every]
-
-
-def march_run(
-    name: str,
-    setup: Setup,
-    system: System,
-    gaps: GapOperator,
-    progress: Progress,
-    reduced: ReducedModel | None,
-    *,
-    record: bool = False,
-    watch: bool = False,
-    lines: bool = False,
-    checkpoints: Checkpoints | None = None,
-) -> Run:
-    """One run with its events and cost; one that stops early has them up to there.
-
-    Parameters
-    ----------
-    record : keep the motion around the hardest events. watch : look at what `prepare.watched` says at every step.
-    lines : measure at the E-lines. checkpoints : of an unreduced run.
-    """
-    meter, stopped, how = Meter(), None, ""
-    field = field_steps(setup.study.course, output_times(setup))
-    on_trial = recorded_steps(setup, system.n) if record else NO_STEPS
-    of_lines = line_steps(setup, system.n) if lines else NO_STEPS
-    observed, whole_at = node_dofs(setup.watched), np.union1d(np.union1d(field, on_trial), of_lines)
-    seen, keeper = watched(setup.model, setup.contacts, gaps) if watch else None, None
-    report: Steps = partial(progress, f"{name} run")
-    if checkpoints is not None:
-        keeper = checkpoints.of(name, setup, system.n, gaps, seen, observed, whole_at)
-        report = keeper.told(progress)
-    try:
-        history, system, how = integrate(
-            setup,
-            system,
-            gaps,
-            observed=observed,
-            output_every=output_every(setup.study.course),
-            whole_at=whole_at,
-            progress=report,
-            watched=seen,
-            keeper=keeper,
-        )
-    except Stopped as error:
-        history, stopped = error.history, f"{name} run: {error}"
-    cost = meter.read() if keeper is None else keeper.cost
-    system, history = with_static(setup, system, history)
-    v = setup.study.config.verification
-    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
-    size = (0, 0, 0.0, 0.0) if reduced is None else (reduced.retained, reduced.modes, reduced.cpu_s, reduced.wall_s)
-    kept = at_steps(history, np.union1d(field, on_trial))
-    recording = recorded(setup, system, kept, events) if record else None
-    found = measured(setup, system, history, of_lines) if stopped is None else None
-    squeaks = tuple(find_squeaks(history, gaps, shown_window(setup.study.course, output_times(setup))))
-    left, told = at_steps(history, field), spacing_words(history.spacing)
-    at_lines, moved = (None, None) if found is None else found
-    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, moved, told)
-
-
-def unreduced_run(
-    setup: Setup,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    progress: Progress,
-    checkpoints: Checkpoints | None = None,
-) -> Run:
-    """The run of the unreduced model."""
-    return march_run("reference", setup, reference.system, gaps, progress, None, watch=True, checkpoints=checkpoints)

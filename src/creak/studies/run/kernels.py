@@ -9,25 +9,28 @@ from pathlib import Path
 
 from creak.contact.step_problem import compile_kernels, solve_step
 from creak.dynamics.flow.march import compile_flow
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.marching import Marching
 
 ASIDE = "from creak.contact.step_problem import compile_kernels; compile_kernels()"
 
 
-def compile_for(setup: Setup) -> None:
+def compile_for(marching: Marching, *, solves_steps: bool) -> None:
     """Compile what the runs of a study need; what was compiled before is read from numba's cache.
 
     Springs alone press without a solver: that of dampers, friction and steps is compiled beside the march, by another
     process, and only where the unreduced model or a state at rest takes it, which read it from the cache once it is
     there.
+
+    Parameters
+    ----------
+    solves_steps : whether a state at rest, or steps of the unreduced model, are solved for.
     """
-    c = setup.study.config
-    if not c.time.exact:
+    if not marching.table.exact:
         compile_kernels()
-    elif needs_solver(setup):
+    elif marching.solver:
         compile_kernels()
         compile_flow(solver=True)
-    elif not (c.proof != "none" or c.reduction.method == "none" or c.static or _starts_closed(setup)) or _compiled():
+    elif not solves_steps or _compiled():
         compile_flow()
     else:
         aside = None if os.cpu_count() == 1 else _started()
@@ -39,15 +42,6 @@ def compile_for(setup: Setup) -> None:
         finally:
             if aside is not None:
                 aside.kill()
-
-
-def needs_solver(setup: Setup) -> bool:
-    """Do channels rub, or have dampers?"""
-    return any(gaps.rubbing or gaps.has_dampers for gaps in (setup.contacts, setup.connectors))
-
-
-def _starts_closed(setup: Setup) -> bool:
-    return any(bool((gaps.gap0 < 0.0).any() or gaps.resting.any()) for gaps in (setup.contacts, setup.connectors))
 
 
 def _compiled() -> bool:

@@ -10,10 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.dynamics.history import History
-from creak.studies.prepare.excitation import highest_frequency
-from creak.studies.prepare.output_steps import shown_window
-from creak.studies.prepare.setup import Setup
-from creak.studies.run.integrate import output_times
+from creak.studies.prepare.marching import Marching
 from creak.verify.events import Event, events_in
 
 MEMORY = 400_000_000
@@ -50,13 +47,16 @@ class Recording:
     """Why there are none."""
 
 
-def recorded_steps(setup: Setup, n: int) -> IntArray:
+def recorded_steps(marching: Marching, period: float, n: int) -> IntArray:
     """Whole steps of the verification window at which a run of n coordinates keeps them all.
 
     They are every one, or as many as fit into `MEMORY`; none where that would not follow the motion.
+
+    Parameters
+    ----------
+    period : of the highest frequency of the excitation, s.
     """
-    time, period = output_times(setup), 1.0 / _highest(setup)
-    start, end = shown_window(setup.study.course, time)
+    time, (start, end) = marching.ends, marching.window
     inside = np.flatnonzero((time >= start - BESIDE * period) & (time <= end))
     every = -(-8 * n * inside.size // MEMORY)
     if every > 1 and every * (time[1] - time[0]) > period / PER_PERIOD:
@@ -64,19 +64,22 @@ def recorded_steps(setup: Setup, n: int) -> IntArray:
     return inside[:: max(every, 1)].astype(np.int64)
 
 
-def recorded(setup: Setup, system: System, history: History, events: Sequence[Event]) -> Recording:
+def recorded(marching: Marching, period: float, system: System, history: History, events: Sequence[Event]) -> Recording:
     """The motion around the hardest events, hardest first, out of the coordinates that a run has kept.
 
     Every contact node comes first with its hardest event, then come the others; an event that another one's motion
     shows already is left out. Instants are those of whole steps, at most `FRAMES` of them.
+
+    Parameters
+    ----------
+    period : as for `recorded_steps`.
     """
     if system.n != history.coordinates.shape[0] or not history.whole_at.size:
         return Recording((), _why_nothing(system, history))
-    window = shown_window(setup.study.course, output_times(setup))
     chosen: list[Motion] = []
-    for event in _ranked(events_in(events, window)):
+    for event in _ranked(events_in(events, marching.window)):
         if len(chosen) < MOST_EVENTS and not any(_shows(m, event) for m in chosen):
-            motion = _around(setup, history, event)
+            motion = _around(marching, BESIDE * period, history, event)
             chosen += [motion] if motion is not None else []
     return Recording(tuple(chosen), "" if chosen else "nothing touches in the verification window")
 
@@ -99,11 +102,6 @@ def _why_nothing(system: System, history: History) -> str:
     return "the run ended before its motion could be told from its coordinates"
 
 
-def _highest(setup: Setup) -> float:
-    """Hz; that of the compared mode shapes where the excitation does not tell."""
-    return highest_frequency(setup.study.driving) or setup.study.config.verification.mac_f_max
-
-
 def _ranked(events: Sequence[Event]) -> list[Event]:
     """By force, the hardest event of each contact node before the others."""
     by_force = sorted(events, key=lambda e: -e.force_place)
@@ -120,15 +118,14 @@ def _shows(motion: Motion, event: Event) -> bool:
     return bool(motion.time[0] <= event.t_start and event.t_end <= motion.time[-1])
 
 
-def _around(setup: Setup, history: History, event: Event) -> Motion | None:
-    """The kept instants from a little before an event to a little after it; None where there are fewer than three."""
-    time, parts = output_times(setup), setup.study.config.time.substeps
+def _around(marching: Marching, beside: float, history: History, event: Event) -> Motion | None:
+    """The kept instants from `beside` (s) an event to as much after it; None where there are fewer than three."""
+    time, parts = marching.ends, marching.table.substeps
     kept = time[history.whole_at]
-    length = BESIDE / _highest(setup)
-    at = np.flatnonzero((kept >= event.t_start - length) & (kept <= event.t_end + length))
+    at = np.flatnonzero((kept >= event.t_start - beside) & (kept <= event.t_end + beside))
     at = at[:: max(1, -(-at.size // FRAMES))]
     if at.size < 3:
         return None
     steps = history.whole_at[at]
-    supports = setup.loads.support[0, parts * steps].T
+    supports = marching.loads.support[0, parts * steps].T
     return Motion(event, time[steps], np.ascontiguousarray(history.coordinates[:, at]), supports)

@@ -36,7 +36,7 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
             expected="supports that hold it without contact",
             fix="Run it with contact: creak run.",
         )
-    linear = modal_measures(setup, reference, progress)
+    linear = modal_measures(setup.marching, setup.elines, setup.reduction, reference, progress)
     highest = reference.modes.frequencies.max(initial=0.0)
     if linear is None:
         raise InputError(
@@ -44,4 +44,4 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
             where=study.places.where("time"),
             fix="Shorten the run.",
         )
-    return findings(setup, linear, None, None, f"modes up to {highest:.4g} Hz", "")
+    return findings(setup.elines, linear, None, None, f"modes up to {highest:.4g} Hz", "")

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -23,26 +22,14 @@ from creak.errors import InputError
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.studies.design.heat import heat_forces, heat_of
-from creak.studies.models.of_parts import reference_that_fits
-from creak.studies.models.outlines import assembled
+from creak.studies.file.case import Driving
+from creak.studies.file.places import Places
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
+from creak.studies.prepare.structure import Structure
 
 STAGE = "static start"
-
-
-def begin(setup: Setup, progress: Progress, store: Path | None = None) -> tuple[Setup, ReferenceModel]:
-    """The unreduced model, and the setup that starts from its static equilibrium where the study asks for one.
-
-    Where memory holds no factor of it: its parts, reduced to what joins them.
-
-    Raises
-    ------
-    OutOfMemory : not even those of its parts, or the study needs the whole.
-    """
-    reference = reference_that_fits(setup, assembled(setup.structure, progress, store), progress, store)
-    return started(setup, reference, progress), reference
 
 
 def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setup:
@@ -70,7 +57,7 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
         reference.system,
         reference.stiffness,
         gaps,
-        _load(setup, reference),
+        _load(setup.structure, setup.study.driving, reference),
         static_supports(setup.model, setup.study.driving, setup.driven),
     )
     progress(STAGE, 1, 1)
@@ -82,53 +69,45 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
     return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
 
 
-def unstarted(setup: Setup) -> Setup:
-    """The setup before its static loads."""
-    if setup.static is None:
-        return setup
-    contacts, connectors = setup.static.before
-    return replace(setup, contacts=contacts, connectors=connectors, static=None)
-
-
-def _load(setup: Setup, reference: ReferenceModel) -> FloatArray:
+def _load(structure: Structure, driving: Driving, reference: ReferenceModel) -> FloatArray:
     """(n,) forces of the static loads on the coordinates of the unreduced model."""
-    system = reference.system
+    system, model = reference.system, structure.model
     f = np.zeros(system.n)
-    gravity = static_gravity(setup.model, setup.study.driving)
+    gravity = static_gravity(model, driving)
     if gravity.any():
-        for labels, M in _carriers(setup, reference):
+        for labels, M in _carriers(structure, driving.places, reference):
             f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
-    acting = static_forces(setup.model, setup.study.driving)
+    acting = static_forces(model, driving)
     if acting:
         labels, at = np.unique(np.concatenate([labels for _, labels, _ in acting]), return_inverse=True)
         values = np.repeat([value for _, _, value in acting], [labels.size for _, labels, _ in acting])
         total = np.bincount(at.reshape(-1), weights=values, minlength=labels.size)
         f += np.asarray(system.rows(labels)[0].T @ total).ravel()
-    heat = heat_of(setup.model, setup.study.driving)
+    heat = heat_of(model, driving)
     if heat is not None:
-        forces = heat_forces(setup.model, heat)
+        forces = heat_forces(model, heat)
         labels = np.flatnonzero(forces)
         f += np.asarray(system.rows(~labels)[0].T @ forces[labels]).ravel()
     return f
 
 
-def _carriers(setup: Setup, reference: ReferenceModel) -> Iterator[tuple[IntArray, Matrix]]:
+def _carriers(structure: Structure, places: Places, reference: ReferenceModel) -> Iterator[tuple[IntArray, Matrix]]:
     """Labels and mass of all parts, and of the elements between them."""
-    for given in setup.superelements:
+    for given in structure.superelements:
         if (given.coordinates < 0).any():
             raise InputError(
                 f"gravity on superelement {given.name!r}: its matrices have generalised coordinates, and do not say "
                 "how they take part in a uniform acceleration",
-                where=setup.study.places.where("superelement", given.name),
+                where=places.where("superelement", given.name),
                 expected="matrices on physical dofs alone",
                 fix="Export it without modes, or give its weight as [[static]] forces.",
             )
     loose = [] if reference.loose is None else [reference.loose]
-    yield from ((part.coordinates, part.M) for part in (*reference.parts, *loose, *setup.superelements))
-    blocks = [b for b in setup.model.blocks if b.part < 0]
+    yield from ((part.coordinates, part.M) for part in (*reference.parts, *loose, *structure.superelements))
+    blocks = [b for b in structure.model.blocks if b.part < 0]
     if blocks:
         labels = node_dofs(np.unique(np.concatenate([b.nodes_idx.ravel() for b in blocks])))
-        yield labels, assemble_blocks(setup.model, blocks, labels, Rayleigh(0.0, 0.0), override=True).M
+        yield labels, assemble_blocks(structure.model, blocks, labels, Rayleigh(0.0, 0.0), override=True).M
 
 
 def _note(found: Equilibrium) -> str:
@@ -141,16 +120,19 @@ def _note(found: Equilibrium) -> str:
     )
 
 
-def with_static(setup: Setup, system: System, history: History) -> tuple[System, History]:
+def with_static(start: StaticStart | None, nodes: IntArray, system: System, history: History) -> tuple[System, History]:
     """A run whose displacements hold the static share, and the System that recovers it.
 
     Its strain energy is that of the static state and that of the motion about it; their cross term is work of the
     static loads.
+
+    Parameters
+    ----------
+    nodes : rows of those whose motion is kept.
     """
-    if setup.static is None:
+    if start is None:
         return system, history
-    start = setup.static
-    kept = history.displacement + start.at(node_dofs(setup.watched))
+    kept = history.displacement + start.at(node_dofs(nodes))
     energy = history.energy.copy()
     energy[:, ENERGIES.index("strain")] += start.state.strain
     u = start.at(system.labels)

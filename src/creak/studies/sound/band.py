@@ -19,7 +19,7 @@ from creak.sound.rayleigh import AIR, HIGHEST
 from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step
-from creak.studies.run.job import Run
+from creak.studies.run.one_run import Run
 from creak.studies.sound.radiation import compact_bodies
 
 PER_MODE = 2.0

@@ -21,7 +21,8 @@ from creak.sound.loudness import added_loudness, loudness
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 from creak.studies.run.compared import main_run
-from creak.studies.run.job import Run, StudyResult
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of

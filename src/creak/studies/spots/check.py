@@ -43,7 +43,7 @@ def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Struct
     taken = affordable(order, rows, of.budget, FEWEST_EVENTS)
     progress("spot checks", 0, len(taken) + 1)
     at = sorted({s.first for s in taken})
-    states = states_at(result, of, at)
+    states = states_at(result.setup.marching, of, at)
     spots, solves = _marched(of, taken, near, states, at, progress)
     return Structure(tuple(spots), solves=solves)
 

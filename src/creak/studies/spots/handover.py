@@ -16,10 +16,10 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.studies.prepare.flight_steps import RESOLUTIONS
+from creak.studies.prepare.marching import Marching
 from creak.studies.results.places import find_places
-from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.run.integrate import flowing
 from creak.studies.run.job import StudyResult
-from creak.studies.run.kernels import needs_solver
 from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
@@ -104,10 +104,9 @@ def ordered(result: StudyResult, of: Handover) -> list[tuple[Event, str]]:
     return chosen(run.events, find_places(result, run), of.gaps, SEED)
 
 
-def states_at(result: StudyResult, of: Handover, at: list[int]) -> FlowStates:
+def states_at(marching: Marching, of: Handover, at: list[int]) -> FlowStates:
     """States of the reduced run at the ends of some flight steps, by marching it again up to there."""
-    setup = result.setup
-    return flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(setup), solver=needs_solver(setup))
+    return flow_states(of.reduced, of.gaps, of.loads, at, resolution=marching.resolution, solver=marching.solver)
 
 
 def states_of(of: Handover, states: FlowStates, k: int, first: int) -> tuple[FloatArray, FloatArray]:

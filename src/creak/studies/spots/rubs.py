@@ -51,7 +51,7 @@ def check_rubs(result: StudyResult, of: Handover) -> tuple[tuple[RubSpot, ...], 
     rows = near.size + 2 * of.gaps.select(near).rubbing
     taken = affordable(order, rows, of.budget, 1)
     at = sorted({p.first for p in taken})
-    states = states_at(result, of, at)
+    states = states_at(result.setup.marching, of, at)
     checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
     found = []
     for p in taken:

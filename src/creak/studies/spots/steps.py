@@ -8,7 +8,7 @@ from creak.dynamics.flight.contact_steps import steps_in_contact
 from creak.studies.converge.figures import TIMES, change
 from creak.studies.converge.settling import LEAST
 from creak.studies.converge.structure import MOVED
-from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.run.integrate import flowing
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import FEWEST_EVENTS
 from creak.studies.spots.choose import near_channels, stretch_of
@@ -29,7 +29,7 @@ def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     """
     if flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
-    step, longest = of.ends[1] - of.ends[0], resolution_of(result.setup).stepped
+    step, longest = of.ends[1] - of.ends[0], result.setup.marching.resolution.stepped
     parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
     half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
     if half != 2 * parts:
@@ -40,7 +40,7 @@ def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     near, at = near_channels(of.history, of.gaps, order, of.ends), sorted({s.first for s in order})
     if not order:
         return {}
-    states = states_at(result, of, at)
+    states = states_at(result.setup.marching, of, at)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     for s in order:

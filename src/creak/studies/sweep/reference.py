@@ -17,9 +17,9 @@ from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.progress import Progress
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.run.costs import Cost
-from creak.studies.run.job import Run, unreduced_run
+from creak.studies.run.one_run import Run, march_run
 from creak.verify.events import find_events
 from creak.verify.slips import find_slips
 
@@ -36,13 +36,15 @@ class SharedReference:
         self.path = path
         self.reused = False
 
-    def __call__(self, setup: Setup, reference: ReferenceModel, gaps: GapOperator, progress: Progress) -> Run:
+    def __call__(
+        self, marching: Marching, observed: Observed, reference: ReferenceModel, gaps: GapOperator, progress: Progress
+    ) -> Run:
         """The run; what came from the file has the cost that it had when it was made."""
-        run = _read(self.path, setup.study.config.verification, reference, gaps)
+        run = _read(self.path, observed.verification, reference, gaps)
         self.reused = run is not None
         if run is not None:
             return replace(run, notes=("taken from another case, with its costs",))
-        run = unreduced_run(setup, reference, gaps, progress)
+        run = march_run("reference", marching, observed, reference, gaps, progress)
         if run.stopped is None:
             _write(self.path, run, gaps)
         return run

@@ -41,7 +41,8 @@ def study(tmp_path_factory) -> tuple[Setup, ReferenceModel]:
 
 
 def told_of(setup: Setup, reference: ReferenceModel, whole: Counted, parts, unknowns: int, rows: int) -> Memory:
-    return memory(setup.reduction, reference, whole, parts, unknowns, runs_of(setup, rows))
+    runs = runs_of(setup.marching, setup.watched.size, rows, unreduced=setup.study.config.runs_unreduced)
+    return memory(setup.reduction, reference, whole, parts, unknowns, runs)
 
 
 def told(study: tuple[Setup, ReferenceModel], *parts: PartSize, method: str = "craig-bampton") -> Memory:

@@ -50,9 +50,9 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
     """Stages and repeats together: a base run for each stage, one of them with half the tolerance."""
     sizes, real = [], job.march_run
 
-    def counted(name, setup, system, *rest, **options):
-        sizes.append((system.n, setup.refined))
-        return real(name, setup, system, *rest, **options)
+    def counted(name, marching, observed, model, *rest, **options):
+        sizes.append((model.system.n, marching.resolution))
+        return real(name, marching, observed, model, *rest, **options)
 
     for module in (job, variants):
         monkeypatch.setattr(module, "march_run", counted)

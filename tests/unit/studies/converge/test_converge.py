@@ -36,7 +36,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.save import save_convergence
 from creak.studies.results.summary import summarise
-from creak.studies.run import job as running
+from creak.studies.run import one_run as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
 from helpers_decks import STOP, STUDY, write_strips
@@ -169,7 +169,7 @@ def test_the_base_run_is_that_of_the_study(strips, repeated):
 def test_refinement_changes_what_the_names_say(strips, repeated):
     """A run repeated at h/2 is that of a study with half the step and the base run's contact stiffness."""
     setup = repeated_setup(strips.setup, Variant(HALF, "step", 2.5e-4, f_max=3000.0), 1)
-    again = running.march_run("again", setup, strips.reduced.system, strips.gaps, silent, strips.reduced)
+    again = running.march_run("again", setup.marching, setup.observed(strips.gaps), strips.reduced, strips.gaps, silent)
     assert tuple(again.events) == repeated.outcomes[HALF].events
     assert setup.loads.time[-1] == strips.setup.loads.time[-1]
     np.testing.assert_allclose(setup.loads.support[0, ::2], strips.setup.loads.support[0], rtol=0, atol=1e-12)
@@ -225,9 +225,9 @@ def test_only_a_stiffness_that_creak_chose_is_judged(given, own, strips):
 def test_a_run_that_stops_is_reported_and_the_rest_goes_on(strips, repeated, monkeypatch):
     whole = running.integrate
 
-    def until_0_3(setup, system, gaps, **options):
-        history, *rest = whole(setup, system, gaps, **options)
-        if setup.study.config.time.step > 1.3e-4 or gaps.stiffness[0] > strips.gaps.stiffness[0]:
+    def until_0_3(marching, system, gaps, *options):
+        history, *rest = whole(marching, system, gaps, *options)
+        if marching.table.step > 1.3e-4 or gaps.stiffness[0] > strips.gaps.stiffness[0]:
             return history, *rest
         n = int(np.searchsorted(history.time, 0.3))
         cut = replace(

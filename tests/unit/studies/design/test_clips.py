@@ -15,7 +15,7 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run.static_start import begin
+from creak.studies.run.precheck import ready
 
 LENGTH, SIDE, MODULUS, N = 200.0, 2.0, 210000.0, 4
 GIVE = LENGTH**3 / (3.0 * MODULUS * SIDE**4 / 12.0)
@@ -44,7 +44,7 @@ def clipped(folder: Path, tables: str, top: str = "") -> Setup:
 def tip(folder: Path, force: float, clip: str, top: str = "") -> float:
     """Place of the tip at rest under a force."""
     load = f'[[static]]\nforce = {force}\nnode_set = "TIP"\ndof = "z"\n'
-    setup, _ = begin(clipped(folder, load + clip, top), lambda *_: None)
+    setup, *_ = ready(clipped(folder, load + clip, top), lambda *_: None)
     assert setup.static is not None
     return float(setup.static.at(np.array([6 * N + 2]))[0])
 

@@ -19,7 +19,7 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
 from creak.studies.propose.proposal import propose
 from creak.studies.propose.text import proposal_text
-from creak.studies.run.precheck import prepare
+from creak.studies.run.precheck import ready
 from creak.studies.warned import warnings_of
 from helpers_core import chain, system_of
 from helpers_decks import STUDY, two_strips, write_strips
@@ -63,7 +63,7 @@ def test_modes_beyond_the_computed_ones_are_damped_like_their_stiffness(measured
 def both(tmp_path_factory):
     """The two models of a study with modal damping."""
     setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), UNDAMPED, MODAL)))
-    reference, gaps, _ = prepare(setup, silent)
+    _, reference, gaps, _ = ready(setup, silent)
     return setup, reference, reduce_model(setup, reference, gaps, silent)
 
 

@@ -29,7 +29,6 @@ from creak.studies.robust.batches import batches
 from creak.studies.robust.bench import FACTORS, Draw, bench_of, variant_of
 from creak.studies.robust.changes import changed_setup
 from creak.studies.robust.draws import field_shapes
-from creak.studies.run.integrate import resolution_of
 from creak.verify.odds import Index
 from helpers_decks import STUDY, write_strips
 
@@ -168,7 +167,11 @@ def test_draws_are_single_runs(found):
         assert np.array_equal(variant.gaps.gap0, setup.connectors.gap0)
         assert np.array_equal(variant.loads.force, setup.loads.force)
         alone = simulate_flow(
-            bench.system, variant.gaps, setup.loads, resolution=resolution_of(setup), observed=np.zeros(0, dtype=int)
+            bench.system,
+            variant.gaps,
+            setup.loads,
+            resolution=setup.marching.resolution,
+            observed=np.zeros(0, dtype=int),
         )
         shared = march_chunks(bench.base.again(variant.gaps, variant.loads), None)
         assert np.array_equal(alone.time, shared.time)

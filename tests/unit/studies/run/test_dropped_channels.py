@@ -11,7 +11,7 @@ import pytest
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise
-from creak.studies.run import job, precheck
+from creak.studies.run import precheck
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.reliability import reasons_against
 from helpers_decks import STEEL, strip, write_strips
@@ -93,7 +93,7 @@ def test_it_is_told_and_counted(thrown):
 
 
 def test_what_still_closes_in_the_last_run_is_a_red_verdict(tmp_path, monkeypatch):
-    monkeypatch.setattr(job, "MOST_RUNS", 1)
+    monkeypatch.setattr(precheck, "MOST_RUNS", 1)
     result = run(tmp_path)
     out = summarise(result)
     assert out["runs"]["reduced"]["verdict"] == "unreliable"
@@ -112,7 +112,8 @@ def test_the_unreduced_model_alone_is_watched_too(tmp_path):
 
 def test_nothing_closes_nothing_is_run_again(thrown):
     setup, gaps, h = thrown.setup, thrown.gaps, thrown.runs["reduced"].history
-    assert precheck.with_closed(setup, gaps, h) is None
+    every = setup.study.config.precheck, setup.contacts, setup.connectors
+    assert precheck.with_closed(*every, gaps, h) is None
     assert h.extremes.gap.size == setup.contacts.m - (gaps.m - setup.connectors.m)
     assert np.isfinite(h.extremes.gap_at).all()
-    assert precheck.with_closed(setup, gaps, replace(h, extremes=None)) is None
+    assert precheck.with_closed(*every, gaps, replace(h, extremes=None)) is None

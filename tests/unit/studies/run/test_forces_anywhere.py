@@ -9,10 +9,9 @@ import pytest
 
 from creak.api.study import make_study, run, set_up
 from creak.progress import silent
-from creak.reduction.modal import modal_system
-from creak.studies.models.reference import build_reference, static_shapes
-from creak.studies.run.integrate import linear_run, scheme_of
-from creak.studies.run.precheck import linear_gaps
+from creak.studies.models.reference import build_reference, in_modes
+from creak.studies.run.integrate import linear_run
+from creak.studies.run.precheck import with_linear_gaps
 from helpers_decks import STUDY, two_strips
 
 TIPS = (
@@ -47,15 +46,10 @@ def test_the_precheck_feels_a_force_anywhere(folder, node_set, damping):
     """The System that it keeps without damping moves as the one that is made of the damped whole."""
     setup = set_up(study(folder, node_set, damping))
     reference = build_reference(setup, silent)
-    scheme = scheme_of(setup.study.config.time)
-    whole = modal_system(
-        reference.system,
-        reference.modes,
-        reference.support_shapes,
-        static_shapes(setup.loads, reference, setup.reduction),
-    )
-    expected = setup.contacts.gap0 + (linear_run(setup, whole, scheme, None).gap - setup.contacts.gap0).min(axis=0)
-    found = linear_gaps(setup, reference, scheme, silent)
+    whole, contacts = in_modes(reference, setup.loads, setup.reduction), setup.contacts
+    moved = linear_run(setup.marching, contacts, whole, None).gap - contacts.gap0
+    expected = contacts.gap0 + moved.min(axis=0)
+    found = with_linear_gaps(setup, reference, silent).linear_gaps
     scale = float(np.abs(expected - setup.contacts.gap0).max())
     assert found == pytest.approx(expected, abs=1e-9 * scale)  # round-off
 

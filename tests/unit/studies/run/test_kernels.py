@@ -58,7 +58,8 @@ def test_what_a_study_needs_is_compiled(study, changes, aside, expected, calls, 
         return subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"])  # one that fails is made up for
 
     monkeypatch.setattr(kernels, "_started", start)
-    kernels.compile_for(set_up(creak.change_study(study, changes)))
+    setup = set_up(creak.change_study(study, changes))
+    kernels.compile_for(setup.marching, solves_steps=setup.solves_steps)
     assert calls == expected
     assert bool(started) == aside
 

@@ -14,7 +14,7 @@ import creak
 from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.structure import Spot, Structure, surely
-from creak.studies.run.integrate import flowing, resolution_of
+from creak.studies.run.integrate import flowing
 from creak.studies.spots.choose import Stretch, affordable
 from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
@@ -162,7 +162,7 @@ def test_the_state_taken_over_is_that_of_the_run(strips):
     found = strips.found
     of, _ = handed_over(found)
     at = [4, 9]
-    states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=resolution_of(found.setup))
+    states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=found.setup.marching.resolution)
     h = of.history
     labels = found.setup.contacts.labels[:3]
     rows = found.reduced.system.rows(labels)

@@ -1,0 +1,121 @@
+"""One run: a model marched through its loads, with its events and its cost."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
+from creak.dynamics.record.thinning import spacing_words
+from creak.dynamics.stopped import Stopped
+from creak.model.dofs import node_dofs
+from creak.progress import Progress, Steps
+from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.marching import Marching, Observed
+from creak.studies.prepare.output_steps import field_steps, output_every
+from creak.studies.run.checkpoint import Checkpoint
+from creak.studies.run.costs import Cost, Meter
+from creak.studies.run.elines import LineMotion, line_steps, measured
+from creak.studies.run.integrate import Kept, integrate
+from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
+from creak.studies.run.static_start import with_static
+from creak.verify.elines import PointMeasures
+from creak.verify.events import Event, find_events
+from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
+
+NO_SIZE = (0, 0, 0.0, 0.0)
+"""Retained dofs, modes and s of an unreduced model."""
+
+
+@dataclass(frozen=True)
+class Run:
+    """One time integration."""
+
+    name: str
+    system: System
+    history: History
+    events: list[Event]
+    cost: Cost
+    retained: int
+    modes: int
+    offline_cpu_s: float
+    offline_wall_s: float
+    slips: tuple[SlipEvent, ...] = ()
+    """Stick-slip events of the pairs that rub."""
+    integrator: str = ""
+    """In a few words."""
+    stopped: str | None = None
+    """Why the run ended early; None: it did not."""
+    recording: Recording | None = None
+    """Motion around the hardest events; None where nobody asked for it."""
+    lines: PointMeasures | None = None
+    """At the points of the E-lines; None where nobody asked for them."""
+    squeaks: tuple[Squeak, ...] = ()
+    """Stick-slip of each pair that rubs, in the verification window."""
+    line_motion: LineMotion | None = None
+    """Over time, with `lines`."""
+    notes: tuple[str, ...] = ()
+    """What should be known of it: instants that were not kept, a run that was taken from another case."""
+    places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
+        default_factory=dict, init=False, compare=False, repr=False
+    )
+    """Window -> channels and what `studies.results.places` found of them, so that it looks once."""
+
+
+def march_run(
+    name: str,
+    marching: Marching,
+    observed: Observed,
+    model: ReducedModel | ReferenceModel,
+    gaps: GapOperator,
+    progress: Progress,
+    checkpoint: Callable[..., Checkpoint] | None = None,
+) -> Run:
+    """One run with its events and cost; one that stops early has them up to there.
+
+    Parameters
+    ----------
+    checkpoint : gives that of a march (`Checkpoints.of`, its `origin` known).
+    """
+    meter, stopped, how = Meter(), None, ""
+    system, seen, v = model.system, observed.seen, observed.verification
+    fields, labels = field_steps(marching.course, marching.ends), node_dofs(observed.nodes)
+    period = 1.0 / (marching.excited or v.mac_f_max)
+    on_trial = recorded_steps(marching, period, system.n) if observed.record else NO_STEPS
+    of_lines = line_steps(marching, system.n) if observed.lines.points.m else NO_STEPS
+    whole_at = np.union1d(np.union1d(fields, on_trial), of_lines)
+    report: Steps = partial(progress, f"{name} run")
+    keeper = None
+    if checkpoint is not None:
+        channels = (gaps.names, () if seen is None else seen.silent.names)
+        keeper = checkpoint(name, float(marching.loads.time[-1]), system.n, channels, (labels, whole_at))
+        report = keeper.told(progress)
+    kept: Kept = {
+        "observed": labels,
+        "output_every": output_every(marching.course),
+        "whole_at": whole_at,
+        "watched": seen,
+        "progress": report,
+    }
+    try:
+        history, system, how = integrate(marching, system, gaps, kept, keeper)
+    except Stopped as error:
+        history, stopped = error.history, f"{name} run: {error}"
+    cost = meter.read() if keeper is None else keeper.cost
+    system, history = with_static(observed.static, observed.nodes, system, history)
+    events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
+    size = (model.retained, model.modes, model.cpu_s, model.wall_s) if isinstance(model, ReducedModel) else NO_SIZE
+    shown = at_steps(history, np.union1d(fields, on_trial))
+    recording = recorded(marching, period, system, shown, events) if observed.record else None
+    found = measured(marching, observed.lines, system, history, of_lines) if stopped is None else None
+    squeaks = tuple(find_squeaks(history, gaps, marching.window))
+    left, told = at_steps(history, fields), spacing_words(history.spacing)
+    at_lines, moved = (None, None) if found is None else found
+    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, moved, told)
