@@ -84,6 +84,7 @@ def of_own(
         "cut_short": cut,
         "steps": fine.steps,
         "friction_work": fine.friction_work,
+        "blows": sum(0.5 * e.impulse * e.closing_speed for e in own),
         "slip_time": fine.slip_time,
         "contact_khz": full.modes.contact_omega / 2e3 / np.pi,
     }
