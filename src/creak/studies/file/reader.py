@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -79,7 +80,7 @@ def read_study(path: Path) -> Study:
             expected="a study file (.toml)",
             fix=f"Write a study that names the deck in [model]; `creak new {path.name}` writes a first one.",
         )
-    if path.suffix.lower() != ".toml" and path.is_file():
+    if path.suffix.lower() != ".toml" and os.path.isfile(path):
         raise InputError(
             f"{path.name} is neither a study nor a deck",
             expected=f"a study (.toml) or a deck ({', '.join(DECKS)})",
