@@ -153,8 +153,7 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
         state = f"left out, because {c.problem}" if c.problem else f"{c.channels} channels"
         if c.question:
             state = f"asked in the study ({c.question})" + (f", see {c.picture}" if c.picture else "")
-        how = f"{max(c.gap, 0.0):.3g} {unit} apart" if c.gap > -1e-9 else f"{-c.gap:.3g} {unit} inside each other"
-        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {how} at node {c.place}, {state}")
+        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.how_far(unit)} at node {c.place}, {state}")
     for joint in found.joints:
         output.say(f"joined by the deck: {joint}")
     if not found.contacts:

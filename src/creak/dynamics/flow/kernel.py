@@ -223,7 +223,7 @@ def march(  # type: ignore[no-untyped-def]
                 if calm == patience:
                     look_rates(model, now)
                 if lasting.A.size > 0:
-                    if A is not None:
+                    if A is not None:  # left out of what is compiled where it is None
                         held = hold_rubbing(
                             model, laws, slope, P[level], lasting, gain, D, course, h, now, after, block
                         )

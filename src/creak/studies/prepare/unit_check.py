@@ -112,11 +112,8 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
 def other_units(model: Model, units: str) -> str | None:
     """The first material whose figures are of another system than the study's, in a sentence; None: there is none."""
     declared = SYSTEMS[units]
-    for stuff in materials(model):
-        whole = stuff.modulus > 0.0 and stuff.density > 0.0 and not _fits(stuff, declared)
-        if whole and any(_fits(stuff, s) for s in (*SYSTEMS.values(), *OTHERS)):
-            return f"materials and study are of two systems of units: {_material(stuff, declared)}"
-    return None
+    stuff = next((m for m in materials(model) if _system_of(m, declared) is not None), None)
+    return None if stuff is None else f"materials and study are of two systems of units: {_material(stuff, declared)}"
 
 
 def guessed_units(model: Model) -> list[UnitSystem]:
@@ -190,10 +187,9 @@ def _material(stuff: Stuff, declared: UnitSystem) -> str:
     if _fits(stuff, declared):
         return ""
     name = f"material {stuff.name} (E = {stuff.modulus:g}, density = {stuff.density:g})"
-    if stuff.modulus > 0.0 and stuff.density > 0.0:
-        other = next((s for s in (*SYSTEMS.values(), *OTHERS) if _fits(stuff, s)), None)
-        if other is not None:
-            return f"{name} is in {other.name}, not in {declared.name}: {_remedy(other, declared)}"
+    other = _system_of(stuff, declared)
+    if other is not None:
+        return f"{name} is in {other.name}, not in {declared.name}: {_remedy(other, declared)}"
     _, stress, density, _ = declared.words
     wrong = []
     if stuff.modulus > 0.0 and not _within(stuff.modulus * declared.stress, MODULUS):
@@ -205,6 +201,13 @@ def _material(stuff: Stuff, declared: UnitSystem) -> str:
     if not wrong:
         return f"{name} would carry sound at {_sound(stuff, declared):.3g} m/s in {declared.name}: look at both figures"
     return f"{name} is of no solid in {declared.name}, where {' and '.join(wrong)}"
+
+
+def _system_of(stuff: Stuff, declared: UnitSystem) -> UnitSystem | None:
+    """The system that a material fits which does not fit the declared one; None: it does, or it fits none."""
+    if _fits(stuff, declared) or not (stuff.modulus > 0.0 and stuff.density > 0.0):
+        return None
+    return next((s for s in (*SYSTEMS.values(), *OTHERS) if _fits(stuff, s)), None)
 
 
 def _remedy(other: UnitSystem, declared: UnitSystem) -> str:

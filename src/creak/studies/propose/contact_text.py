@@ -34,10 +34,9 @@ PRECHECK = "the pre-check keeps those that a linear run all but closes."
 
 
 def _where(c: Contact, unit: str) -> list[str]:
-    how = f"{max(c.gap, 0.0):.3g} {unit} apart" if c.gap > -1e-9 else f"{-c.gap:.3g} {unit} inside each other"
     first = f"The edge of {c.parts[0]}" if c.edge else c.secondary
     second = f"that of {c.main}" if c.question == EDGES else c.main
-    lines = [f"# {first} and {second}: {how} at node {c.place}; {c.near} {_counted(c)}."]
+    lines = [f"# {first} and {second}: {c.how_far(unit)} at node {c.place}; {c.near} {_counted(c)}."]
     if c.clearance == 0.0 and c.edge and not c.question:
         lines.append("# An edge that is drawn inside the plate's thickness stands on it: the gap is zero.")
     return lines

@@ -78,6 +78,12 @@ class Contact:
     def live(self) -> bool:
         return self.channels > 0 and not self.problem and not self.question
 
+    def how_far(self, unit: str) -> str:
+        """The distance of its two sides in words."""
+        if self.gap > -1e-9:
+            return f"{max(self.gap, 0.0):.3g} {unit} apart"
+        return f"{-self.gap:.3g} {unit} inside each other"
+
 
 def find_contacts(model: Model, near: Sequence[Near], distance: float, progress: Progress) -> tuple[Contact, ...]:
     """The contacts of what is near, those that are sure first."""
