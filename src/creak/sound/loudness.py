@@ -40,6 +40,8 @@ class Loudness:
     """(n,) N(t), sone."""
     specific: FloatArray
     """(n, 240) N'(z, t), sone/Bark at .1, .2, ... 24 Bark, before the low-passes of N(t)."""
+    instant: FloatArray
+    """(n,) its integral, sone."""
 
     def exceeded(self, percent: float) -> float:
         """Loudness exceeded in `percent` of the time, sone: N5 is `exceeded(5)`."""
@@ -70,7 +72,7 @@ class Loudness:
     @property
     def sharpness(self) -> FloatArray:
         """(n,) sharpness of N'(z, t) by DIN 45692, acum; 0 where there is nothing to hear."""
-        return sharpness(self.specific)
+        return sharpness(self.specific, self.instant)
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class SteadyLoudness:
     @property
     def sharpness(self) -> float:
         """Sharpness by DIN 45692, acum; 0 where there is nothing to hear."""
-        return float(sharpness(self.specific[None])[0])
+        return float(sharpness(self.specific[None], np.array([self.total]))[0])
 
 
 def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudness:
@@ -143,7 +145,7 @@ def _over_time(powers: FloatArray, field: str) -> Loudness:
     for share, tau in (FAST, SLOW):
         total += share * np.asarray(low_pass(instant, math.exp(-1.0 / (LEVEL_RATE * INNER * tau)), INNER))
     time = np.arange(specific.shape[0], dtype=np.float64) * (EVERY / LEVEL_RATE)
-    return Loudness(time, total[::EVERY], specific)
+    return Loudness(time, total[::EVERY], specific, instant[::EVERY])
 
 
 def steady_loudness(pressure: ArrayLike, rate: float, *, field: str = "free", skip: float = SETTLED) -> SteadyLoudness:
@@ -201,12 +203,12 @@ def loudness_level(total: FloatArray) -> FloatArray:
     )
 
 
-def sharpness(specific: FloatArray) -> FloatArray:
-    """.11 int N' g z dz / int N' dz of specific loudness (n, 240), (n,) acum.
+def sharpness(specific: FloatArray, total: FloatArray) -> FloatArray:
+    """.11 int N' g z dz / N of specific loudness (n, 240) and its integral (n,), (n,) acum.
 
     g = 1 up to 15.8 Bark and .15 exp(.42 (z - 15.8)) + .85 above. 0 where the loudness is below .1 sone.
     """
-    width = float(BARK[0])
-    total = width * specific.sum(axis=1)
     heard = total >= FAINT
-    return np.asarray(np.where(heard, ACUM * width * (specific @ SHARPNESS) / np.where(heard, total, 1.0), 0.0))
+    return np.asarray(
+        np.where(heard, ACUM * float(BARK[0]) * (specific @ SHARPNESS) / np.where(heard, total, 1.0), 0.0)
+    )

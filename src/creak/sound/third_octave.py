@@ -76,11 +76,22 @@ def a_weighted_level(pressure: FloatArray, rate: float, window: Window | None = 
     InputError : as `at_48k`.
     """
     x = at_48k(pressure, rate)
+    first, last = _within((0.0, np.inf) if window is None else window, x.size)
+    weighted = a_weighted(x)[first : None if window is None else last]
+    return float(as_level(np.array([weighted @ weighted / (last - first)]))[0])
+
+
+def a_weighted_sum(levels: FloatArray) -> float:
+    """dB(A) of third-octave levels (28,) in dB, with the weight of each band's middle."""
+    gain = np.abs(_a_weighting(BANDS)) / abs(_a_weighting(np.array([1000.0]))[0])
+    return float(10.0 * np.log10((10.0 ** (0.1 * levels) * gain**2).sum()))
+
+
+def a_weighted(x: FloatArray) -> FloatArray:
+    """What the A weighting makes of x (n,) at 48 kHz, silent before, and half a second of its ringing."""
     size = next_fast_len(x.size + int(RINGING * RATE), real=True)
     gain = _a_weighting(np.arange(size // 2 + 1) * (RATE / size)) / abs(_a_weighting(np.array([1000.0]))[0])
-    first, last = _within((0.0, np.inf) if window is None else window, x.size)
-    weighted = irfft(rfft(x, size) * gain, size)[first : None if window is None else last]
-    return float(as_level(np.array([weighted @ weighted / (last - first)]))[0])
+    return np.asarray(irfft(rfft(x, size) * gain, size))
 
 
 def _within(window: Window, n: int) -> tuple[int, int]:

@@ -6,7 +6,16 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from creak.studies.file.quantities import Force, Length, LevelText, LoudnessText
+from creak.studies.file.quantities import (
+    DecibelText,
+    Force,
+    Length,
+    LevelText,
+    LoudnessText,
+    RoughnessText,
+    SharpnessText,
+    Time,
+)
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
 PointColumn = (
@@ -73,6 +82,22 @@ class LimitTable(Table):
     [background] the loudness that it adds to it."""
     n_max: LoudnessText | None = None
     """The same of the largest loudness."""
+    n10: LoudnessText | None = None
+    """Loudness exceeded in 10 % of the window by the contact of any place alone; a background is not taken off it."""
+    sharpness: SharpnessText | None = None
+    """Sharpness (DIN 45692) of any place alone, as "2 acum": that exceeded in 5 % of the time in which it is heard."""
+    sharpness_above: SharpnessText = "2 acum"
+    """Sharpness from which time counts as sharp."""
+    sharp_time: Time | None = None
+    """How long of the window any place alone may be sharper than that, as "0.2 s"."""
+    roughness: RoughnessText | None = None
+    """Roughness (Daniel and Weber 1997) of any place alone, as "0.5 asper": that exceeded in 5 % of the time in which
+    it is heard."""
+    prominence: NonNegative | None = None
+    """Prominence P of the most impulsive onset of any place alone (NT ACOU 112), a number: below 5 none is heard as an
+    impulse, some 15 is the most."""
+    impulse_adjustment: DecibelText | None = None
+    """Its adjustment K_I = 1.8 (P - 5), as "5 dB"."""
     level: LevelText | None = None
     """Equivalent continuous level of any place alone over the window, as "40 dB(A)"."""
     force: Force | None = None

@@ -17,6 +17,11 @@ FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
 """N"""
 SONES = {"sone": 1.0}
 LEVELS = {"dB(A)": 1.0}
+ACUMS = {"acum": 1.0}
+ASPERS = {"asper": 1.0}
+DECIBELS = {"dB": 1.0}
+TIMES = {"ms": 1e-3, "s": 1.0}
+"""s"""
 FORM = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([A-Za-z()]*)\s*")
 
 
@@ -27,9 +32,9 @@ def length_in(text: str, units: str) -> float:
 
 
 def in_base(text: str) -> float:
-    """A force in N, a loudness in sone, a level in dB(A)."""
+    """A force in N, a loudness in sone, a level in dB(A), a sharpness in acum, a roughness in asper, a time in s."""
     value, unit = _parts(text)
-    return value * (FORCES | SONES | LEVELS)[unit]
+    return value * (FORCES | SONES | LEVELS | ACUMS | ASPERS | DECIBELS | TIMES)[unit]
 
 
 def _of(units: dict[str, float], what: str) -> Callable[[Any], str]:
@@ -69,3 +74,11 @@ LoudnessText = Annotated[str, BeforeValidator(_of(SONES, "a loudness"))]
 """A loudness of 0 or more with its unit: "2 sone"."""
 LevelText = Annotated[str, BeforeValidator(_of(LEVELS, "a level"))]
 """A level of 0 or more with its unit and weighting: "40 dB(A)"."""
+SharpnessText = Annotated[str, BeforeValidator(_of(ACUMS, "a sharpness"))]
+"""A sharpness of 0 or more with its unit: "2 acum"."""
+RoughnessText = Annotated[str, BeforeValidator(_of(ASPERS, "a roughness"))]
+"""A roughness of 0 or more with its unit: "0.5 asper"."""
+DecibelText = Annotated[str, BeforeValidator(_of(DECIBELS, "a number of decibels"))]
+"""A difference of levels of 0 or more with its unit: "5 dB"."""
+Time = Annotated[str, BeforeValidator(_of(TIMES, "a time"))]
+"""A time of 0 or more with its unit: "0.2 s"."""

@@ -6,10 +6,14 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from creak.model.units import UNITS
+from creak.sound.quality import BEYOND, FIGURES, NOTHING_THERE
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
 
-OF_PLACES = {"n5": "sone", "n_max": "sone", "level": "dB(A)", "force": "N"}
+OF_PLACES = {
+    **{"n5": "sone", "n_max": "sone", "n10": "sone", "level": "dB(A)", "sharpness": "acum", "sharp_time": "s"},
+    **{"roughness": "asper", "prominence": "", "impulse_adjustment": "dB", "force": "N"},
+}
 """Limit of each place -> unit."""
 ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
 """What counts beside a background."""
@@ -25,7 +29,7 @@ def limit_words(limits: list[dict[str, Any]]) -> list[str]:
     """A sentence for each limit: what fails it, that nothing does, or why it was not looked at."""
     said = []
     for one in limits:
-        what = f"limit {one['limit']} = {one['allowed']:.4g} {one['unit']}"
+        what = f"limit {one['limit']} = {one['allowed']:.4g} {one['unit']}".rstrip()
         if one["missing"]:
             said.append(f"{what} was not looked at: {one['missing']}")
         elif one["failed"]:
@@ -38,7 +42,7 @@ def limit_words(limits: list[dict[str, Any]]) -> list[str]:
 
 
 def _shown(value: float | None, unit: str) -> str:
-    return "beyond ISO 532-1" if value is None else f"{value:.3g} {unit}"
+    return "beyond ISO 532-1" if value is None else f"{value:.3g} {unit}".rstrip()
 
 
 def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
@@ -53,9 +57,15 @@ def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[s
             why = "the run was not heard" if sound is None else sound.get("missing")
             if sound is not None and sound.get("beside_background") and name in ADDED:
                 key = ADDED[name]
-        allowed = in_base(text)
-        over = [] if why else [p for p in places if p[key] is None or p[key] > allowed]
-        yield _judged(name, allowed, unit, [(p["name"], p[key]) for p in over], why)
+        allowed = in_base(text) if isinstance(text, str) else float(text)
+        over, unknown = [], ""
+        for p in [] if why else places:
+            reason = p["figures_missing"].get(name) if name in FIGURES and p[key] is None else None
+            if reason is None or reason == BEYOND:
+                over += [(p["name"], p[key])] if p[key] is None or p[key] > allowed else []
+            elif reason not in NOTHING_THERE:
+                unknown = unknown or f"{p['name']} has none, {reason}"
+        yield _judged(name, allowed, unit, over, why or (None if over or not unknown else unknown))
 
 
 def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -9,6 +9,7 @@ import h5py
 import numpy as np
 
 from creak.formats.stored.tree import COMPRESSED
+from creak.sound.quality import FIGURES
 from creak.sound.zwicker_tables import RATE
 from creak.studies.results.places import Place, find_places, ranked
 from creak.studies.run.job import StudyResult
@@ -80,10 +81,10 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
 def heard_at(sound: Sound | str | None, run: str, place: int) -> dict[str, Any]:
     """Figures of the sound of a place of a run at the first listener; null without sound."""
     if not isinstance(sound, Sound) or sound.run != run:
-        return dict.fromkeys((*HEARD, "sound_share"))
+        return dict.fromkeys((*HEARD, *FIGURES, "figures_missing", "sound_share"))
     single = sound.heard[0][:-1]
     found = single[place]
-    return {name: getattr(found, name) for name in HEARD} | {"sound_share": _share(found, single)}
+    return {**_single(found), "sound_share": _share(found, single)}
 
 
 def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
@@ -98,7 +99,13 @@ def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
 
 
 def _figures(heard: Heard) -> dict[str, Any]:
-    return {name: getattr(heard, name) for name in HEARD} | {"third_octaves": heard.third_octaves.tolist()}
+    return {**_single(heard), "third_octaves": heard.third_octaves.tolist()}
+
+
+def _single(heard: Heard) -> dict[str, Any]:
+    """Figures that are one number each; `figures_missing` says of those that are null why."""
+    known = {name: getattr(heard, name) for name in HEARD}
+    return {**known, **heard.quality.figures, "figures_missing": dict(heard.quality.missing)}
 
 
 def _share(heard: Heard, every: Sequence[Heard]) -> float | None:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +18,19 @@ from creak.model.skin import skin_of
 from creak.model.units import METRES
 from creak.signals.spectra import low_pass
 from creak.sound.forced import LOWEST, lead, without_clicks
-from creak.sound.loudness import added_loudness, loudness
-from creak.sound.third_octave import LOWER_EDGES, SILENCE, UPPER_EDGES, a_weighted_level, third_octave_levels
+from creak.sound.impulsiveness import QUIETEST
+from creak.sound.loudness import Loudness, added_loudness, loudness
+from creak.sound.quality import Quality, quality_of, within
+from creak.sound.third_octave import (
+    LOWER_EDGES,
+    SILENCE,
+    UPPER_EDGES,
+    a_weighted_level,
+    a_weighted_sum,
+    third_octave_levels,
+)
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+from creak.studies.file.quantities import in_base
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
@@ -53,6 +64,8 @@ class Heard:
     n5_added: float | None = None
     """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
     n_max_added: float | None = None
+    quality: Quality = field(default_factory=Quality)
+    """What else it is ranked by."""
 
     @property
     def rank(self) -> tuple[float, float, float]:
@@ -134,7 +147,8 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     groups = source.groups(places)
     record, start = np.stack([record_of(source, groups, one) for one in to]), lead(RATE, band.high)
     record[:, -1] = record.sum(axis=1)
-    heard = [[heard_of(x, result.window, background, start, band.high) for x in of_one] for of_one in record]
+    sharp = in_base(c.limit.sharpness_above)
+    heard = [[heard_of(x, result.window, background, start, band.high, sharp) for x in of_one] for of_one in record]
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
     run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
     pressure = without_clicks(run_alone, RATE)
@@ -177,22 +191,30 @@ def heard_of(
     background: FloatArray | None,
     start: int = 0,
     highest: float = np.inf,
+    sharp: float | None = None,
 ) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz."""
+    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz.
+
+    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at.
+    """
     shown = window[0] + start / RATE, window[1] + start / RATE
     levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
     levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
     energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
-    try:
+    found: Loudness | None = None
+    with suppress(InputError):  # beyond ISO 532-1: its loudness is none
         found = loudness(pressure, RATE)
-    except InputError:
-        return Heard(None, None, level, levels, energy)
-    inside = (found.time >= shown[0]) & (found.time <= shown[1])
-    inside = inside if inside.any() else np.ones_like(inside)
+    quality = Quality()
+    if sharp is not None:
+        steady = QUIETEST if background is None else a_weighted_sum(background)
+        quality = quality_of(pressure, found, shown, sharp=sharp, steady=steady)
+    if found is None:
+        return Heard(None, None, level, levels, energy, quality=quality)
+    inside = within(found.time, shown)
     added: tuple[float | None, float | None] = (None, None)
     if background is not None:
         added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
-    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added)
+    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added, quality)
 
 
 THIRD = 2.0 / 3.0
