@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
     from creak.api.shown import Events
+    from creak.api.sounds import compare_sounds, read_recordings
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
@@ -92,6 +93,7 @@ _HOMES = {
     "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
     "api.shown": ("Events",),
+    "api.sounds": ("compare_sounds", "read_recordings"),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
@@ -167,6 +169,7 @@ __all__ = [
     "acceleration_motion",
     "change_study",
     "compare",
+    "compare_sounds",
     "couple",
     "craig_bampton",
     "deck_modes",
@@ -193,6 +196,7 @@ __all__ = [
     "open_result",
     "read_deck",
     "read_json",
+    "read_recordings",
     "read_study",
     "robust",
     "run",

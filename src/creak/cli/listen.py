@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
+from creak.errors import InputError
+
+if TYPE_CHECKING:
+    from creak.studies.sound.beside import SoundComparison
+
+PICTURE = "beside.png"
 
 
 def listen(
@@ -16,6 +22,19 @@ def listen(
         None, "--out", metavar="DIR", help="Folder for the files; default: sound/ in RESULTS."
     ),
     samples: Literal["16", "24", "float"] = typer.Option("24", "--samples", help="Bits of a sample, or floats of 32."),
+    beside: list[Path] = typer.Option(
+        [], "--beside", metavar="WAV", help="Recording to be compared with what was computed. Repeatable."
+    ),
+    calibration: float | None = typer.Option(
+        None, "--calibration", metavar="PA_PER_FULL_SCALE", help="Pressure of full scale of the recordings, Pa."
+    ),
+    calibrator: Path | None = typer.Option(
+        None, "--calibrator", metavar="WAV", help="Instead: recording of a calibrator with the same gain."
+    ),
+    level: float | None = typer.Option(None, "--level", metavar="DB", help="Level of the calibrator, dB re 20 uPa."),
+    listener: str | None = typer.Option(
+        None, "--listener", metavar="NAME", help="Whose sounds are compared; default: those of the first."
+    ),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
     as_json: bool = AS_JSON,
@@ -25,27 +44,57 @@ def listen(
     All have the same full scale, which their comment tells in Pa. Nothing outside the band in which the model can be
     believed is in them.
 
-    Example: creak listen RESULTS --out FOLDER
+    With --beside: loudness, level, sharpness (acum), roughness (asper) and prominence (P) of the sounds and of
+    recordings in one table, and N(t) and third octaves in one picture, beside.png.
+
+    Example: creak listen RESULTS --out FOLDER --beside car.wav --calibration 20
     """
+    from creak.api.sounds import compare_sounds
+    from creak.formats.measured.recordings import read_recordings
     from creak.formats.stored.sound import read_sound, write_sound
     from creak.formats.wav import full_scale_level
 
     target = out if out is not None else folder / "sound"
+    if not beside and (calibration is not None or calibrator is not None or level is not None or listener is not None):
+        raise InputError("a calibration or a listener without a recording", fix="Give --beside recording.wav, too.")
     with Output(quiet, verbose, as_json) as output:
+        recordings = [r for path in beside for r in read_recordings(path, calibration, calibrator, level)]
         sound = read_sound(folder)
+        compared = compare_sounds(folder, recordings, listener=listener) if recordings else None
         writable_folder(target)
+        if compared is not None:
+            writable_file(target / PICTURE)
         output.wrote(*write_sound(sound, target, samples))
         level = full_scale_level(sound.full_scale)
         output.say(
             f"{sound.band[0]:.0f} to {sound.band[1]:.0f} Hz, nothing outside; full scale {sound.full_scale:.4g} Pa, "
             f"a full-scale sine is {level:.0f} dB re 20 uPa"
         )
+        if compared is not None:
+            _tell(output, compared, target)
         output.tell_written()
         output.result(
             {
+                **({} if compared is None else {"compared": compared.as_dict()}),
                 "written": [str(path) for path in output.written],
                 "band": list(sound.band),
                 "full_scale_pa": sound.full_scale,
                 "full_scale_sine_db": level,
             }
         )
+
+
+def _tell(output: Output, compared: SoundComparison, folder: Path) -> None:
+    """Table and picture of recordings beside the run's sounds."""
+    from creak.api.extras import missing_for_report, no_report_text
+    from creak.report.sounds_beside import reasons, rows, write_picture
+
+    output.table(f"At {compared.listener}, the loudest first; N in sone", rows(compared))
+    for text in (*compared.notes, *reasons(compared)):
+        output.say(text)
+    if missing_for_report():
+        output.warn(no_report_text())
+    else:
+        picture = folder / PICTURE
+        write_picture(compared, picture)
+        output.wrote(picture)

@@ -30,6 +30,7 @@ from creak.report.tables.convergence import convergence_parts
 from creak.report.tables.elines import eline_table, eline_words
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
+from creak.report.tables.sounds import sound_tables
 from creak.report.templates import page_templates
 from creak.report.words import answer, method, verdict
 from creak.studies.results.elines import line_rows, point_csv
@@ -190,6 +191,7 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "costs": tables.cost_table(result, summary),
         "health": tables.health_tables(result, units),
         "energy_words": tables.energy_sentence(result),
+        "sounds": sound_tables(summary),
     }
 
 

@@ -34,6 +34,7 @@ KINDS = {
     "a table of degrees of freedom": rb"node,dof,",
     "the background of the example": rb"frequency,level\r?\n25,62\r?\n31\.5,60\r?\n",
     "sound of creak": rb"RIFF.{4}WAVE.{0,400}ISFT.{4}creak",
+    "a picture of creak": rb"\x89PNG.{0,300}Software\0creak",
     "a deck that creak wrote": rb"\*HEADING\s.{0,600}written by creak",
     "a Nastran deck that creak wrote": rb"\$ written by creak",
     "a study that creak wrote": rb"(#[^\n]*\n)*#[^\n]*written by creak",

@@ -33,6 +33,8 @@ class PlaceRow:
     speed: str
     heard: tuple[str, str]
     """N5 and Nmax of its own sound, sone."""
+    quality: str
+    """Sharpness, roughness and prominence."""
     settled: tuple[str, str]
     """What force and N5 have settled to."""
     bar: float
@@ -108,6 +110,7 @@ def _row(
         number(place.force, 3) if place.events else "–",
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
+        "; ".join(number(told.get(key), 2) for key in ("sharpness", "roughness", "prominence")),
         (_settled(told, "force"), ", ".join(x for x in (_settled(told, "n5"), _ties(told)) if x)),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
         [] if told["cause"] is None else told["cause"]["words"].split("; "),

@@ -192,10 +192,13 @@ def heard_of(
     start: int = 0,
     highest: float = np.inf,
     sharp: float | None = None,
+    *,
+    silent: bool = True,
 ) -> Heard:
     """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz.
 
-    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at.
+    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at. `silent`: so it was before
+    the first sample.
     """
     shown = window[0] + start / RATE, window[1] + start / RATE
     levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
@@ -207,7 +210,7 @@ def heard_of(
     quality = Quality()
     if sharp is not None:
         steady = QUIETEST if background is None else a_weighted_sum(background)
-        quality = quality_of(pressure, found, shown, sharp=sharp, steady=steady)
+        quality = quality_of(pressure, found, shown, sharp=sharp, steady=steady, silent=silent)
     if found is None:
         return Heard(None, None, level, levels, energy, quality=quality)
     inside = within(found.time, shown)
