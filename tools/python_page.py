@@ -55,7 +55,7 @@ GROUPS = {
         "SlipEvent",
         "EventMatch",
     ),
-    "Sound": ("loudness", "steady_loudness", "Loudness", "SteadyLoudness"),
+    "Sound": ("loudness", "steady_loudness", "Loudness", "SteadyLoudness", "read_recordings", "compare_sounds"),
     "Files": ("write_text", "write_json", "read_json"),
     "Errors": ("CreakError", "InputError", "NumericalError", "WriteError"),
 }

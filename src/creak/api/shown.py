@@ -31,7 +31,8 @@ PLACES = {
     **dict.fromkeys(("name", "contact", "nodes", "events"), ""),
     **{"impulse": "impulse", "force": "force", "closing_speed": "speed", "share": "", "irregularity": ""},
     **{"friction": "", "slips": "", "slip_rate": "1/s", "slip_path": "length", "friction_energy": "energy"},
-    **{"n5": "sone", "n_max": "sone", "level": "dB(A)", "sound_share": ""},
+    **{"n5": "sone", "n10": "sone", "n_max": "sone", "level": "dB(A)", "sharpness": "acum", "sharp_time": "s"},
+    **{"roughness": "asper", "prominence": "", "impulse_adjustment": "dB", "sound_share": ""},
 }
 """The same of a table of places."""
 OF_LINE = {"name": "", "contact_pair": "", "points": "", "tolerance": "length", "material": "", "outcome": ""}

@@ -47,7 +47,7 @@ def listen(
     With --beside: loudness, level, sharpness (acum), roughness (asper) and prominence (P) of the sounds and of
     recordings in one table, and N(t) and third octaves in one picture, beside.png.
 
-    Example: creak listen RESULTS --out FOLDER --beside car.wav --calibration 20
+    Example: creak listen RESULTS --out FOLDER
     """
     from creak.api.sounds import compare_sounds
     from creak.formats.measured.recordings import read_recordings

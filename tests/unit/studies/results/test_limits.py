@@ -8,7 +8,9 @@ import pytest
 import creak
 from creak.report.html import report_text
 from creak.report.words.terminal import place_table
+from creak.sound.quality import BEYOND, TOO_FAINT, TOO_SHORT
 from creak.sound.zwicker_tables import BANDS
+from creak.studies.file.eline_tables import LimitTable
 from creak.studies.results.limits import judged, limit_words
 from creak.studies.results.places import find_places, ranked
 from creak.studies.sound.background import NOTHING, background_of
@@ -176,3 +178,36 @@ def test_wrong_limits_and_backgrounds_are_one_message(tmp_path, change, says, mo
     assert said.status == 2
     assert says in said.words
     assert not (tmp_path / "results").exists()
+
+
+@pytest.mark.parametrize(
+    ("why", "failed", "missing"),
+    [(TOO_FAINT, 0, None), (TOO_SHORT, 0, "tip 1 has none, shorter than"), (BEYOND, 1, None)],
+)
+def test_a_figure_that_is_none_holds_only_where_there_is_nothing_to_hear(result, why, failed, missing):
+    run = result.summary["runs"]["reduced"]
+    place = {**run["places"][0], "sharpness": None, "figures_missing": {"sharpness": why}}
+    summary = {**result.summary, "runs": {"reduced": {**run, "places": [place]}}}
+    (found,) = judged(LimitTable(sharpness="1 acum"), summary)
+    assert len(found["failed"]) == failed
+    assert found["missing"] is None if missing is None else found["missing"].startswith(missing)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"sharpness": "2 sone"}, "'sone' is none of a sharpness"),
+        ({"roughness": 0.5}, "a roughness without its unit"),
+        ({"sharp_time": "1 min"}, "'min' is none of a time"),
+        ({"prominence": "8 dB"}, "valid number"),
+        ({"impulse_adjustment": "-1 dB"}, "negative"),
+    ],
+)
+def test_a_limit_has_the_unit_of_its_figure(given, message):
+    with pytest.raises(ValueError, match=message):
+        LimitTable(**given)
+
+
+def test_times_may_be_milliseconds(result):
+    (found,) = judged(LimitTable(sharp_time="200 ms"), result.summary)
+    assert (found["allowed"], found["unit"]) == (pytest.approx(0.2), "s")
