@@ -12,7 +12,7 @@ from creak.errors import shortened
 from creak.formats.complete_file import complete_file, write_bytes
 from creak.report.figures import palette
 from creak.report.words.text import NONE, number
-from creak.sound.zwicker_tables import BANDS
+from creak.sound.zwicker_tables import BANDS, NAMES
 from creak.studies.sound.beside import ComparedSound, SoundComparison
 
 COLUMNS = (
@@ -22,8 +22,6 @@ COLUMNS = (
 """What fits on a line of 80 characters."""
 NAME = 20
 """Characters of a name."""
-OCTAVES = ("31.5", "63", "125", "250", "500", "1k", "2k", "4k", "8k")
-"""Hz, names of every third of `BANDS`, from its second."""
 MOST = 8
 """Sounds in the picture."""
 
@@ -71,7 +69,7 @@ def write_picture(found: SoundComparison, path: Path) -> None:
     over_time.set(xlabel="time, s", ylabel="loudness N, sone")
     over_time.set_ylim(bottom=0.0)
     over_time.legend(frameon=False, fontsize="small", loc="upper right")
-    octaves.set_xticks(range(1, BANDS.size, 3), OCTAVES)
+    octaves.set_xticks(range(1, BANDS.size, 3), NAMES[1::3])
     octaves.set(xlabel="third octave, Hz", ylabel="level, dB re 20 uPa")
     loudest = max(float(s.third_octaves.max()) for s in found.sounds)
     octaves.set_ylim(min(0.0, loudest - 60.0), loudest + 5.0)

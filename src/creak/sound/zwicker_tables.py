@@ -5,6 +5,8 @@ Kernels take them as arguments: what Numba has cached does not notice a changed 
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -17,6 +19,15 @@ REFERENCE_PRESSURE = 2e-5
 """Pa, 0 dB."""
 BANDS: FloatArray = 1000.0 * 10.0 ** (0.1 * np.arange(-16.0, 12.0))
 """(28,) exact centre frequencies of the third-octave bands, Hz; named 25 to 12,500."""
+# fmt: off
+ThirdOctave = Literal[
+    "25", "31.5", "40", "50", "63", "80", "100", "125", "160", "200", "250", "315", "400", "500", "630", "800",
+    "1000", "1250", "1600", "2000", "2500", "3150", "4000", "5000", "6300", "8000", "10000", "12500",
+]
+# fmt: on
+"""Their nominal frequencies, Hz."""
+NAMES: tuple[str, ...] = get_args(ThirdOctave)
+"""(28,) the same, as they follow."""
 BARK: FloatArray = 0.1 * np.arange(1.0, 241.0)
 """(240,) critical-band rates of specific loudness, Bark."""
 FILTERS: FloatArray = np.array(

@@ -6,7 +6,7 @@ from typing import Any
 
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number
-from creak.sound.zwicker_tables import BANDS
+from creak.sound.zwicker_tables import NAMES
 
 COLUMNS = (
     *(("N5, sone", "n5"), ("N10", "n10"), ("Nmax", "n_max"), ("dB(A)", "level"), ("sharpness, acum", "sharpness")),
@@ -34,9 +34,7 @@ def sound_tables(summary: dict[str, Any]) -> list[Table]:
     why = {f"no {key.replace('_', ' ')}: {text}": None for _, h in every for key, text in h["figures_missing"].items()}
     figures = Table(["sound", *(name for name, _ in COLUMNS)], rows, note="; ".join(why))
     shown = [*listeners[0]["places"][: MOST - 1], {**listeners[0], "name": "all contact"}]
-    bands = [
-        [number(float(f"{BANDS[k]:.3g}")), *(_level(h["third_octaves"][k]) for h in shown)] for k in range(BANDS.size)
-    ]
+    bands = [[NAMES[k], *(_level(h["third_octaves"][k]) for h in shown)] for k in range(len(NAMES))]
     bands = [row for row in bands if any(cell != NONE for cell in row[1:])]
     return [figures, Table(["third octave, Hz", *(h["name"] for h in shown)], bands, note="dB re 20 uPa.")]
 

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from creak.sound.zwicker_tables import ThirdOctave
 from creak.studies.file.quantities import (
     DecibelText,
     Force,
@@ -98,6 +99,8 @@ class LimitTable(Table):
     impulse, some 15 is the most."""
     impulse_adjustment: DecibelText | None = None
     """Its adjustment K_I = 1.8 (P - 5), as "5 dB"."""
+    third_octaves: dict[ThirdOctave, DecibelText] = {}
+    """Level of any place alone in third octaves by their nominal frequency in Hz, as { 1000 = "40 dB" }."""
     level: LevelText | None = None
     """Equivalent continuous level of any place alone over the window, as "40 dB(A)"."""
     force: Force | None = None

@@ -7,6 +7,8 @@ from typing import Any
 
 from creak.model.units import UNITS
 from creak.sound.quality import BEYOND, FIGURES, NOTHING_THERE
+from creak.sound.third_octave import LOWER_EDGES
+from creak.sound.zwicker_tables import NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
 
@@ -22,7 +24,7 @@ ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
 def judged(limit: LimitTable, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Each limit that the study sets: `limit`, `allowed` (number in `unit`), `failed` ({name, value} of places or lines
     of the main run that exceed it, worst first), `missing` (why it was not looked at; null: it was)."""
-    return [*_of_places(limit, summary), *_of_lines(limit, summary)]
+    return [*_of_places(limit, summary), *_of_octaves(limit, summary), *_of_lines(limit, summary)]
 
 
 def limit_words(limits: list[dict[str, Any]]) -> list[str]:
@@ -66,6 +68,21 @@ def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[s
             elif reason not in NOTHING_THERE:
                 unknown = unknown or f"{p['name']} has none, {reason}"
         yield _judged(name, allowed, unit, over, why or (None if over or not unknown else unknown))
+
+
+def _of_octaves(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Those that the run's band does not hold are not looked at."""
+    sound = summary["sound"]
+    why = "the run was not heard" if sound is None else sound.get("missing")
+    for name, text in limit.third_octaves.items():
+        band, allowed = NAMES.index(name), in_base(text)
+        over, unheard = [], why
+        if not why and LOWER_EDGES[band] >= sound["band"]["high"]:
+            unheard = f"the band of the run ends at {sound['band']['high']:.0f} Hz"
+        elif not why:
+            every = ((p["name"], p["third_octaves"][band]) for p in sound["listeners"][0]["places"])
+            over = [(place, level) for place, level in every if level > allowed]
+        yield _judged(f"third_octaves.{name}", allowed, "dB", over, unheard)
 
 
 def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -9,7 +9,7 @@ import creak
 from creak.report.html import report_text
 from creak.report.words.terminal import place_table
 from creak.sound.quality import BEYOND, TOO_FAINT, TOO_SHORT
-from creak.sound.zwicker_tables import BANDS
+from creak.sound.zwicker_tables import BANDS, NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.results.limits import judged, limit_words
 from creak.studies.results.places import find_places, ranked
@@ -211,3 +211,18 @@ def test_a_limit_has_the_unit_of_its_figure(given, message):
 def test_times_may_be_milliseconds(result):
     (found,) = judged(LimitTable(sharp_time="200 ms"), result.summary)
     assert (found["allowed"], found["unit"]) == (pytest.approx(0.2), "s")
+
+
+def test_third_octaves_have_limits_of_their_own(result):
+    """One that is exceeded, one that holds, one above the band."""
+    place = result.summary["sound"]["listeners"][0]["places"][0]
+    loud = int(np.argmax(place["third_octaves"]))
+    limit = LimitTable(third_octaves={NAMES[loud]: "1 dB", "25": "120 dB", "12500": "1 dB"})
+    over, holds, above = judged(limit, result.summary)
+    assert over["failed"][0] == {"name": place["name"], "value": place["third_octaves"][loud]}
+    assert over["limit"] == f"third_octaves.{NAMES[loud]}"
+    assert (holds["failed"], holds["missing"]) == ([], None)
+    assert above["missing"].startswith("the band of the run ends at")
+    with pytest.raises(ValueError, match="1001"):
+        LimitTable(third_octaves={"1001": "1 dB"})
+    assert [float(name) for name in NAMES] == pytest.approx(BANDS.tolist(), rel=0.02)
