@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray
 from creak.sound.impulsiveness import QUIETEST, adjustment, fast_levels, onsets
 from creak.sound.loudness import FAINT, Loudness
-from creak.sound.roughness import SIZE, WINDOW, roughness_at, window_starts
+from creak.sound.roughness import DEEPEST, WINDOW, roughness_at, window_starts
 from creak.sound.zwicker_tables import RATE
 
 SHARP = 2.0
@@ -24,6 +24,7 @@ NOTHING_THERE = (TOO_FAINT, STEADY)
 BEYOND = "beyond ISO 532-1 (120 dB at low frequency)"
 TOO_SHORT = f"shorter than the {1e3 * WINDOW:.0f} ms of the roughness model"
 TOO_LOUD = "a component above 120 dB + 1150 Hz / f, where the roughness model ends"
+TOO_LOW = f"nothing is heard from {DEEPEST:.0f} Hz up, where the roughness model begins"
 FIGURES = ("n10", "sharpness", "sharp_time", "roughness", "prominence", "impulse_adjustment")
 """Names of the figures of `Quality`."""
 
@@ -107,11 +108,11 @@ def _roughness(
     x: FloatArray, heard: Loudness | None, window: tuple[float, float], missing: dict[str, str]
 ) -> float | None:
     """Only windows in which something is heard are looked at: the others cost as much."""
-    starts = window_starts(x.size)
-    if not starts.size or window[1] - window[0] < WINDOW:
+    first, last = (round(min(max(t * RATE, 0.0), x.size)) for t in window)
+    starts = first + window_starts(last - first)
+    if not starts.size:
         missing["roughness"] = TOO_SHORT
         return None
-    starts = starts[within((starts + SIZE // 2) / RATE, window)]
     if heard is not None:
         loud = np.array([(heard.total[_steps(k, heard.time)] >= FAINT).any() for k in (starts / RATE).tolist()])
         starts = starts[loud]
@@ -122,7 +123,11 @@ def _roughness(
     if found is None:
         missing["roughness"] = TOO_LOUD
         return None
-    return float(np.percentile(found, 100.0 - PERCENT))
+    known = found[np.isfinite(found)]
+    if not known.size:
+        missing["roughness"] = TOO_LOW
+        return None
+    return float(np.percentile(known, 100.0 - PERCENT))
 
 
 def _steps(start: float, time: FloatArray) -> slice:

@@ -19,6 +19,8 @@ LOWEST, HIGHEST = round(20.0 * WINDOW), round(20e3 * WINDOW)
 """Lines of the spectrum that can be heard."""
 SLOWEST, FASTEST = 2, round(645.0 * WINDOW)
 """Lines of the envelope that can be rough."""
+DEEPEST = 125.0
+"""Hz: of a sound that ends below, the model takes the wave itself for its modulation."""
 BELOW = 27.0
 """dB/Bark of excitation towards lower bands (Terhardt 1979)."""
 LOUDEST = 120.0
@@ -34,7 +36,8 @@ FINER = 8
 
 
 def roughness(pressure: ArrayLike, rate: float) -> tuple[FloatArray, FloatArray] | None:
-    """Middles of the windows (n,) in s and roughness (n,) in asper, every 100 ms; 0 where nothing is heard.
+    """Middles of the windows (n,) in s and roughness (n,) in asper, every 100 ms; 0 where nothing is heard, NaN where
+    nothing is heard from 125 Hz up, the lowest tone that it was validated with.
 
     Components above the threshold in quiet excite 47 channels of one Bark. m is the RMS of each channel's envelope,
     weighted by the modulation's frequency, over the mean of the envelope, 1 at most; k the correlation of envelopes
@@ -65,7 +68,10 @@ def window_starts(size: int) -> IntArray:
 
 
 def roughness_at(x: FloatArray, starts: IntArray) -> FloatArray | None:
-    """(n,) asper of the windows of x at 48 kHz that begin at samples `starts` (n,); None: one is beyond the model."""
+    """(n,) asper, as `roughness`, of the windows of x at 48 kHz that begin at samples `starts` (n,).
+
+    None: one is too loud for the model.
+    """
     shape = np.blackman(SIZE + 1)[:SIZE]
     shape *= np.sqrt(2.0) / (shape.sum() * REFERENCE_PRESSURE)  # a line's amplitude is then its level
     found = np.zeros(starts.size)
@@ -101,6 +107,8 @@ def _of_window(lines: ComplexArray) -> float | None:
     heard = np.flatnonzero(level > QUIET)
     if not heard.size:
         return 0.0
+    if FREQ[heard[-1]] < DEEPEST:
+        return np.nan
     level, bark = level[heard], RATES[heard]
     above = 24.0 + 230.0 / FREQ[heard] - 0.2 * level
     if (above <= 0.0).any():

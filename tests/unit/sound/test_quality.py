@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.sound.loudness import loudness, steady_loudness
-from creak.sound.quality import STEADY, TOO_FAINT, TOO_LOUD, TOO_SHORT, quality_of
+from creak.sound.quality import STEADY, TOO_FAINT, TOO_LOUD, TOO_LOW, TOO_SHORT, quality_of
 from creak.sound.third_octave import a_weighted_level, a_weighted_sum, third_octave_levels
 
 RATE = 48_000
@@ -84,6 +84,7 @@ def test_figures_that_do_not_hold_are_none_and_say_why():
     assert short.roughness is None
     assert short.missing["roughness"] == TOO_SHORT
     assert quality(tone(1000, 130)).missing["roughness"] == TOO_LOUD
+    assert quality(tone(80, 80)).missing["roughness"] == TOO_LOW
     beyond = quality_of(tone(30, 130), None, (0.0, 1.0))
     assert beyond.n10 is beyond.sharpness is beyond.sharp_time is None
     assert all("120 dB" in beyond.missing[name] for name in ("n10", "sharpness", "sharp_time"))

@@ -19,6 +19,7 @@ from creak.signals.spectra import low_pass
 from creak.sound.at_48k import at_48k
 from creak.sound.loudness import loudness
 from creak.sound.quality import FIGURES, SHARP
+from creak.sound.third_octave import RINGING
 from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.heard import heard_of
 
@@ -138,15 +139,16 @@ def _computed(stored: StoredSound, listener: int, summary: Mapping[str, Any]) ->
 
 def _recorded(recording: Recording, high: float) -> list[ComparedSound]:
     x = at_48k(recording.pressure, recording.rate)
+    window = 0.0, x.size / RATE
+    x = np.concatenate([x, np.zeros(round(RINGING * RATE))])  # what filters still hold at its end counts
     pieces: list[tuple[FloatArray, float | None]] = [(x, None)]
     if high < BANDS[-1]:
         pieces.append((low_pass(x, 1.0 / RATE, high), high))
     found = []
     for piece, highest in pieces:
-        window = 0.0, x.size / RATE
         heard = heard_of(piece, window, None, 0, np.inf if highest is None else highest, SHARP, silent=False)
         figures = {key: getattr(heard, key) for key in LOUDNESS} | heard.quality.figures
-        rest = heard.quality.missing, heard.third_octaves, *_loudness(piece, RATE)
+        rest = heard.quality.missing, heard.third_octaves, *_loudness(piece[: round(window[1] * RATE)], RATE)
         found.append(ComparedSound(recording.name, True, highest, figures, *rest))
     return found
 

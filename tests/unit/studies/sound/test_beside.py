@@ -93,6 +93,22 @@ def test_a_recording_of_the_runs_own_sound_is_found_beside_it(folder):
     assert reasons(found)[0] == f"+ is a recording cut to what is below {high}"
 
 
+def test_figures_of_a_recording_are_those_of_its_sound(folder):
+    """Half a second of two steady tones, 60 dB at 50 Hz and at 1 kHz, at another sampling rate."""
+    time = np.arange(22_050) / 44_100
+    tones = np.sin(2 * np.pi * 1000 * time) + np.sin(2 * np.pi * 50 * time)
+    write_wav(folder / "tones.wav", 0.02 * 2**0.5 * tones, 44_100)
+    found = creak.compare_sounds(folder / "results", creak.read_recordings(folder / "tones.wav"), listener="driver")
+    whole = next(s for s in found.sounds if s.recorded and s.highest is None)
+    steady = creak.steady_loudness(0.02 * 2**0.5 * tones, 44_100)
+    assert whole.third_octaves[[3, 16]] == pytest.approx([60.0, 60.0], abs=0.3)
+    assert whole.figures["level"] == pytest.approx(60.0, abs=0.1)
+    assert whole.figures["n5"] == pytest.approx(steady.total, rel=0.03)
+    assert whole.figures["sharpness"] == pytest.approx(steady.sharpness, rel=0.1)
+    assert whole.figures["roughness"] < 0.1  # the model takes some of the 50 Hz for modulation
+    assert whole.time[-1] == pytest.approx(0.5, abs=0.003)
+
+
 def test_the_command_ranks_them_in_80_columns_and_draws_them(folder, monkeypatch, capsys):
     monkeypatch.setenv("COLUMNS", "80")
     words = "listen", folder / "results", "--out", folder / "wav", "--beside", folder / "hiss.wav"
