@@ -90,6 +90,8 @@ def _tell(output: Output, compared: SoundComparison, folder: Path) -> None:
     from creak.report.sounds_beside import reasons, rows, write_picture
 
     output.table(f"At {compared.listener}, the loudest first; N in sone", rows(compared))
+    for text in compared.warnings:
+        output.warn(text)
     for text in (*compared.notes, *reasons(compared)):
         output.say(text)
     if missing_for_report():

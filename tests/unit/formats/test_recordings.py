@@ -47,7 +47,7 @@ def test_calibration_is_the_pressure_of_full_scale(wav):
     (found,) = creak.read_recordings(wav(tone(80) / PASCAL + 0.01), calibration=PASCAL)
     assert level(found.pressure) == pytest.approx(80.0, abs=0.01)
     assert found.pressure.mean() == pytest.approx(0.0, abs=1e-12)
-    assert (found.name, found.rate, found.notes) == ("car.wav", RATE, ())
+    assert (found.name, found.rate, found.warnings) == ("car.wav", RATE, ())
 
 
 def test_a_calibrator_of_the_same_gain_makes_pascals(wav):
@@ -74,11 +74,11 @@ def test_channels_are_recordings_of_their_own(wav):
 
 def test_clipped_samples_and_slow_sampling_are_told(wav):
     (clipped,) = creak.read_recordings(wav(np.clip(1.2 * np.sin(np.arange(RATE) / 20), -1, 1)), calibration=PASCAL)
-    assert "clipped" in clipped.notes[0]
+    assert "clipped" in clipped.warnings[0]
     (whole,) = creak.read_recordings(wav(0.999 * np.sin(np.arange(RATE) / 20)), calibration=PASCAL)
-    assert whole.notes == ()
+    assert whole.warnings == ()
     (slow,) = creak.read_recordings(wav(tone(80, rate=16_000) / PASCAL, rate=16_000), calibration=PASCAL)
-    assert "nothing above 8,000 Hz" in slow.notes[0]
+    assert "nothing above 8,000 Hz" in slow.warnings[0]
 
 
 NOISE = 0.1 * np.random.default_rng(4).standard_normal(RATE)

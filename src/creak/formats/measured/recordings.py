@@ -38,8 +38,8 @@ class Recording:
     """(n,) Pa, without its mean."""
     rate: float
     """Hz"""
-    notes: tuple[str, ...] = ()
-    """What to bear in mind."""
+    warnings: tuple[str, ...] = ()
+    """What is wrong with it."""
 
 
 def read_recordings(
@@ -145,12 +145,12 @@ def _check(sound: Sound, path: str | Path) -> None:
 
 
 def _recording(name: str, x: FloatArray, sound: Sound, scale: float) -> Recording:
-    notes = []
+    warnings = []
     if _clipped(x / (sound.full_scale or 1.0)):
-        notes.append(f"{name} is clipped: its peaks were higher, and all its figures are off")
+        warnings.append(f"{name} is clipped: its peaks were higher, and all its figures are off")
     if sound.rate < WHOLE:
-        notes.append(f"{name} is sampled at {sound.rate:,} Hz: it has nothing above {sound.rate // 2:,} Hz")
-    return Recording(name, scale * (x - x.mean()), float(sound.rate), tuple(notes))
+        warnings.append(f"{name} is sampled at {sound.rate:,} Hz: it has nothing above {sound.rate // 2:,} Hz")
+    return Recording(name, scale * (x - x.mean()), float(sound.rate), tuple(warnings))
 
 
 def _clipped(x: FloatArray) -> bool:

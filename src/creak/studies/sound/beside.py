@@ -80,6 +80,8 @@ class SoundComparison:
     band: tuple[float, float]
     """Hz, what is in those."""
     notes: tuple[str, ...]
+    warnings: tuple[str, ...]
+    """What is wrong with recordings."""
 
     def as_dict(self) -> dict[str, Any]:
         """For JSON."""
@@ -89,6 +91,7 @@ class SoundComparison:
             "bands": BANDS.tolist(),
             "sounds": [s.as_dict() for s in self.sounds],
             "notes": list(self.notes),
+            "warnings": list(self.warnings),
         }
 
 
@@ -112,12 +115,12 @@ def beside(folder: Path, recordings: Sequence[Recording], listener: str | None =
     sounds = [*_computed(stored, stored.listeners.index(name), summary)]
     for recording in recordings:
         sounds += _recorded(recording, stored.band[1])
-    notes = [note for r in recordings for note in r.notes]
-    notes.append(
+    note = (
         f"computed sounds have nothing outside {stored.band[0]:.0f} to {stored.band[1]:.0f} Hz: compare them with what "
         f"recordings have up to {stored.band[1]:.0f} Hz"
     )
-    return SoundComparison(tuple(sorted(sounds, key=_rank, reverse=True)), name, stored.band, tuple(notes))
+    warnings = tuple(text for r in recordings for text in r.warnings)
+    return SoundComparison(tuple(sorted(sounds, key=_rank, reverse=True)), name, stored.band, (note,), warnings)
 
 
 def _rank(sound: ComparedSound) -> tuple[float, float, float]:

@@ -78,7 +78,7 @@ def test_a_recording_of_the_runs_own_sound_is_found_beside_it(folder):
     found = creak.compare_sounds(folder / "results", recordings)
     named = {s.name: s for s in found.sounds}
     high = f"{found.band[1]:.0f} Hz"
-    assert list(found.as_dict()) == ["listener", "band", "bands", "sounds", "notes"]
+    assert list(found.as_dict()) == ["listener", "band", "bands", "sounds", "notes", "warnings"]
     assert {f"again.wav to {high}", "hiss.wav", "hiss.wav to " + high, "all", "tip 1"} <= set(named)
     n5 = [s.figures["n5"] for s in found.sounds]
     assert n5 == sorted(n5, reverse=True)
