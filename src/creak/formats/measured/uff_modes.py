@@ -151,7 +151,9 @@ def _mode(one: DataSet, notes: list[str]) -> _Mode | None:
     if analysis not in (*NORMAL, *COMPLEX):
         notes.append(f"data of analysis type {analysis} are no modes and are left out")
         return None
-    if characteristic not in VALUES or per_node != VALUES[characteristic] or kind not in MOTION:
+    count = VALUES.get(characteristic, 0)
+    twice = data in COMPLEX_DATA and per_node == 2 * count  # some programs count real and imaginary parts
+    if not count or (per_node != count and not twice) or kind not in MOTION:
         notes.append(f"data of type {kind} with {per_node} values at a node are no motion and are left out")
         return None
     if data not in (*REAL, *COMPLEX_DATA):
@@ -172,7 +174,7 @@ def _mode(one: DataSet, notes: list[str]) -> _Mode | None:
             damping = -damping
     if frequency < 0.0:
         raise InputError(f"a frequency of {frequency:g} Hz", where=one.where(7), expected="a positive one")
-    return _Mode(frequency, damping, rising, _values(one, per_node, data in COMPLEX_DATA))
+    return _Mode(frequency, damping, rising, _values(one, count, data in COMPLEX_DATA))
 
 
 def _values(one: DataSet, per_node: int, is_complex: bool) -> dict[int, ComplexArray]:

@@ -14,10 +14,12 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import common_rayleigh, is_damped, loose_system, part_system
 from creak.errors import InputError
-from creak.formats.measured.modes import MeasuredModes, read_measured_modes
+from creak.formats.measured.mode_files import read_measured_modes
+from creak.formats.measured.modes import MeasuredModes
 from creak.progress import Progress, silent
 from creak.studies.models.deck_modes import DeckModes, deck_modes
 from creak.studies.models.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate, read_sensor_map
+from creak.studies.prepare.unit_check import across
 from creak.verify.mac import mac_matrix, pair_measured
 from creak.verify.real_modes import phase_collinearity, real_shapes
 
@@ -27,6 +29,8 @@ REAL = 0.9
 """Phase collinearity below which a mode is told to be complex."""
 COMPLEX = 0.5
 """Below it no real mode stands for it: points move on ellipses, as where a wave travels."""
+EXACT = 1e-5
+"""Share of the model's size up to which a sensor is at its node: files have six digits."""
 TWINS = 0.9
 """MAC between two modes of one set from which the sensors cannot tell them apart."""
 
@@ -282,7 +286,7 @@ def _sensor_notes(found: DeckModes, measured: MeasuredModes, sensors: Sensors) -
     ]
     yield f"{len(first)} sensors, {len(measured.sensors)} channels: {', '.join(ways)}"
     worst = int(sensors.distance.argmax())
-    if BY_PLACE in by or sensors.distance[worst] > 0.0:
+    if sensors.distance[worst] > EXACT * across(found.model):
         node = found.model.nodes.label(int(sensors.nodes_idx[worst]))
         yield (
             f"sensor {measured.sensors[worst]} is farthest from its node: {sensors.distance[worst]:.3g} from {node}"
@@ -298,7 +302,8 @@ def _shape_notes(measured: MeasuredModes, collinearity: FloatArray, auto: FloatA
     twins = np.argwhere(np.triu(auto, 1) >= TWINS)
     if len(twins):
         i, j = twins[0].tolist()
-        others = f" (and {len(twins) - 1} other pairs)" if len(twins) > 1 else ""
+        more = len(twins) - 1
+        others = f" (and {more} other pair{'s' if more > 1 else ''})" if more else ""
         yield (
             f"the sensors cannot tell the measured modes at {measured.frequencies[i]:g} and "
             f"{measured.frequencies[j]:g} Hz apart: MAC {auto[i, j]:.2f}{others}"

@@ -28,6 +28,11 @@ BETWEEN = 0.75
 """Of the longest side of an element: the most that a point on the mesh is off the nearest node."""
 SAME = 1e-3
 """Share of the model's size up to which a node and a sensor with one label are at one place."""
+SMALL = 0.05
+"""Share of the model's size below which the extent of all points asks for other units: round an origin that is on the
+model points in m are on a model in mm."""
+COVERED = (0.2, 1.1)
+"""Of the model's size: extent of points in units that may be the right ones."""
 BY_LABEL, BY_PLACE, BY_MAP = "label", "place", "map"
 
 
@@ -87,6 +92,8 @@ def locate(
     if bad.any():
         hint = next(_hints(model, points[known], scale, units), "")
         raise _off_the_model(model, measured, points, np.where(bad, off, 0.0), nearest, hint)
+    if by_place.any() and 0.0 < _span(points[known]) < SMALL * size:
+        _require_size(model, measured, points[known], scale, units)
     rows = np.where(by_place, nearest, rows)
     distance = np.where(known, np.linalg.norm(points - model.nodes.coords[rows], axis=1), 0.0)
     how = np.where(by_map, BY_MAP, np.where(by_label, BY_LABEL, BY_PLACE)).tolist()
@@ -168,29 +175,60 @@ def _off_the_model(
 
 def _hints(model: Model, points: FloatArray, scale: float, units: str) -> Iterator[str]:
     """Units, a turn or a shift that puts the points on the model."""
-    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
-
     coords = model.nodes.coords[_used_nodes(model)]
-    tree, near = cKDTree(coords), REACH * across(model)
 
     def on_model(x: FloatArray) -> bool:
-        return bool(tree.query(x, distance_upper_bound=near)[0].max() <= near)
+        return bool(_distances(model, x).max() <= REACH * across(model))
 
-    told = float(np.linalg.norm(np.ptp(points, axis=0)))
-    spans = f"The points span {told:.3g}, the model {across(model):.3g}"
-    for a, b in itertools.permutations(LENGTHS, 2):
-        factor = LENGTHS[a] / LENGTHS[b]
-        if on_model(points * factor):
-            yield f"{spans}, and they fit times {factor:.6g}: say --test-units {_unit(factor * scale, model, units)}."
-    middle = 0.5 * (coords.min(axis=0) + coords.max(axis=0) - points.min(axis=0) - points.max(axis=0))
-    if on_model(points + middle):
-        yield f"They fit moved by {_words(middle)}: give places from the origin of the deck."
+    if unit := _fitting_unit(model, points, scale, units):
+        yield f"The points span {_span(points):.3g}, the model {across(model):.3g}, and they fit {unit}."
+    ends = np.stack([coords.min(axis=0) - points.min(axis=0), coords.max(axis=0) - points.max(axis=0)])
+    for weights in itertools.product((0.5, 0.0, 1.0), repeat=3):  # middles, lower or upper ends at one place
+        shift = ends[0] + np.array(weights) * (ends[1] - ends[0])
+        if on_model(points + shift):
+            yield f"They fit moved by {_words(shift)}: give places from the origin of the deck."
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
             turn = np.array(signs)[:, None] * np.eye(3)[list(order)]
             if np.linalg.det(turn) > 0.0 and on_model(points @ turn.T):
                 axes = ", ".join(("-" if s < 0.0 else "") + "xyz"[k] for s, k in zip(signs, order, strict=True))
                 yield f"They fit with their {axes} as x, y, z of the deck: turn points and directions in the file."
+
+
+def _span(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def _require_size(model: Model, measured: MeasuredModes, points: FloatArray, scale: float, units: str) -> None:
+    """Raise InputError where points lie together on a spot, and all over the model in other units."""
+    if unit := _fitting_unit(model, points, scale, units):
+        raise InputError(
+            f"all sensors are on one spot of the model: their points span {_span(points):.3g}, the model "
+            f"{across(model):.3g}",
+            where=measured.path,
+            expected="points in the units of the deck",
+            fix=f"They fit {unit}.",
+        )
+
+
+def _fitting_unit(model: Model, points: FloatArray, scale: float, units: str) -> str:
+    """`times 25.4: say --test-units in`, of the units that put the points on the model best; empty: none does."""
+    size, found = across(model), []
+    for a, b in itertools.permutations(LENGTHS, 2):
+        factor = LENGTHS[a] / LENGTHS[b]
+        if COVERED[0] <= factor * _span(points) / size <= COVERED[1]:
+            off = _distances(model, points * factor).max()
+            if off <= REACH * size:
+                found.append((off, factor))
+    if not found:
+        return ""
+    factor = min(found)[1]
+    return f"times {factor:.6g}: say --test-units {_unit(factor * scale, model, units)}"
+
+
+def _distances(model: Model, points: FloatArray) -> FloatArray:
+    """(n,) from each point to the nearest node of an element."""
+    return _nearest(model, _used_nodes(model), points, np.ones(len(points), dtype=np.bool_))[1]
 
 
 def _unit(scale: float, model: Model, units: str) -> str:
