@@ -22,8 +22,9 @@ def phase_collinearity(shapes: ComplexArray) -> FloatArray:
     -------
     (n_mode,) from 0 to 1; 0 for a mode that does not move.
     """
-    size = (np.abs(shapes) ** 2).sum(axis=0) ** 2
-    same = np.abs((shapes**2).sum(axis=0)) ** 2
+    z = _of_size_one(shapes)
+    size = (np.abs(z) ** 2).sum(axis=0) ** 2
+    same = np.abs((z**2).sum(axis=0)) ** 2
     return np.divide(same, size, out=np.zeros(shapes.shape[1]), where=size > 0.0)
 
 
@@ -33,6 +34,18 @@ def real_shapes(shapes: ComplexArray) -> FloatArray:
     Parameters
     ----------
     shapes : (n_channel, n_mode), any scale and phase.
+
+    Returns
+    -------
+    (n_channel, n_mode), the largest value of each complex shape having size 1.
     """
-    theta = 0.5 * np.angle((shapes**2).sum(axis=0))
-    return np.ascontiguousarray((shapes * np.exp(-1j * theta)).real)
+    z = _of_size_one(shapes)
+    theta = 0.5 * np.angle((z**2).sum(axis=0))
+    return np.ascontiguousarray((z * np.exp(-1j * theta)).real)
+
+
+def _of_size_one(shapes: ComplexArray) -> ComplexArray:
+    """Shapes whose squares are numbers; those that do not move stay."""
+    largest = np.maximum(np.abs(shapes.real), np.abs(shapes.imag)).max(axis=0, initial=0.0)
+    z = shapes / np.where(largest > 0.0, largest, 1.0)
+    return np.asarray(z / np.where(largest > 0.0, np.abs(z).max(axis=0, initial=0.0), 1.0))

@@ -11,7 +11,7 @@ from creak.verify.mac import mac_matrix, pair_measured
 from creak.verify.real_modes import phase_collinearity, real_shapes
 
 
-@given(st.integers(0, 10**6), st.floats(-10.0, 10.0), st.floats(1e-20, 1e20))
+@given(st.integers(0, 10**6), st.floats(-10.0, 10.0), st.floats(1e-290, 1e290))
 @settings(max_examples=50, deadline=None)
 def test_a_real_mode_of_any_phase_and_scale_comes_back(seed, phase, scale):
     x = np.random.default_rng(seed).normal(size=(7, 1))
@@ -19,7 +19,7 @@ def test_a_real_mode_of_any_phase_and_scale_comes_back(seed, phase, scale):
     assert phase_collinearity(z)[0] == pytest.approx(1.0, abs=1e-12)
     found = real_shapes(z)
     assert mac_matrix(found, x)[0, 0] == pytest.approx(1.0, abs=1e-12)
-    assert np.linalg.norm(found) == pytest.approx(scale * np.linalg.norm(x), rel=1e-12)
+    assert np.abs(found).max() == pytest.approx(1.0, rel=1e-12)
 
 
 @given(st.integers(0, 10**6))
@@ -27,6 +27,7 @@ def test_a_real_mode_of_any_phase_and_scale_comes_back(seed, phase, scale):
 def test_no_other_phase_has_a_larger_real_part(seed):
     rng = np.random.default_rng(seed)
     z = rng.normal(size=(5, 2)) + 1j * rng.normal(size=(5, 2))
+    z /= np.abs(z).max(axis=0)
     best = np.linalg.norm(real_shapes(z), axis=0)
     for theta in np.linspace(0.0, np.pi, 37):
         assert (np.linalg.norm((z * np.exp(1j * theta)).real, axis=0) <= best * (1.0 + 1e-12)).all()
