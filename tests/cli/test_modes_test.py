@@ -50,13 +50,14 @@ def test_table_page_and_figures(creak, strip, tmp_path, monkeypatch):
     assert data["sentence"] in " ".join(page.read_text(encoding="utf-8").split())
 
 
-def test_the_page_holds_the_measured_points_on_the_shapes(creak, strip, tmp_path):
+@pytest.mark.parametrize("axes", [("x", "y", "z"), ("0 1 0", "1 2 2", "0.6 0 0.8", "-x")])
+def test_the_page_holds_the_measured_points_on_the_shapes(creak, strip, tmp_path, axes):
     """At each pair the points lie on the surface: their rows move as the nodes that they are at."""
     import base64
 
     deck, t = strip
     test, page = tmp_path / "test.csv", tmp_path / "page.html"
-    test.write_text(csv_text(t))
+    test.write_text(csv_text(t, axes))
     assert creak("modes", deck, "--test", test, "--page", page, "-q").status == 0
     text = page.read_text(encoding="utf-8")
     held = {name: json.loads(re.search(rf'id="{name}">(.*?)</script>', text, re.S)[1]) for name in ("scene", "motions")}

@@ -23,8 +23,8 @@ COLOUR = "#d55e00"
 def correlated_scene(found: Correlation) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
     """The surface of the model with the measured points behind its nodes, and a period of each pair of modes.
 
-    A measured point moves along its directions alone, taken as at right angles to each other; its motion has the scale
-    and the sign that fit the mode of the model best. None where the model has nothing that can be drawn.
+    A measured point has the smallest motion that gives what its directions measured, in the scale and the sign that
+    fit the mode of the model best. None where the model has nothing that can be drawn.
     """
     model = found.found.model
     surface = surface_of(model, np.zeros(0, dtype=np.int64), MOST_NODES)
@@ -60,8 +60,9 @@ def _motions(found: Correlation, surface: Surface, xyz: FloatArray, of: IntArray
             p = shown[k]
             moved = np.zeros((len(xyz), 3))
             moved[: len(surface.nodes_idx)] = u[surface.nodes_idx]
-            along = p.scale * found.test_shapes[:, p.test, None] * found.measured.directions
-            np.add.at(moved, of, along)
+            along = p.scale * found.test_shapes[:, p.test]
+            for row in np.unique(of):
+                moved[row] = np.linalg.pinv(found.measured.directions[of == row]) @ along[of == row]
             largest = float(np.abs(moved).max()) or 1.0
             label = f"{p.frequency_test:g} Hz measured, {p.frequency_model:.6g} Hz in the model, MAC {p.mac:.3f}"
             short = np.round(moved.ravel() * (LIMIT / largest)).astype(np.int16)

@@ -43,7 +43,7 @@ class Sensors:
     nodes_idx: IntArray
     """(n_channel,)"""
     points: FloatArray
-    """(n_channel, 3) in the length of the model; those of the nodes where the file has none."""
+    """(n_channel, 3) in the length of the model; those of the nodes where a map names them, or the file has none."""
     distance: FloatArray
     """(n_channel,) from point to node; 0 where the file has no points."""
     how: tuple[str, ...]
@@ -97,7 +97,8 @@ def locate(
     rows = np.where(by_place, nearest, rows)
     distance = np.where(known, np.linalg.norm(points - model.nodes.coords[rows], axis=1), 0.0)
     how = np.where(by_map, BY_MAP, np.where(by_label, BY_LABEL, BY_PLACE)).tolist()
-    return Sensors(rows, np.where(known[:, None], points, model.nodes.coords[rows]), distance, tuple(how), scale)
+    shown = np.where((known & ~by_map)[:, None], points, model.nodes.coords[rows])
+    return Sensors(rows, shown, distance, tuple(how), scale)
 
 
 def read_sensor_map(path: Path, model: Model, measured: MeasuredModes) -> dict[str, int]:
