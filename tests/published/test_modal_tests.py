@@ -124,12 +124,14 @@ def test_the_shell_model_of_the_source_is_found_again(welded, measured):
     )
 
 
+@pytest.mark.slow
 def test_sensitivity_to_the_corners_is_that_of_differences(frame):
     h = 1e-3
     slope = (frame.step(7.5 + h)[0] - frame.step(7.5 - h)[0]) / (2.0 * h)
     np.testing.assert_allclose(frame.step(7.5)[1][:, 0], slope, atol=2e-6)  # h^2 of the central difference
 
 
+@pytest.mark.slow
 def test_one_stiffness_of_the_corners_brings_the_frequencies_together(frame, welded, best, measured):
     """From 5.9 to 2.7 % rms. The first mode stays high and the third low: one spring is not all that a bolted corner
     does."""
