@@ -25,8 +25,10 @@ import creak_thesis.doors
 import creak_thesis.record
 import creak_thesis.run
 from creak.cli.main import app
+from creak.formats.measured.uff import write_uff
 from creak.studies.file.changes import changed
 from creak.studies.file.toml_text import toml_text
+from creak.studies.models.deck_modes import deck_modes
 from creak_thesis.door import LOAD, write_door
 from helpers_cli import Said
 from helpers_decks import STUDY, two_strips
@@ -36,6 +38,8 @@ from helpers_nastran_strips import strips
 
 PLACEHOLDER = re.compile(r"[A-Z]+(\.\w+)?|.*[][|].*|\.\.\.")
 """`DECK`, `STUDY.toml`, `[OPTIONS]`, `STUDY.toml|DECK`, `...`."""
+READ = {"superelements", "test", "sensors"}
+"""Options that name files which are read."""
 UNREAD = {
     "IMPERFECTION": "*IMPERFECTION, FILE=modes, STEP=1\n1, 0.1\n",
     "CGAP": "CGAP,901,9,1013,13\nPGAP,9,1.75,,1.+4",
@@ -135,7 +139,7 @@ def outputs(words: Sequence[str]) -> list[str]:
     """Files and folders that a command names and is to write: values of its options that are paths, and what it converts to."""
     command, rest = _split(words)
     paths = {name for name, p in inspect.signature(command.callback).parameters.items() if "Path" in str(p.annotation)}
-    writes = {o for p in command.params if p.name in paths - {"superelements"} for o in p.opts}
+    writes = {o for p in command.params if p.name in paths - READ for o in p.opts}
     named = [w for before, w in pairwise(rest) if before in writes]
     if words[0] == "convert":
         ending = dict(pairwise(rest)).get("--matrices")
@@ -160,12 +164,24 @@ def write_stand_ins(folder: Path, command: Command) -> None:
         "cockpit/cockpit.toml": "# written by creak\n" + study.replace("strips.", "model."),
         "cockpit/model.inp": abaqus,
         "scatter.toml": STUDY.replace("strips.", "model.").replace("step = 5e-4\nperiods = 2", QUICK_RUN) + SCATTER,
+        "test.unv": test_text(),
         "sweep.toml": SWEEP,
         "door_sweep.toml": SWEEP,
     }
     for name, text in texts.items():
         (folder / name).parent.mkdir(exist_ok=True)
         (folder / name).write_text(text, encoding="utf-8")
+
+
+@functools.cache
+def test_text() -> str:
+    """Modes of the strips as a test found them."""
+    with tempfile.TemporaryDirectory() as folder:
+        deck, path = Path(folder) / "strips.inp", Path(folder) / "test.unv"
+        deck.write_text(two_strips(), encoding="utf-8")
+        found = deck_modes(deck, count=4)
+        write_uff(path, found.model, found.frequencies, found.translations())
+        return path.read_text(encoding="ascii")
 
 
 @functools.cache

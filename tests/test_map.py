@@ -16,6 +16,7 @@ import typer
 import creak
 import creak_thesis
 from creak.cli.main import app
+from creak.formats.measured.uff import write_uff
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 
@@ -107,6 +108,8 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("ways")
     write_strips(folder, study=SHORT)
     (folder / "scatter.toml").write_text(SCATTER)
+    modes = creak.deck_modes(folder / "strips.inp", count=2)
+    write_uff(folder / "test.unv", modes.model, modes.frequencies, modes.translations())
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n')
     return folder
 
@@ -120,7 +123,7 @@ COMMANDS = {
     "robust": ["robust", "scatter.toml", "--n", "4", "--no-indices", "--threads", "1"],
     "reduce": ["reduce", "study.toml"],
     "info": ["info", "strips.inp"],
-    "modes": ["modes", "strips.inp", "--count", "2", "--vtk", "modes.vtu"],
+    "modes": ["modes", "strips.inp", "--count", "2", "--vtk", "modes.vtu", "--test", "test.unv", "--page", "page.html"],
     "convert": ["convert", "strips.inp", "strips.bdf", "--mass", "linear"],
     "schema": ["schema"],
     "example": ["example", "door", "--mesh-size", "40", "--out", "door"],

@@ -71,6 +71,12 @@ as wide as thick. F, C and S are free, clamped and supported edges.""",
 No run was compared with Abaqus. The decks of NX and MSC Nastran are in `shared/` beside the source. Without them their
 tests are skipped, and the rows keep the last values.""",
     ),
+    "measured": (
+        "Measured structures",
+        """\
+Models made of published dimensions beside modal tests. Nothing is fitted but what a row calls softened: there one
+stiffness of the corners is. What the models leave open is told with [the frame](correlation.md#a-bolted-frame).""",
+    ),
     "reduction": (
         "Reduction",
         """\
@@ -111,6 +117,7 @@ keep the last values.""",
 CHAPTERS = {
     "structures": ("Shells, beams and solids", ("shell statics", "shell modes", "beams and solids")),
     "decks": ("Models and decks", ("models", "decks")),
+    "measured": ("Measured structures", ("measured",)),
     "reduction": ("Reduction", ("reduction",)),
     "contact": ("Contact and friction", ("contact", "contact, exact flow", "friction", "friction, exact flow")),
     "time": ("Time, energy, signals", ("time", "energy", "signals")),

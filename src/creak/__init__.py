@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from creak.api.bench import Bench, make_bench
     from creak.api.channels import gap_channels, join_gaps
     from creak.api.compare import compare
-    from creak.api.decks import deck_modes, read_deck, write_door
+    from creak.api.decks import correlate, deck_modes, read_deck, write_door
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
@@ -67,6 +67,7 @@ if TYPE_CHECKING:
     )
     from creak.sound.loudness import Loudness, SteadyLoudness, loudness, steady_loudness
     from creak.studies.file.reader import Study
+    from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
@@ -84,7 +85,7 @@ _HOMES = {
     "api.bench": ("Bench", "make_bench"),
     "api.compare": ("compare",),
     "api.channels": ("gap_channels", "join_gaps"),
-    "api.decks": ("deck_modes", "read_deck", "write_door"),
+    "api.decks": ("correlate", "deck_modes", "read_deck", "write_door"),
     "api.files": ("read_json", "write_json", "write_text"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
     "api.motion": ("make_loads", "simulate"),
@@ -117,6 +118,7 @@ _HOMES = {
         "displacement_motion",
     ),
     "sound.loudness": ("Loudness", "SteadyLoudness", "loudness", "steady_loudness"),
+    "studies.models.correlation": ("Correlation",),
     "studies.models.deck_modes": ("DeckModes",),
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
@@ -135,6 +137,7 @@ _HOME = {name: f"creak.{module}" for module, names in _HOMES.items() for name in
 __all__ = [
     "HHT",
     "Bench",
+    "Correlation",
     "CreakError",
     "DeckModes",
     "Event",
@@ -170,6 +173,7 @@ __all__ = [
     "change_study",
     "compare",
     "compare_sounds",
+    "correlate",
     "couple",
     "craig_bampton",
     "deck_modes",

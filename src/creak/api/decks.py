@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
+    from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
 
 
@@ -54,6 +55,49 @@ def deck_modes(
     from creak.studies.models import deck_modes as studies
 
     return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=ignore)
+
+
+def correlate(
+    deck: str | Path,
+    test: str | Path,
+    *,
+    f_max: float | None = None,
+    count: int | None = None,
+    test_units: str | None = None,
+    sensors: str | Path | None = None,
+    ignore: tuple[str, ...] = (),
+) -> Correlation:
+    """The modes of a deck beside those of a modal test: MAC, pairs, frequency and damping, what has no partner.
+
+    Parameters
+    ----------
+    deck, f_max, count, ignore : as `deck_modes`; without f_max and count up to 1.3 times the highest measured
+        frequency.
+    test : universal file (.unv, .uff) with data sets 55, or CSV with the columns
+        frequency_hz,damping,sensor,x,y,z,direction,value.
+    test_units : mm, m or in; None: what the file tells, or that of the deck.
+    sensors : CSV with the header sensor,node, for sensors that neither label nor place puts on the model.
+
+    Returns
+    -------
+    Correlation: pairs, mac (n_test, n_model), sensors, collinearity, notes; `as_dict()` for JSON.
+
+    Raises
+    ------
+    InputError : a file is wrong, sensors are not on the model, or no measured mode has a partner.
+    NumericalError : the modes could not be found.
+    """
+    from creak.studies.models.correlation import deck_beside_test
+
+    return deck_beside_test(
+        Path(deck),
+        Path(test),
+        f_max=f_max,
+        count=count,
+        test_units=test_units,
+        sensors=None if sensors is None else Path(sensors),
+        ignore=ignore,
+    )
 
 
 def write_door(

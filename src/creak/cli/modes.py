@@ -5,14 +5,14 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import model_detail
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, finite, writable_file
 from creak.errors import InputError
 from creak.formats.destination import descriptor_of
 from creak.model.units import UnitsName
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from creak.arrays import FloatArray
     from creak.studies.models.deck_modes import DeckModes
 
+LengthName = Literal["mm", "m", "in"]
 DIRECTIONS = ("X", "Y", "Z", "RX", "RY", "RZ")
 ROUND_OFF = 1e-6
 """Participation factors below this share of the square root of the model's inertia are shown as 0."""
@@ -35,6 +36,14 @@ def modes(
     uff: Path | None = typer.Option(None, "--uff", help="Write the shapes here as a universal file (data set 55)."),
     pch: Path | None = typer.Option(None, "--pch", help="Write the shapes here as a Nastran punch file (.pch)."),
     units: UnitsName = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
+    test: Path | None = typer.Option(
+        None, "--test", metavar="MEASURED", help="Modes of a test, a universal file (55) or CSV: what fits?"
+    ),
+    test_units: LengthName | None = typer.Option(
+        None, "--test-units", help="Length of the test's points; default: as its file says, or the deck's."
+    ),
+    sensors: Path | None = typer.Option(None, "--sensors", help="CSV with the columns sensor,node."),
+    page: Path | None = typer.Option(None, "--page", help="Write MAC, pairs and shapes beside the test as a page."),
     ignore: list[str] = IGNORE,
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -44,27 +53,55 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
+    from creak.cli.correlation import correlation_data, print_correlation, require_test, write_page
     from creak.formats.deck.command_files import will_read
+    from creak.studies.models.correlation import deck_beside_test
     from creak.studies.models.deck_modes import deck_modes
 
     point = _point(about)
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
     on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
-    files = [path for path in (vtk, uff, pch, None if on_stdout else json_file) if path is not None]
-    will_read(deck)
+    files = [path for path in (vtk, uff, pch, page, None if on_stdout else json_file) if path is not None]
+    require_test(test, test_units, sensors, page)
+    will_read(deck, *(path for path in (test, sensors) if path is not None))
     for path in files:
         writable_file(path)
     with Output(quiet, verbose, on_stdout) as output:
         with output.progress as progress:
-            found = deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore, progress=progress)
+            if test is None:
+                found, beside = (
+                    deck_modes(deck, f_max=f_max, count=count, about=point, ignore=ignore, progress=progress),
+                    None,
+                )
+            else:
+                beside = deck_beside_test(
+                    deck,
+                    test,
+                    f_max=f_max,
+                    count=count,
+                    about=point,
+                    units=units,
+                    test_units=test_units,
+                    sensors=sensors,
+                    ignore=ignore,
+                    progress=progress,
+                )
+                found = beside.found
+            data = _data(found) if beside is None else {**_data(found), "correlation": correlation_data(beside)}
             model_detail(output, found.model)
             for path in files:
                 path.parent.mkdir(parents=True, exist_ok=True)
             _write(output, found, (vtk, uff, pch), units, deck.name)
+            if beside is not None and page is not None:
+                write_page(output, beside, page, units)
             if json_file is not None and not on_stdout:
-                _write_json(output, found, json_file)
-        _print(output, found)
+                _write_json(output, data, json_file)
+        if beside is not None:
+            print_correlation(output, beside)
+            _print_checks(output, found)
+        else:
+            _print(output, found)
         ids = found.model.nodes.ids.tolist()
         if (uff is not None or pch is not None) and len(set(ids)) < len(ids):
             output.say(
@@ -72,7 +109,7 @@ def modes(
                 "order of the deck"
             )
         output.tell_written()
-        output.result({**_data(found), "written": [str(path) for path in output.written]})
+        output.result({**data, "written": [str(path) for path in output.written]})
 
 
 def _point(text: str) -> tuple[float, ...]:
@@ -108,10 +145,10 @@ def _write(
         output.wrote(pch)
 
 
-def _write_json(output: Output, found: DeckModes, path: Path) -> None:
+def _write_json(output: Output, data: dict[str, object], path: Path) -> None:
     from creak.formats.complete_file import write_text
 
-    write_text(path, json.dumps(_data(found), indent=2) + "\n")
+    write_text(path, json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
     output.wrote(path)
 
 
@@ -151,6 +188,10 @@ def _print(output: Output, found: DeckModes) -> None:
         output.console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
         factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
         output.console.print(_table(found, "Participation factors, mass-normalised modes", factors, "{:.3g}"))
+    _print_checks(output, found)
+
+
+def _print_checks(output: Output, found: DeckModes) -> None:
     if found.prestress is not None:
         output.say(f"with the linear stress of {found.prestress.keyword} ({found.prestress.where})")
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"

@@ -211,15 +211,15 @@ class Output:
     def result(self, data: Mapping[str, Any]) -> None:
         """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:
-            sys.stdout.write(json.dumps(_finite(data), indent=2, allow_nan=False) + "\n")
+            sys.stdout.write(json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
 
 
-def _finite(data: Any) -> Any:
+def finite(data: Any) -> Any:
     """Plain data with None for numbers that JSON does not know."""
     if isinstance(data, Mapping):
-        return {key: _finite(value) for key, value in data.items()}
+        return {key: finite(value) for key, value in data.items()}
     if isinstance(data, list | tuple):
-        return [_finite(value) for value in data]
+        return [finite(value) for value in data]
     return None if isinstance(data, float) and not math.isfinite(data) else data
 
 

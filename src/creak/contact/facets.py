@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
+from creak.model.constraints import held_nodes
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells
@@ -40,7 +41,7 @@ class Facets:
     normal_stiffness: FloatArray
     """(n,) how the parent element resists a displacement across the facet, force / length: kappa G t of shells;
     E_c A^2 / V of solids with the modulus E_c = K + 4 G / 3 of confined compression (LS-DYNA takes K A^2 / V:
-    Hallquist, LS-DYNA Theory Manual, contact stiffness)."""
+    Hallquist, LS-DYNA Theory Manual, contact stiffness); inf where all nodes are held."""
     depth: FloatArray
     """(n,) half the height V / A of solids, 0 for shells."""
 
@@ -308,6 +309,9 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
             expected="shell elements or free faces of solids",
             fix="Put shell or solid elements into it.",
         )
+    held = np.zeros(model.nodes.count, dtype=bool)
+    held[held_nodes(model.fixed)] = True
+    stiffness[held[nodes].all(axis=1)] = np.inf
     facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth)
     _require_area(model, facets, pairs, name, where)
     return facets
@@ -360,11 +364,11 @@ def _faces(
     rows = np.arange(element.size)
     area = areas[rows, number - 1]
     volume = np.maximum(np.abs(volumes(x)) * share[rows, number - 1], 1e-300)
-    confined = _confined_modulus(block.section.material)  # type: ignore[union-attr]
+    confined = confined_modulus(block.section.material)  # type: ignore[union-attr]
     return every[rows, number - 1], confined * area**2 / volume, 0.5 * volume / np.maximum(area, 1e-300)
 
 
-def _confined_modulus(material: Material | AnisotropicMaterial) -> float:
+def confined_modulus(material: Material | AnisotropicMaterial) -> float:
     """Stress over strain in uniaxial strain; the mean of the three directions."""
     if isinstance(material, AnisotropicMaterial):
         return float(np.trace(material.elasticity[:3, :3])) / 3.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import shutil
@@ -11,6 +10,8 @@ import time
 import uuid
 from functools import cache
 from pathlib import Path
+
+from creak.digest import digest
 
 OLD = 7 * 86_400.0
 """s since the last change after which what another machine left, or one that was started anew since, is removed."""
@@ -96,7 +97,7 @@ def _machine() -> str:
         found += [Path("/proc/sys/kernel/random/boot_id").read_text(encoding="utf-8"), os.readlink("/proc/self/ns/pid")]
     except OSError:
         found.append("")
-    return hashlib.blake2b("".join(found).encode(), digest_size=4).hexdigest()
+    return digest(found, 4)
 
 
 def _remove(path: Path) -> None:

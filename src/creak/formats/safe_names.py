@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
 import re
+
+from creak.digest import digest
 
 LONGEST = 100
 """Bytes; file systems take 255, and an ending and a partial name come on top."""
@@ -17,5 +18,4 @@ def file_stem(name: str) -> str:
     safe = re.sub(r"[^\w-]", "_", name)
     if safe == name and 0 < len(name.encode(errors="replace")) <= LONGEST:
         return name
-    digest = hashlib.blake2b(name.encode(errors="surrogatepass"), digest_size=4).hexdigest()
-    return f"{safe.encode()[: LONGEST - 9].decode(errors='ignore')}-{digest}"
+    return f"{safe.encode()[: LONGEST - 9].decode(errors='ignore')}-{digest(name, 4)}"

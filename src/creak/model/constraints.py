@@ -13,7 +13,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, node_dofs
+from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, dofs_of, node_dofs, nodes_of
 
 
 @dataclass(frozen=True)
@@ -206,6 +206,13 @@ class Fixed:
 def held_labels(fixed: Sequence[Fixed]) -> IntArray:
     """Dof labels that supports hold, as they come."""
     return np.concatenate([np.zeros(0, dtype=np.int64), *(node_dofs(f.nodes_idx, f.dofs) for f in fixed)])
+
+
+def held_nodes(fixed: Sequence[Fixed]) -> IntArray:
+    """Rows of the nodes that supports hold in all translations."""
+    labels = np.unique(held_labels(fixed))
+    rows, count = np.unique(nodes_of(labels[dofs_of(labels) <= 3]), return_counts=True)
+    return rows[count == 3]
 
 
 def oblique_supports(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> Iterator[Equation]:

@@ -14,6 +14,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
+from creak.digest import file_sha256
 from creak.dynamics.history import History
 from creak.model.dofs import nodes_of
 from creak.model.plain_mesh import PlainMesh, plain_mesh
@@ -24,7 +25,6 @@ from creak.report.words.text import number
 from creak.sound.zwicker_tables import RATE
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.identity import sha256
 from creak.studies.prepare.setup import Setup
 from creak.studies.results.places import Place
 from creak.studies.results.sound import heard_places
@@ -318,7 +318,7 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
     rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
     for path in dict.fromkeys((deck, source)):
         if path.is_file():
-            rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {sha256(path)}"))
+            rows.append(("Deck", f"{path.name}, {number(path.stat().st_size)} bytes, SHA-256 {file_sha256(path)}"))
             break
     rows.append(("creak", version()))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))

@@ -84,7 +84,8 @@ def report_text(result: Found, summary: dict[str, Any]) -> str:
         | _motion_parts(result, motions, scene.scene(result))
         | _table_parts(result, summary, units)
         | _eline_parts(result, summary, units)
-        | _file_parts(result)
+        | file_parts()
+        | _told_parts(result)
     )
     settling = (
         None
@@ -141,7 +142,7 @@ def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
     }
     specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}
-    return {"figures": drawn, "specs": _script_json(specs), **pictures}
+    return {"figures": drawn, "specs": script_json(specs), **pictures}
 
 
 def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
@@ -149,9 +150,9 @@ def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any
     every = [*motions.shown, *motions.modes]
     return {
         "has_scene": shape is not None,
-        "scene": _script_json(shape),
+        "scene": script_json(shape),
         "motions": every,
-        "motions_json": _script_json(every),
+        "motions_json": script_json(every),
         "motion_labels": [m["label"] for m in every],
         "motion_words": motions.words,
         "motion_run": "unreduced" if run is None else checks.RUN_WORDS[run.name],
@@ -159,14 +160,20 @@ def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any
     }
 
 
-def _file_parts(result: Found) -> dict[str, Any]:
+def file_parts() -> dict[str, Any]:
+    """Style, scripts and colours that a page with plots and a 3-D view holds."""
     from plotly.offline import get_plotlyjs
 
     own = {name.replace(".", "_"): Markup((FILES / name).read_text(encoding="utf-8")) for name in SCRIPTS}
     return own | {
         "css": Markup((FILES / "report.css").read_text(encoding="utf-8")),
         "plotly": Markup(get_plotlyjs()),
-        "colours": _script_json(palette.DARK),
+        "colours": script_json(palette.DARK),
+    }
+
+
+def _told_parts(result: Found) -> dict[str, Any]:
+    return {
         "provenance": [*result.provenance, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))],
         "study_text": result.setup.study.text,
     }
@@ -174,7 +181,7 @@ def _file_parts(result: Found) -> dict[str, Any]:
 
 def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     return {
-        "csv_events": _script_json(event_csv(result, units)),
+        "csv_events": script_json(event_csv(result, units)),
         "fits": tables.fit_table(result),
         "energy_alarm": tables.energy_alarm(summary),
         "events": event_tables.event_table(result, units),
@@ -205,11 +212,11 @@ def _eline_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "elines": eline_table(rows, model, units, found.percentile),
         "eline_words": eline_words(told),
         "eline_notes": f"{told['risk']}. {told['definition']}",
-        "csv_elines": _script_json(point_csv(found, model, units.length)),
+        "csv_elines": script_json(point_csv(found, model, units.length)),
     }
 
 
-def _script_json(value: Any) -> Markup:
+def script_json(value: Any) -> Markup:
     """JSON that may stand inside a script element: no `<` that could end it."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))

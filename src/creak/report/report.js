@@ -218,7 +218,8 @@ function buttons(host, view) {
   };
   const toggle = name => on => { if (on) view.hidden.delete(name); else view.hidden.add(name); };
   scene().parts.forEach(p => make(p.name, true, p.colour, toggle(p.name)));
-  const marks = { contact: ["contact nodes", "#ffffff"], held: ["held", "#1b1f24"], driven: ["driven", "#009e73"] };
+  const marks = { contact: ["contact nodes", "#ffffff"], held: ["held", "#1b1f24"], driven: ["driven", "#009e73"],
+    measured: ["measured points", "#d55e00"] };
   Object.keys(scene().marks).forEach(name => make(marks[name][0], true, marks[name][1], toggle("marks:" + name)));
   make("edges", true, "", on => { view.edges = on; });
   section(box, view);

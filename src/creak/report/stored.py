@@ -20,7 +20,7 @@ from creak.report.found import Found, FoundRun, FoundSound
 from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch
 
-VERSION = 6
+VERSION = 7
 """Of the group `report`; another one cannot be read."""
 
 

@@ -293,7 +293,7 @@ class Viewer {
 
   paintDots(ratio) {
     const gl = this.gl, at = this.dots.at, looks = {
-      held: [[0.1, 0.12, 0.14], 8], driven: [[0, 0.62, 0.45], 11], contact: [[1, 1, 1], 5.5] };
+      held: [[0.1, 0.12, 0.14], 8], driven: [[0, 0.62, 0.45], 11], contact: [[1, 1, 1], 5.5], measured: [[0.84, 0.37, 0], 10] };
     gl.disable(gl.DEPTH_TEST); gl.uniform1f(at.nearer, 0);
     for (const [name, [colour, size]] of Object.entries(looks)) {
       if (!this.markBuffers[name] || this.hidden.has("marks:" + name)) continue;

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import fields, is_dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray
+from creak.digest import digest
 from creak.errors import CreakError, InputError
 from creak.formats.stored.solved import read_solved, write_solved
 from creak.version import edition
@@ -67,7 +64,7 @@ def solved(
     """
     if store is None or not store.is_dir():
         return make()
-    key = hashlib.blake2b("\n".join([edition(), kind, *made_from]).encode(), digest_size=16).hexdigest()
+    key = digest([edition(), kind, *made_from])
     path = store / SOLVED / f"{kind}.{key}.h5"
     found = read_solved(path, key)
     if found is not None:
@@ -87,7 +84,7 @@ def keep_in(
     store: Path | None, kind: str
 ) -> Callable[[Sequence[FloatArray | IntArray], Callable[[], dict[str, FloatArray]]], dict[str, FloatArray]]:
     """`solved` for what depends on arrays alone."""
-    return lambda arrays, make: solved(store, kind, [digest_of_record(list(arrays))] if store else [], make)
+    return lambda arrays, make: solved(store, kind, [digest(list(arrays))] if store else [], make)
 
 
 def forget(folder: Path, pattern: str, most: int) -> list[Path]:
@@ -97,56 +94,3 @@ def forget(folder: Path, pattern: str, most: int) -> list[Path]:
     for old in gone:
         old.unlink(missing_ok=True)
     return gone
-
-
-def digest_of(A: Matrix | IntArray) -> str:
-    """Of the entries of a matrix or an array."""
-    digest = hashlib.blake2b(digest_size=16)
-    if sp.issparse(A):
-        B = sp.csr_matrix(A)
-        B.sort_indices()
-        for part in (B.data, B.indices.astype(np.int64), B.indptr.astype(np.int64)):
-            digest.update(np.ascontiguousarray(part).data)
-    else:
-        digest.update(np.ascontiguousarray(A).data)
-    return digest.hexdigest()
-
-
-PLACES = ("where",)
-"""Fields that only say where in its file something stands."""
-
-
-def digest_of_record(value: Any) -> str:
-    """Of plain data: records, their fields in turn but `PLACES`, arrays with shape and type, tables, texts, numbers.
-
-    Raises
-    ------
-    TypeError : it holds something else, of which no digest says all.
-    """
-    digest = hashlib.blake2b(digest_size=16)
-    _feed(digest, value)
-    return digest.hexdigest()
-
-
-def _feed(digest: Any, value: Any) -> None:
-    if isinstance(value, np.ndarray):
-        digest.update(f"array {value.dtype.str} {value.shape} ".encode())
-        digest.update(value.tobytes())
-    elif sp.issparse(value):
-        _feed(digest, ["sparse", value.shape, digest_of(value)])
-    elif is_dataclass(value) and not isinstance(value, type):
-        digest.update(f"record {type(value).__name__} ".encode())
-        _feed(digest, {f.name: getattr(value, f.name) for f in fields(value) if f.name not in PLACES})
-    elif isinstance(value, Mapping):
-        digest.update(f"table {len(value)} ".encode())
-        for pair in value.items():
-            _feed(digest, pair)
-    elif isinstance(value, list | tuple):
-        digest.update(f"list {len(value)} ".encode())
-        for one in value:
-            _feed(digest, one)
-    elif value is None or isinstance(value, str | int | float | np.generic):
-        text = repr(value).encode()
-        digest.update(f"{len(text)} ".encode() + text)
-    else:
-        raise TypeError(f"no digest of a {type(value).__name__}")

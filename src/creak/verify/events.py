@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -63,6 +65,8 @@ class Event:
     """Length of the step in which the event began, s: the resolution of its times."""
     side: int = 0
     """Number of the side of the contact: channels that push against each other are on different ones."""
+    margin: float = math.inf
+    """By how much a time without contact would have to differ for the event to be two, or one with its neighbour, s."""
 
 
 @dataclass(frozen=True)
@@ -103,8 +107,9 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
         side, count[group] = count[group], count[group] + 1
         closed = stretches(np.asarray((closing.force[:, channels] > 0.0).any(axis=1)))
         touches = [_touch(closing, gaps, channels, first, last) for first, last in closed]
-        for chain in chains(touches, merge) if merge is not None else _own_scale(touches, f_max):
-            events.append(replace(_event(closing, gaps, weights, channels, chain, f_max), side=side))
+        for chain, margin in _merged(touches, merge) if merge is not None else _own_scale(touches, f_max):
+            found = _event(closing, gaps, weights, channels, chain, f_max)
+            events.append(replace(found, side=side, margin=margin))
     return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
 
 
@@ -153,18 +158,32 @@ def without_rest(history: History) -> History:
     return replace(history, force=force)
 
 
-def _own_scale(touches: list[_Touch], f_max: float) -> list[list[_Touch]]:
-    """Touches of one side in order: blows, less than half a period of `f_max` apart, and events of these."""
-    events: list[list[_Touch]] = []
+def _own_scale(touches: list[_Touch], f_max: float) -> list[tuple[list[_Touch], float]]:
+    """Touches of one side in order: blows, less than half a period of `f_max` apart, and events of these; margins."""
+    events: list[tuple[list[_Touch], float]] = []
     before = 0.0
     for chain in chains(touches, 0.5 / f_max):
-        lasts = chain[-1].end - chain[0].start
-        if events and chain[0].start - events[-1][-1].end < min(lasts, before, LONGEST / f_max):
-            events[-1] = events[-1] + chain
-        else:
-            events.append(chain)
+        lasts, margin = chain[-1].end - chain[0].start, math.inf
+        if events:
+            event, least = events.pop()
+            lost, most = chain[0].start - event[-1].end, min(lasts, before, LONGEST / f_max)
+            margin = abs(lost - most)
+            if lost < most:
+                chain, margin = event + chain, min(margin, least)
+            else:
+                events.append((event, min(margin, least)))
+        events.append((chain, margin))
         before = lasts
     return events
+
+
+def _merged(touches: list[_Touch], merge: float) -> list[tuple[list[_Touch], float]]:
+    """Touches of one side less than `merge` apart, and margins."""
+    found = chains(touches, merge)
+    lost = np.array([b.start - a.end for a, b in pairwise(touch for chain in found for touch in chain)])
+    margin = np.concatenate([[math.inf], np.abs(lost - merge), [math.inf]])
+    at = np.concatenate([[0], np.cumsum([len(chain) for chain in found])])
+    return [(chain, float(margin[a : b + 1].min())) for chain, a, b in zip(found, at[:-1], at[1:], strict=True)]
 
 
 def _event(

@@ -1,4 +1,4 @@
-"""Modal assurance criterion between reference and reduced modes."""
+"""Modal assurance criterion between the modes of two models, or of a model and a test, and which belong together."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 
 ROUND_OFF = 1e-9
 """Of the highest frequency: what rigid modes may be apart."""
@@ -14,6 +14,11 @@ CLOSE = 2e-3
 """Modes nearer than this relative distance form one subspace: their shapes may rotate in it."""
 BAND = 0.15
 """A reduced mode can pair with a reference mode within this relative distance."""
+ALIKE = 0.6
+"""MAC from which a measured mode and one of a model can be a pair: from random shapes at 20 sensors none comes near."""
+OCTAVES, PER_OCTAVE = 1.0, 0.1
+"""How far their frequencies may be apart, and what an octave between them costs in MAC: at few sensors a mode far above
+looks like one below."""
 
 
 @dataclass(frozen=True)
@@ -44,15 +49,10 @@ def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArra
     n_ref = freq_ref.size
     if n_ref == 0 or freq_red.size == 0:
         return ModePairs(np.zeros(n_ref), matrix, np.full(n_ref, -1, dtype=np.int64))
-    from scipy.optimize import linear_sum_assignment  # see `signals.spectra.low_pass`
-
     allowed = np.abs(freq_red - freq_ref[:, None]) <= BAND * freq_ref[:, None] + ROUND_OFF * max(
         freq_ref.max(), freq_red.max()
     )
-    row, col = linear_sum_assignment(-np.where(allowed, matrix, -1.0))
-    partner = np.full(n_ref, -1, dtype=np.int64)
-    good = allowed[row, col]
-    partner[row[good]] = col[good]
+    partner = _partners(matrix, allowed)
     mac = np.where(partner >= 0, matrix[np.arange(n_ref), partner], 0.0)
     for i in range(n_ref):
         near = np.flatnonzero(np.abs(freq_ref - freq_ref[i]) <= CLOSE * freq_ref[i])
@@ -60,6 +60,33 @@ def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArra
         if mates.size > 1:
             mac[i] = _share(shapes_ref[:, i], shapes_red[:, mates])
     return ModePairs(np.minimum(mac, 1.0), matrix, partner)
+
+
+def pair_measured(matrix: FloatArray, freq_test: FloatArray, freq_model: FloatArray) -> IntArray:
+    """Partner of each measured mode among those of a model, -1 for none; each mode of the model once.
+
+    The sum of MAC, less `PER_OCTAVE` for each octave between the frequencies, is as large as it can be (assignment
+    problem). Partners have a MAC of `ALIKE` at least and lie within `OCTAVES`.
+
+    Parameters
+    ----------
+    matrix : (n_test, n_model) MAC. freq_test : (n_test,) Hz. freq_model : (n_model,) Hz; no mode at 0 Hz has a partner.
+    """
+    known = (freq_test[:, None] > 0.0) & (freq_model > 0.0)
+    ratio = np.divide(freq_model, freq_test[:, None], out=np.ones(matrix.shape), where=known)
+    octaves = np.abs(np.log2(np.where(known, ratio, 1.0)))
+    return _partners(matrix - PER_OCTAVE * octaves, known & (matrix >= ALIKE) & (octaves <= OCTAVES))
+
+
+def _partners(score: FloatArray, allowed: BoolArray) -> IntArray:
+    """(n_row,) column of each row, -1 for none, so that the sum of the scores is largest."""
+    from scipy.optimize import linear_sum_assignment  # see `signals.spectra.low_pass`
+
+    row, col = linear_sum_assignment(-np.where(allowed, score, -1.0))
+    partner = np.full(score.shape[0], -1, dtype=np.int64)
+    good = allowed[row, col]
+    partner[row[good]] = col[good]
+    return partner
 
 
 def _share(x: FloatArray, space: FloatArray) -> float:

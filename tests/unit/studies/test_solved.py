@@ -9,6 +9,7 @@ from dataclasses import fields, is_dataclass, replace
 import numpy as np
 import pytest
 
+from creak.digest import digest
 from creak.studies import solved
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
@@ -195,14 +196,14 @@ def others(value):
 
 def test_a_digest_tells_whatever_is_other_in_a_model(tmp_path):
     model = set_up(read_study(write_strips(tmp_path, study=STUDY))).model
-    own, found = solved.digest_of_record(model), set()
-    assert own == solved.digest_of_record(copy.deepcopy(model))
+    own, found = digest(model), set()
+    assert own == digest(copy.deepcopy(model))
     changed = list(others(model))
     assert len(changed) > 100
-    found = {solved.digest_of_record(x) for x in changed}
+    found = {digest(x) for x in changed}
     assert own not in found
     assert len(found) > 0.9 * len(changed)
     moved = replace(model, blocks=tuple(replace(b, where="elsewhere:7") for b in model.blocks))
-    assert solved.digest_of_record(moved) == own
+    assert digest(moved) == own
     with pytest.raises(TypeError, match="no digest of a function"):
-        solved.digest_of_record([others])
+        digest([others])

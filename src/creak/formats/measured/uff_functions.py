@@ -12,10 +12,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.channel import Channel
+from creak.formats.measured.uff_sets import data_sets
 
-MARK, FUNCTION = "-1", "58"
+FUNCTION = "58"
 HEAD = 11
 """Lines before the values."""
 WIDTHS = {2: 13, 4: 20}
@@ -31,17 +31,14 @@ def read_uff_functions(path: Path) -> list[Channel]:
     ------
     InputError : no such function in it, a binary one, one that is complex or unevenly sampled, or cut short.
     """
-    lines = plain_file(path).read_text(encoding="latin-1").splitlines()
-    marks = [k for k, line in enumerate(lines) if line.strip() == MARK]
     found = []
-    for begin, end in zip(marks[::2], [*marks[1::2], len(lines)], strict=False):
-        number = lines[begin + 1].strip() if begin + 1 < len(lines) else ""
-        if number.startswith("58b"):
-            raise InputError("a binary function (58b)", where=f"{path}:{begin + 2}", fix="Export it as text (58).")
-        if number == FUNCTION:
-            if end == len(lines):
-                raise _short(path, begin)
-            channel = _function(path, lines[begin + 2 : end], begin + 3)
+    for one in data_sets(path):
+        if one.number.startswith("58b"):
+            raise InputError("a binary function (58b)", where=one.where(-1), fix="Export it as text (58).")
+        if one.number == FUNCTION:
+            if not one.ended:
+                raise _short(path, one.at - 3)
+            channel = _function(path, one.lines, one.at)
             if channel is not None:
                 found.append(channel)
     if not found:

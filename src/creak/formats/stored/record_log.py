@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import struct
 import zlib
@@ -14,6 +13,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.digest import digest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.destination import destination
 
@@ -23,7 +23,7 @@ HEAD = struct.Struct("<IQ")
 
 def log_path(folder: Path, stem: str, made_from: Mapping[str, Any], width: int) -> Path:
     """`STEM-1A2B3C4D.bin`: a file of its own for all that records are made from, so that none replaces another."""
-    return folder / f"{stem}-{hashlib.sha256(_first_line(made_from, width)).hexdigest()[:8]}.bin"
+    return folder / f"{stem}-{digest([width, made_from], 4)}.bin"
 
 
 def read_records(path: Path, made_from: Mapping[str, Any], width: int) -> tuple[dict[int, FloatArray], int]:

@@ -6,7 +6,6 @@ by accident; what a file made on purpose could reach outside itself (links, exte
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import h5py
 
+from creak.digest import sha256
 from creak.formats.deck.command_files import plain_file
 
 BLOCK = 512
@@ -39,10 +39,8 @@ def seal(read: Callable[[int, int], bytes], size: int) -> bytes:
     ----------
     read : offset, number of bytes -> content. size : bytes of the whole file.
     """
-    digest = hashlib.sha256()
-    for at in range(BLOCK, size, PIECE):
-        digest.update(read(at, min(PIECE, size - at)))
-    return (MARK + digest.hexdigest().encode()).ljust(BLOCK, b"\0")
+    found = sha256(read(at, min(PIECE, size - at)) for at in range(BLOCK, size, PIECE))
+    return (MARK + found.encode()).ljust(BLOCK, b"\0")
 
 
 @contextmanager

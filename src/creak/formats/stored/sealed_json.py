@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from creak.digest import sha256
 from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.sealed_hdf5 import Damaged
 
@@ -42,4 +42,4 @@ def read_sealed(path: Path) -> dict[str, Any]:
 def _digest(data: dict[str, Any]) -> str:
     """Of the content, however it is laid out."""
     text = json.dumps(data, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()
+    return sha256([text.encode()])

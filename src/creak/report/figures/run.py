@@ -157,33 +157,51 @@ def mac_figure(result: Found) -> Figure:
     modes = result.modes
     if modes is None or 0 in modes.pairs.matrix.shape:
         return Figure(None, f"No mode shapes to compare: {why_no_mac(result)}.")
-    matrix = modes.pairs.matrix
-    n_ref, n_red = matrix.shape
-    size = int(np.clip(26 * n_ref, 200, 430))
+    spec, height = mac_heat(
+        modes.pairs.matrix,
+        ("unreduced", "reduced"),
+        ("mode of the unreduced model", "mode of the reduced model"),
+        (modes.freq_reference, modes.freq_reduced),
+    )
+    caption = (
+        "Modal assurance criterion between all modes, over the motion of the compared nodes only: a partner stands "
+        "out; other shades mean that two modes look alike at these nodes."
+    )
+    return Figure(spec, caption, height)
+
+
+def mac_heat(
+    matrix: FloatArray, short: tuple[str, str], titles: tuple[str, str], frequencies: tuple[FloatArray, FloatArray]
+) -> tuple[dict[str, Any], int]:
+    """A MAC matrix (n_row, n_column) as a heat map, and its height; modes count from 1.
+
+    Parameters
+    ----------
+    short, titles, frequencies : of the rows and the columns: a word, the name of the axis, Hz.
+    """
+    n_row, n_column = matrix.shape
+    size = int(np.clip(26 * n_row, 200, 430))
     layout = base_layout(size + 110)
-    layout["xaxis"] = axis("mode of the reduced model", dtick=max(1, -(-n_red // 14)), tick0=1, showgrid=False)
-    layout["yaxis"] = axis("mode of the unreduced model", dtick=max(1, -(-n_ref // 14)), tick0=1, showgrid=False)
+    layout["xaxis"] = axis(titles[1], dtick=max(1, -(-n_column // 14)), tick0=1, showgrid=False)
+    layout["yaxis"] = axis(titles[0], dtick=max(1, -(-n_row // 14)), tick0=1, showgrid=False)
+    hover = f"{short[0]} %{{y}}, {short[1]} %{{x}}: MAC %{{z:.4f}}"
     trace: Trace = {
         "type": "heatmap",
         "z": np.round(matrix, 4).tolist(),
-        "x": list(range(1, n_red + 1)),
-        "y": list(range(1, n_ref + 1)),
+        "x": list(range(1, n_column + 1)),
+        "y": list(range(1, n_row + 1)),
         "zmin": 0,
         "zmax": 1,
         "xgap": 1,
         "ygap": 1,
         "colorscale": [[0.0, "#f3f6f9"], [0.3, "#b9d3e8"], [0.7, "#4a90c2"], [1.0, "#08306b"]],
         "colorbar": {"title": {"text": "MAC"}, "thickness": 12, "len": 0.9, "outlinewidth": 0},
-        "hovertemplate": "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<extra></extra>",
+        "hovertemplate": f"{hover}<extra></extra>",
     }
-    if n_ref * n_red < 5000:
-        trace["customdata"] = [[f"{a:.2f} / {b:.2f} Hz" for b in modes.freq_reduced] for a in modes.freq_reference]
-        trace["hovertemplate"] = "unreduced %{y}, reduced %{x}: MAC %{z:.4f}<br>%{customdata}<extra></extra>"
-    caption = (
-        "Modal assurance criterion between all modes, over the motion of the compared nodes only: a partner stands "
-        "out; other shades mean that two modes look alike at these nodes."
-    )
-    return Figure({"data": [trace], "layout": layout}, caption, size + 110)
+    if n_row * n_column < 5000:
+        trace["customdata"] = [[f"{a:.2f} / {b:.2f} Hz" for b in frequencies[1]] for a in frequencies[0]]
+        trace["hovertemplate"] = f"{hover}<br>%{{customdata}}<extra></extra>"
+    return {"data": [trace], "layout": layout}, size + 110
 
 
 def spectra_figure(result: Found, units: Units) -> Figure:

@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
 from creak.report.figures.axes import INSTANT, plain
-from creak.report.figures.motions import LIMIT, Motions, ShownMotion
+from creak.report.figures.motions import LIMIT, Motions, ShortArray, ShownMotion
 from creak.report.figures.palette import PARTS, shares
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
@@ -46,21 +47,30 @@ def scene(result: Found) -> dict[str, Any] | None:
     if surface is None:
         return None
     marks = {"contact": np.unique(result.gaps.nodes_idx), "held": setup.held, "driven": setup.driven}
-    xyz = setup.model.nodes.coords
-    points, centre, scale = _quantised(xyz[surface.nodes_idx])
+    nodes = setup.model.nodes
+    return {
+        **drawn_surface(
+            nodes.coords[surface.nodes_idx], nodes.ids[surface.nodes_idx], surface.triangles, surface.edges
+        ),
+        "parts": [part_of(setup.model, row) for row in surface.parts.tolist()],
+        "view": front(nodes.coords, outward(setup.contacts, nodes.coords)).matrix.T.tolist(),
+        "marks": {name: surface.rows(nodes).tolist() for name, nodes in marks.items() if nodes.size},
+        "places": [_place(p, surface) for p in result.places],
+        "impulse": _impulses(result, surface),
+    }
+
+
+def drawn_surface(xyz: FloatArray, ids: IntArray, triangles: IntArray, edges: IntArray) -> dict[str, Any]:
+    """Points (n, 3) with their labels, and the triangles and edges on them, as the viewer takes them."""
+    points, centre, scale = _quantised(xyz)
     return {
         "points": _text(points),
         "centre": centre.tolist(),
         "scale": scale,
-        "count": surface.nodes_idx.size,
-        "ids": _text(setup.model.nodes.ids[surface.nodes_idx].astype(np.int32)),
-        "triangles": _text(surface.triangles.astype(np.uint32)),
-        "edges": _text(surface.edges.astype(np.uint32)),
-        "parts": [_part(result, row) for row in surface.parts.tolist()],
-        "view": front(xyz, outward(setup.contacts, xyz)).matrix.T.tolist(),
-        "marks": {name: surface.rows(nodes).tolist() for name, nodes in marks.items() if nodes.size},
-        "places": [_place(p, surface) for p in result.places],
-        "impulse": _impulses(result, surface),
+        "count": len(xyz),
+        "ids": _text(ids.astype(np.int32)),
+        "triangles": _text(triangles.astype(np.uint32)),
+        "edges": _text(edges.astype(np.uint32)),
     }
 
 
@@ -92,23 +102,33 @@ def _modes(result: Found) -> tuple[dict[str, Any], ...]:
     if found is None or surface is None:
         return ()
     xyz = result.setup.model.nodes.coords[surface.nodes_idx]
-    largest = MODE_SIZE * float(np.ptp(xyz, axis=0).max())
-    phase = np.arange(MODE_FRAMES + 1) / MODE_FRAMES
     return tuple(
-        {
-            "label": f"mode {k} of the unreduced model, {number(float(f), 4)} Hz",
-            "mode": True,
-            "time": (phase / f).tolist(),
-            "largest": largest,
-            "amplitudes": (np.cos(2.0 * np.pi * phase)[:, None] * (largest / LIMIT)).tolist(),
-            "shapes": _text(shape),
-            "nodes": [],
-            "peak": 0.0,
-            "force": "",
-            "touch": 0.0,
-        }
+        period(f"mode {k} of the unreduced model, {number(float(f), 4)} Hz", float(f), shape, xyz)
         for k, (f, shape) in enumerate(zip(found.frequency, found.shapes, strict=True), start=1)
     )
+
+
+def period(label: str, frequency: float, shape: ShortArray, xyz: FloatArray) -> dict[str, Any]:
+    """A period of a mode, its largest displacement a share of the size of what is drawn.
+
+    Parameters
+    ----------
+    shape : (3 n,) x, y, z of each point in turn, 16-bit shares of the largest. xyz : (n, 3)
+    """
+    largest = MODE_SIZE * float(np.ptp(xyz, axis=0).max())
+    phase = np.arange(MODE_FRAMES + 1) / MODE_FRAMES
+    return {
+        "label": label,
+        "mode": True,
+        "time": (phase / frequency).tolist(),
+        "largest": largest,
+        "amplitudes": (np.cos(2.0 * np.pi * phase)[:, None] * (largest / LIMIT)).tolist(),
+        "shapes": _text(shape),
+        "nodes": [],
+        "peak": 0.0,
+        "force": "",
+        "touch": 0.0,
+    }
 
 
 def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
@@ -187,8 +207,8 @@ def _impulses(result: Found, surface: Surface) -> dict[str, Any] | None:
     }
 
 
-def _part(result: Found, row: list[int]) -> dict[str, Any]:
-    model = result.setup.model
+def part_of(model: Mesh, row: list[int]) -> dict[str, Any]:
+    """Name and colour of a row of `Surface.parts`, and what it draws."""
     name = model.parts[row[0]].name if row[0] >= 0 else "beams, springs, others"
     colour = PARTS[row[0] % len(PARTS)] if row[0] >= 0 else "#8a939c"
     return {"name": name, "colour": colour, "triangles": row[1:3], "edges": row[3:5]}

@@ -200,6 +200,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     said = []
     if open_ones:
         counts = {name: sum(not e.figures[name].settled for e in c.events) for name in FIGURES}
+        counts["two or one"] = sum(e.torn for e in c.events)
         parts = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items() if n)
         said.append(f"{len(open_ones)} of {len(c.events)} events have not settled ({parts})")
     if new:
@@ -211,6 +212,8 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
 
 
 def _open(e: EventSettling) -> str:
+    if e.torn:
+        return "whether it is two, or one with the next: contact is lost for as long as decides"
     return e.problem or ", ".join(
         f"{name.replace('_', ' ')} to {1e3 * f.settled_to:.2g} ms"
         if name in TIMES

@@ -189,8 +189,13 @@ class EventSettling:
     figures: dict[str, Settling]
 
     @property
+    def torn(self) -> bool:
+        """Could it as well be two, or one with its neighbour? Contact is lost for as long as decides, by the bar."""
+        return self.event.margin <= self.figures["start"].settled_to
+
+    @property
     def settled(self) -> bool:
-        return all(f.settled for f in self.figures.values())
+        return not self.torn and all(f.settled for f in self.figures.values())
 
     @property
     def moved_in_time(self) -> bool:

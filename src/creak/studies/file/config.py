@@ -253,7 +253,8 @@ class VerificationTable(Table):
     """One node set with main and secondary nodes in turn, a name with sets NAME_MAIN and NAME_SECONDARY,
     or two set names."""
     f_max: Positive = 500.0
-    """Hz, spectra and low-pass of forces."""
+    """Hz, spectra and low-pass of forces. Default: 500; more where the run is shorter than ten periods of it, less
+    where the solids at a contact are too coarse for it, which a note tells."""
     mac_f_max: Positive = 100.0
     """Hz, mode shapes that are compared."""
     event_tolerance: Positive = 0.010

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import hashlib
 import uuid
 from collections.abc import Iterable
 from pathlib import Path
 
+from creak.digest import file_sha256, sha256
 from creak.formats.stored.run_identity import RunIdentity
 from creak.studies.file.paths import DECKS, deck_files, map_paths
 from creak.studies.file.reader import Study
 
-BLOCK = 1 << 20
 STORE = "superelements"
 """Folder beside a study where its superelements lie unless the user says otherwise."""
 
@@ -23,7 +22,7 @@ def store_of(study: Study) -> Path:
 
 def new_identity(study: Study, deck_sha256: str) -> RunIdentity:
     """The identity of a run that is made now."""
-    return RunIdentity(uuid.uuid4().hex, hashlib.sha256(study.text.encode("utf-8")).hexdigest(), deck_sha256)
+    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256)
 
 
 def decks_sha256(study: Study) -> str:
@@ -54,16 +53,7 @@ def other_files_sha256(study: Study) -> str:
 
 def files_sha256(files: Iterable[Path]) -> str:
     """SHA-256 of a file; of several, of their SHA-256, in hexadecimal, a line each; of none, empty."""
-    found = [sha256(path) for path in files]
+    found = [file_sha256(path) for path in files]
     if len(found) < 2:
         return "".join(found)
-    return hashlib.sha256("".join(f"{one}\n" for one in found).encode("ascii")).hexdigest()
-
-
-def sha256(path: Path) -> str:
-    """SHA-256 of a file."""
-    found = hashlib.sha256()
-    with path.open("rb") as file:
-        while block := file.read(BLOCK):
-            found.update(block)
-    return found.hexdigest()
+    return sha256(f"{one}\n".encode("ascii") for one in found)

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from creak.digest import digest, sha256
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
 from creak.formats.decks import format_of
@@ -79,12 +78,6 @@ class Contents:
         return self._known[kind, path]
 
 
-def digest(value: Any) -> str:
-    """Hash of plain data, the same for the same content."""
-    text = json.dumps(value, sort_keys=True, default=list)
-    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
-
-
 def deck_files(path: Path) -> list[Path]:
     """A deck and what it includes, in reading order."""
     return format_of(path).files(path)
@@ -107,4 +100,4 @@ def _content(path: Path, is_input: bool) -> bytes:
 
 
 def _hash(path: Path, is_input: bool) -> str:
-    return hashlib.blake2b(_content(path, is_input), digest_size=16).hexdigest()
+    return sha256([_content(path, is_input)])

@@ -9,6 +9,7 @@ from pathlib import Path
 from pydantic import TypeAdapter
 
 from creak.arrays import FloatArray
+from creak.digest import digest
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.progress import Progress
@@ -16,7 +17,7 @@ from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.models.superelements import Reduced
 from creak.studies.prepare.reduction import Band
-from creak.studies.solved import digest_of, solved
+from creak.studies.solved import solved
 
 OWN_MODES_LIMIT = 40_000
 """Parts with more dofs are not solved again for their own free modes unless asked: a factorisation of the part,
@@ -61,7 +62,7 @@ def _kept(reduced: Reduced, coords: FloatArray, band: Band, store: Path | None, 
     if store is not None:
         asked = [part.name, band.f_max, band.excited, own_modes]
         matters = (coords, part.labels, part.rows(part.labels)[0])
-        made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest_of, matters)]
+        made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest, matters)]
     found = solved(store, f"health_{file_stem(part.name)}", made_from, make)
     return TypeAdapter(Health).validate_python(json.loads(as_text(found["health"])))
 

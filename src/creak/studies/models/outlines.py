@@ -10,13 +10,14 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.part import loose_system, outlined_part
 from creak.assembly.system import System
+from creak.digest import digest
 from creak.elements.free_sides import SHELLS
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.later import is_made
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.studies.prepare.structure import Structure
-from creak.studies.solved import digest_of, digest_of_record, solved
+from creak.studies.solved import solved
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ def assembled(structure: Structure, progress: Progress, store: Path | None = Non
 
 def marks_of(part: System) -> Marks:
     """Of a part that is there."""
-    return Marks(digest_of(part.K), digest_of(part.M), np.flatnonzero(part.K.diagonal() == 0.0))
+    return Marks(digest(part.K), digest(part.M), np.flatnonzero(part.K.diagonal() == 0.0))
 
 
 def _assembled(structure: Structure, progress: Progress) -> list[System]:
@@ -84,13 +85,13 @@ def _assembled(structure: Structure, progress: Progress) -> list[System]:
 def _key_of_parts(model: Model) -> str:
     """Of what the parts are made of; names, and links of their own such as clips, are not among it."""
     own = tuple(block for block in model.blocks if block.part >= 0 or block.kind in SHELLS)
-    return digest_of_record(_nameless(replace(model, blocks=own)))
+    return digest(_nameless(replace(model, blocks=own)))
 
 
 def _key(structure: Structure) -> str:
     # rows of a part that came as matrices pick coordinates by their labels
     imported = [[s.name, s.M, s.K, s.damping, s.coordinates, s.velocity, s.labels] for s in structure.superelements]
-    return digest_of_record([_nameless(structure.model), structure.driven, imported])
+    return digest([_nameless(structure.model), structure.driven, imported])
 
 
 def _nameless(model: Model) -> Model:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import socket
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +10,7 @@ from typing import Any
 
 from creak.arrays import IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
+from creak.digest import digest
 from creak.errors import CreakError, InputError, unforeseen
 from creak.progress import silent
 from creak.reduction.health import Health
@@ -77,7 +76,7 @@ def part_jobs(
         wanted = made_from(reduction, sub)
         if not sub.stays and not is_saved(folder, sub.part.name, wanted):
             name, given = sub.part.name, (study, number, gaps, sub.boundary, sub.shape, wanted, folder)
-            jobs.append((sub.part.n, PartJob(name, _digest(wanted), *given, tuple(ignore))))
+            jobs.append((sub.part.n, PartJob(name, digest(wanted), *given, tuple(ignore))))
     return [job for _, job in sorted(jobs, key=lambda pair: -pair[0])]
 
 
@@ -114,7 +113,3 @@ def _same(job: PartJob, found: Mapping[str, str]) -> None:
             f"{', '.join(other)}",
             expected="the same creak, study and deck under the same path on all machines",
         )
-
-
-def _digest(wanted: Mapping[str, str]) -> str:
-    return hashlib.blake2b(json.dumps(dict(wanted), sort_keys=True).encode(), digest_size=8).hexdigest()

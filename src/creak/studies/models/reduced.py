@@ -13,6 +13,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.digest import digest
 from creak.dynamics.channels import channel_matrices
 from creak.errors import CreakError, InputError
 from creak.linalg.diagonal import Diagonal
@@ -40,7 +41,7 @@ from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
-from creak.studies.solved import digest_of, solved
+from creak.studies.solved import solved
 
 DIAGONAL_LIMIT = 6000
 """Coupled models up to this size are diagonalised; larger ones keep their sparse form."""
@@ -213,7 +214,7 @@ def _together(
         def make() -> dict[str, FloatArray]:
             return dict(zip(("omega2", "Phi", "N"), all_modes(K, M), strict=True))
 
-        kept = solved(store, "coupled", [digest_of(K), digest_of(M)], make)
+        kept = solved(store, "coupled", [digest(K), digest(M)], make)
         return kept["omega2"], kept["Phi"], kept["N"]
 
     progress("couple and diagonalise", 0, 1)

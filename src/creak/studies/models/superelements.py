@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 import os
 import shutil
 import weakref
@@ -18,6 +16,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray
 from creak.assembly.system import System
+from creak.digest import digest
 from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.deck.command_files import plain_file
 from creak.formats.safe_names import file_stem
@@ -52,7 +51,7 @@ from creak.studies.models.outlines import marks_of
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.solved import SOLVED, digest_of, forget, solved
+from creak.studies.solved import SOLVED, forget, solved
 from creak.version import edition
 
 KEPT = 300_000_000
@@ -199,10 +198,10 @@ def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
     return {
         "stiffness": marks.K,
         "mass": marks.M,
-        "damping": "" if extra is None else digest_of(extra),
-        "dofs": digest_of(part.coordinates),
-        "retained": digest_of(sub.boundary),
-        "interface": "" if sub.shape is None else digest_of(sub.shape),
+        "damping": "" if extra is None else digest(extra),
+        "dofs": digest(part.coordinates),
+        "retained": digest(sub.boundary),
+        "interface": "" if sub.shape is None else digest(sub.shape),
         "modes": modes,
         "creak": edition(),
     }
@@ -214,9 +213,8 @@ def _path(folder: Path, name: str) -> Path:
 
 def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
     """File of one of several superelements of a part that lie in one folder, told apart by what they depend on."""
-    digest = hashlib.blake2b(json.dumps(dict(made_from), sort_keys=True).encode(), digest_size=8).hexdigest()
     path = _path(folder, name)
-    return path.with_name(f"{path.stem}.{digest}.h5")
+    return path.with_name(f"{path.stem}.{digest(made_from, 8)}.h5")
 
 
 def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) -> tuple[Boundary | None, list[str]]:
@@ -306,7 +304,7 @@ def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substru
     order = np.argsort(own, kind="stable")
     row = order[np.maximum(np.searchsorted(own, named, side="right", sorter=order) - 1, 0)]
     boundary = np.unique(np.where(own[row] == named, row, -1)).astype(np.int64)
-    if not np.isin(sub.boundary, boundary).all() or digest_of(boundary) != saved.made_from["retained"]:
+    if not np.isin(sub.boundary, boundary).all() or digest(boundary) != saved.made_from["retained"]:
         return None
     return replace(sub, boundary=boundary)
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, labels_of
+from creak.digest import digest
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.safe_names import file_stem
@@ -28,7 +29,7 @@ from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_signal, read_table
-from creak.studies.solved import digest_of_record, solved
+from creak.studies.solved import solved
 
 MOTIONS = {
     "displacement": sources.displacement_motion,
@@ -262,7 +263,7 @@ def _sampled(driving: Driving, name: str, table: ExcitationTable, time: FloatArr
 
     if store is None or time.size < WORTH_KEEPING:
         return make()["rows"]
-    made_from = [digest_of_record([signal, table.kind, time])]
+    made_from = [digest([signal, table.kind, time])]
     return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 

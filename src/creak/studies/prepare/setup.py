@@ -35,6 +35,7 @@ from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.table import Table
+from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
@@ -239,6 +240,8 @@ def set_up_model(
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, study.config.support, places)
     model, clips, placed = with_clips(model, touching)
+    contacts, notes = _contacts(model, study.touching, store)
+    study, banded = with_bandwidth(study, model, contacts)
     study = with_flight_steps(study)
     c, course = study.config, study.course
     highest = highest_frequency(driving)
@@ -247,8 +250,7 @@ def set_up_model(
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
     loads = sample_loads(model, driving, time, store)
-    contacts, notes = _contacts(model, touching, store)
-    notes += [*told, *held, *placed]
+    notes += [*told, *held, *placed, *banded]
     notes += start_warnings(model, touching, c.precheck)
     plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])

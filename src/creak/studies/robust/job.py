@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import tomllib
 from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
+from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.progress import Progress, silent
 from creak.studies.file.identity import other_files_sha256
@@ -98,7 +98,7 @@ def run_draws(
     told = config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
     made_from = {
         "creak": version(),
-        "study": hashlib.sha256(told.encode("utf-8")).hexdigest(),
+        "study": digest(told),
         "deck": setup.deck_sha256,
         "files": other_files_sha256(study),
         "design": [design.n, indices, design.seed],

@@ -18,13 +18,13 @@ from pathlib import Path
 from types import FrameType
 
 from creak.arrays import IntArray
+from creak.digest import digest
 from creak.dynamics.instant import Saved
 from creak.errors import CreakError
 from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
 from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.progress import Progress, Steps
 from creak.studies.run.costs import Cost, Meter
-from creak.studies.solved import digest_of
 from creak.studies.warned import Warned
 from creak.version import version
 
@@ -71,7 +71,7 @@ class Checkpoints:
         origin : what it hangs on besides (`Setup.origin`). name : of the run. end : of it, s. n : its coordinates.
         channels : names of those that press, and of those that are looked at. kept : nodes' dofs and steps.
         """
-        asked = [version(), name, *origin, f"{end!r} {n}", *map(digest_of, kept)]
+        asked = [version(), name, *origin, f"{end!r} {n}", *map(digest, kept)]
         made_from = [blake2b(json.dumps(of).encode(), digest_size=8).hexdigest() for of in (asked, channels)]
         self._studies.add(made_from[0])
         others = [p for p in self.folder.glob(f"*{ENDING}") if f".{made_from[0]}." not in p.name]

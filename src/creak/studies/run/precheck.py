@@ -14,6 +14,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import damps_by_itself
 from creak.assembly.system import Supports, System
 from creak.contact.gap_operator import GapOperator, join
+from creak.digest import digest
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
@@ -34,7 +35,7 @@ from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_run
 from creak.studies.run.one_run import Run
 from creak.studies.run.static_start import started
-from creak.studies.solved import digest_of_record, solved
+from creak.studies.solved import solved
 
 T = TypeVar("T")
 SIDES = ("M_qs", "K_qs", "M_ss", "K_ss", "M_start")
@@ -108,7 +109,7 @@ def _made_from(structure: Structure, marching: Marching, contacts: GapOperator) 
     damping = [structure.rayleigh, structure.override_damping, structure.modal]
     driven = [loads.time, loads.support, loads.force]
     asked = [contacts.G, repr(marching.scheme), table.exact, table.substeps, marching.solver]
-    return [digest_of_record(one) for one in (damping, driven, asked)]
+    return [digest(one) for one in (damping, driven, asked)]
 
 
 def linear_system(
@@ -134,7 +135,7 @@ def digest_of_structure(exterior: Exterior, loads: Loads, reference: ReferenceMo
     asked: list[object] = [reference.key, reference.modes.omega2, loads.force_labels, exterior.contacts.labels]
     if reference.of_parts is not None:
         asked += [reference.of_parts, exterior.connectors, exterior.watch.nodes]  # their motion is kept of the parts
-    return digest_of_record(asked)
+    return digest(asked)
 
 
 def _undamped(reference: ReferenceModel, loads: Loads, reduction: Reduction, at: IntArray) -> dict[str, FloatArray]:

@@ -13,11 +13,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from creak.digest import digest
 from creak.errors import InputError
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.excitation_tables import ExcitationTable
-from creak.studies.file.paths import DECKS, Contents, digest, map_paths
+from creak.studies.file.paths import DECKS, Contents, map_paths
 from creak.studies.file.places import overlap
 from creak.studies.file.reader import check_time, explain
 from creak.studies.file.toml_text import toml_text, toml_value

@@ -1,0 +1,226 @@
+"""Data set 55 of universal files: measured modes, real or complex, with their points, frames and units.
+
+Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati), data sets 15, 55, 82, 164,
+2411, 2420.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import ComplexArray, FloatArray
+from creak.errors import InputError
+from creak.formats.measured.modes import MeasuredModes
+from creak.formats.measured.uff_frames import Frame, frame_axes, read_frames
+from creak.formats.measured.uff_sets import DataSet, data_sets
+
+NORMAL, COMPLEX = (2,), (3, 7)
+"""Analysis types: normal modes; complex ones of first and second order."""
+VALUES = {2: 3, 3: 6}
+"""Data characteristic -> values at a node: translations, and with rotations."""
+MOTION = {0: "unknown", 8: "displacement", 11: "velocity", 12: "acceleration"}
+REAL, COMPLEX_DATA = (2, 4), (5, 6)
+"""Types of data, in single and double precision."""
+HEAD = 8
+"""Lines before the values."""
+PER_LINE = 6
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class _Mode:
+    frequency: float
+    damping: float
+    rising: bool
+    """Of a pair of complex modes, the one whose eigenvalue has a positive imaginary part."""
+    values: dict[int, ComplexArray]
+    """Node -> its three translations."""
+
+
+@dataclass(frozen=True)
+class _Point:
+    place: FloatArray
+    frame: int
+
+
+def read_uff_modes(path: Path) -> MeasuredModes:
+    """The modes of a universal file, at every axis in which a node moves in any of them.
+
+    Eigenvalues of complex modes are in rad/s. An axis that is zero in every mode was not measured.
+
+    Raises
+    ------
+    InputError : no modes in it; a data set is cut short or cannot be read; other frames than Cartesian and cylindrical.
+    """
+    sets = data_sets(path)
+    for one in sets:
+        if one.number in ("15", "55", "82", "164", "2411", "2420") and not one.ended:
+            raise one.short()
+    notes: list[str] = []
+    frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
+    points = {label: p for one in sets for label, p in _points(one, frames)}
+    modes = [m for one in sets if one.number == "55" if (m := _mode(one, notes)) is not None]
+    if not modes:
+        other = "; ".join(dict.fromkeys(notes))
+        raise InputError(
+            f"no modes in it{f': {other}' if other else ''}",
+            where=path,
+            expected="data sets 55 of normal or complex modes",
+            fix="Export the mode shapes, not the measured functions.",
+        )
+    modes = _once(modes, notes)
+    nodes = _common_nodes(modes, notes, path)
+    frequencies, order = np.array([m.frequency for m in modes]), np.argsort([m.frequency for m in modes], kind="stable")
+    values = np.stack([[m.values[node] for node in nodes] for m in modes])
+    moved = (values != 0.0).any(axis=0)
+    notes += _unmeasured(nodes, moved)
+    rows, axes = np.nonzero(moved)
+    if not rows.size:
+        raise InputError("nothing moves in any mode", where=path, fix="Export the mode shapes again.")
+    nowhere = _Point(np.full(3, np.nan), 0)
+    at = [points.get(node, nowhere) for node in nodes]
+    turned = np.stack([frame_axes(frames, p.frame, p.place, path, notes) for p in at])
+    return MeasuredModes(
+        path,
+        frequencies[order],
+        np.array([m.damping for m in modes])[order],
+        values[order][:, rows, axes].T,
+        tuple(str(nodes[r]) for r in rows),
+        np.stack([p.place for p in at])[rows],
+        turned[rows, axes],
+        _per_metre(sets),
+        tuple((str(a), str(b)) for one in sets for a, b in _lines(one)),
+        tuple(dict.fromkeys(notes)),
+    )
+
+
+def _points(one: DataSet, frames: dict[int, Frame]) -> Iterator[tuple[int, _Point]]:
+    """Nodes: those of data set 15 in the frame that defines them, those of 2411 in the axes of the whole."""
+    if one.number == "15":
+        for row, line in enumerate(one.lines):
+            if line.strip():
+                label, defined, moved, _ = one.integers(row, 4)
+                place = _three(one, row, 40, 13)
+                yield label, _Point(frames[defined].place(place, one.where(row)) if defined in frames else place, moved)
+    if one.number == "2411":
+        for row in range(0, len(one.lines) - 1, 2):
+            label, _, moved, _ = one.integers(row, 4)
+            yield label, _Point(_three(one, row + 1, 0, 25), moved)
+
+
+def _three(one: DataSet, row: int, start: int, width: int) -> FloatArray:
+    values = one.numbers(row, start, width)
+    if len(values) != 3:
+        raise InputError("a node without three coordinates", where=one.where(row), fix="Export the file again.")
+    return np.array(values)
+
+
+def _lines(one: DataSet) -> Iterator[tuple[int, int]]:
+    """Ends of trace lines; node 0 lifts the pen."""
+    row = 0
+    while one.number == "82" and row < len(one.lines) and one.lines[row].strip():
+        count = one.integers(row, 2)[1]
+        nodes: list[int] = []
+        row += 2
+        while len(nodes) < count:
+            nodes += one.integers(row)
+            row += 1
+        yield from ((a, b) for a, b in pairwise(nodes) if a and b)
+
+
+def _per_metre(sets: list[DataSet]) -> float | None:
+    """Units of length in 1 m: values are divided by it to be in m."""
+    for one in sets:
+        if one.number == "164":
+            factor = one.numbers(1, 0, 25)[0]
+            if not factor > 0.0:
+                raise InputError(f"a length factor of {factor:g}", where=one.where(1), expected="a positive number")
+            return factor
+    return None
+
+
+def _mode(one: DataSet, notes: list[str]) -> _Mode | None:
+    """A data set 55; None where it holds no mode."""
+    _, analysis, characteristic, kind, data, per_node = one.integers(5, 6)
+    if analysis not in (*NORMAL, *COMPLEX):
+        notes.append(f"data of analysis type {analysis} are no modes and are left out")
+        return None
+    count = VALUES.get(characteristic, 0)
+    twice = data in COMPLEX_DATA and per_node == 2 * count  # some programs count real and imaginary parts
+    if not count or (per_node != count and not twice) or kind not in MOTION:
+        notes.append(f"data of type {kind} with {per_node} values at a node are no motion and are left out")
+        return None
+    if data not in (*REAL, *COMPLEX_DATA):
+        raise InputError(f"data type {data}", where=one.where(5), expected="2 (real) or 5 (complex)")
+    given = one.numbers(7)
+    if analysis in NORMAL:
+        if len(given) < 4:
+            raise InputError("a normal mode without frequency, modal mass and damping", where=one.where(7))
+        frequency, viscous, hysteretic = given[0], given[2], given[3]
+        damping, rising = viscous or 0.5 * hysteretic or math.nan, True
+    else:
+        if len(given) < 2:
+            raise InputError("a complex mode without its eigenvalue", where=one.where(7))
+        size = math.hypot(given[0], given[1])
+        frequency, damping, rising = size / (2.0 * math.pi), -given[0] / size if size else math.nan, given[1] >= 0.0
+        if damping < 0.0:
+            notes.append("eigenvalues with a positive real part: their damping is taken without its sign")
+            damping = -damping
+    if frequency < 0.0:
+        raise InputError(f"a frequency of {frequency:g} Hz", where=one.where(7), expected="a positive one")
+    return _Mode(frequency, damping, rising, _values(one, count, data in COMPLEX_DATA))
+
+
+def _values(one: DataSet, per_node: int, is_complex: bool) -> dict[int, ComplexArray]:
+    count = per_node * (2 if is_complex else 1)
+    found: dict[int, ComplexArray] = {}
+    row = HEAD
+    while row < len(one.lines) and one.lines[row].strip():
+        node, values = one.integers(row, 1)[0], list[float]()
+        row += 1
+        while len(values) < count:
+            values += one.numbers(row)[: min(PER_LINE, count - len(values))]
+            row += 1
+        parts = np.array(values).reshape(per_node, -1)[:3]
+        found[node] = parts[:, 0] + 1j * (parts[:, 1] if is_complex else 0.0)
+    if not found:
+        raise one.short()
+    return found
+
+
+def _once(modes: list[_Mode], notes: list[str]) -> list[_Mode]:
+    """Without the conjugates of modes that are there."""
+    upper = [m for m in modes if m.rising]
+    kept = upper if upper else modes
+    if len(kept) < len(modes):
+        notes.append(f"{len(modes) - len(kept)} conjugate modes are left out")
+    return kept
+
+
+def _common_nodes(modes: list[_Mode], notes: list[str], path: Path) -> list[int]:
+    every = {node for m in modes for node in m.values}
+    common = set.intersection(*(set(m.values) for m in modes))
+    if not common:
+        raise InputError("no node has a value in every mode", where=path, fix="Export all modes of one test together.")
+    if len(common) < len(every):
+        notes.append(f"{len(every) - len(common)} points without a value in every mode are left out")
+    return sorted(common)
+
+
+def _unmeasured(nodes: list[int], moved: np.ndarray) -> Iterator[str]:
+    """What is zero in every mode."""
+    still = int((~moved.any(axis=1)).sum())
+    if still:
+        yield f"{still} of {len(nodes)} points are zero in every mode and are left out"
+    seen = moved[moved.any(axis=1)]
+    for axis, name in enumerate(AXES):
+        without = int((~seen[:, axis]).sum())
+        if without and len(seen):
+            who = "no point has" if without == len(seen) else f"{without} of {len(seen)} points have no"
+            yield f"{who} values in {name}, which count{'s' if without == len(seen) else ''} as not measured"

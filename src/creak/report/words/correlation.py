@@ -1,0 +1,82 @@
+"""What fits between a model and a test, in one sentence and as rows."""
+
+from __future__ import annotations
+
+import math
+
+from creak.report.words.text import NONE, fixed, number, plural
+from creak.studies.models.correlation import Correlation, ModePair
+
+GOOD_MAC, GOOD_HZ = 0.9, 0.05
+"""What fits: MAC from here on, and frequencies no farther apart than this share."""
+NAMED = 6
+"""Modes that a sentence names."""
+
+
+def fits(p: ModePair) -> bool:
+    """Whether shape and frequency of a pair fit."""
+    return p.mac >= GOOD_MAC and abs(p.difference) <= GOOD_HZ
+
+
+def sentence(found: Correlation) -> str:
+    """What fits and what does not."""
+    count, good = found.measured.frequencies.size, sum(map(fits, found.pairs))
+    bar = f"MAC of {GOOD_MAC:g} or more, frequency within {100.0 * GOOD_HZ:g} %"
+    said = f"{good} of {plural(count, 'measured mode')} fit ({bar})"
+    off = [_off(p) for p in found.pairs if not fits(p)]
+    alone = [f"{found.measured.frequencies[k]:g} Hz" for k in found.alone_test]
+    extra = [f"{found.found.frequencies[k]:.6g} Hz" for k in found.alone_model]
+    parts = [said]
+    if off:
+        parts.append(f"not so {_listed(off)}")
+    if alone:
+        parts.append(f"without partner in the model: {_listed(alone)}")
+    if extra:
+        parts.append(f"in the model alone: {_listed(extra)}")
+    return "; ".join(parts) + "."
+
+
+def pair_rows(found: Correlation) -> list[list[str]]:
+    """Header, and a row for each measured mode."""
+    damped = any(math.isfinite(p.damping_model) for p in found.pairs)
+    head = ["no", "test Hz", "mode", "model Hz", "diff %", "MAC", "damp %"]
+    head += [*(["model %"] if damped else []), "real"]
+    partner = {p.test: p for p in found.pairs}
+    rows = [head]
+    for k, (hz, zeta, real) in enumerate(
+        zip(
+            found.measured.frequencies.tolist(),
+            found.measured.damping.tolist(),
+            found.collinearity.tolist(),
+            strict=True,
+        )
+    ):
+        p = partner.get(k)
+        rows.append(
+            [
+                str(k + 1),
+                f"{hz:.6g}",
+                NONE if p is None else str(p.model + 1),
+                NONE if p is None else f"{p.frequency_model:.6g}",
+                NONE if p is None else _signed(100.0 * p.difference),
+                NONE if p is None else fixed(p.mac, 3),
+                fixed(100.0 * zeta, 3),
+                *([NONE if p is None else fixed(100.0 * p.damping_model, 3)] if damped else []),
+                fixed(real, 3),
+            ]
+        )
+    return rows
+
+
+def _off(p: ModePair) -> str:
+    return f"{number(p.frequency_test)} Hz ({_signed(100.0 * p.difference)} %, MAC {p.mac:.2f})"
+
+
+def _signed(value: float) -> str:
+    text = fixed(value, 1)
+    return f"+{text}" if value > 0.0 and float(f"{value:.1f}") else text
+
+
+def _listed(words: list[str]) -> str:
+    left = len(words) - NAMED
+    return ", ".join(words[:NAMED]) + (f" and {left} more" if left > 0 else "")

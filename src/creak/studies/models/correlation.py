@@ -1,0 +1,310 @@
+"""Modes of a deck beside measured ones: sensors on nodes, MAC, pairs, and what has no partner."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.coupling import Driven, couple
+from creak.assembly.part import common_rayleigh, is_damped, loose_system, part_system
+from creak.errors import InputError
+from creak.formats.measured.mode_files import read_measured_modes
+from creak.formats.measured.modes import MeasuredModes
+from creak.progress import Progress, silent
+from creak.studies.models.deck_modes import DeckModes, deck_modes
+from creak.studies.models.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate, read_sensor_map
+from creak.studies.prepare.unit_check import across
+from creak.verify.mac import mac_matrix, pair_measured
+from creak.verify.real_modes import phase_collinearity, real_shapes
+
+ABOVE = 1.3
+"""Modes of the model are sought up to this multiple of the highest measured frequency."""
+REAL = 0.9
+"""Phase collinearity below which a mode is told to be complex."""
+COMPLEX = 0.5
+"""Below it no real mode stands for it: points move on ellipses, as where a wave travels."""
+EXACT = 1e-5
+"""Share of the model's size up to which a sensor is at its node: files have six digits."""
+TWINS = 0.9
+"""MAC between two modes of one set from which the sensors cannot tell them apart."""
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """A measured mode with its partner in the model."""
+
+    test: int
+    """Row of the measured mode."""
+    model: int
+    """Row of the deck's mode, rigid ones counted."""
+    frequency_test: float
+    """Hz"""
+    frequency_model: float
+    """Hz"""
+    mac: float
+    damping_test: float
+    """Share of critical; nan where it is not known."""
+    damping_model: float
+    scale: float
+    """Least-squares factor of the measured shape: times it, it lies over the mass-normalised one of the model."""
+
+    @property
+    def difference(self) -> float:
+        """f_model / f_test - 1"""
+        return self.frequency_model / self.frequency_test - 1.0
+
+
+@dataclass(frozen=True)
+class Correlation:
+    """A model's modes against a test's, at the sensors of the test."""
+
+    measured: MeasuredModes
+    found: DeckModes
+    sensors: Sensors
+    test_shapes: FloatArray
+    """(n_channel, n_test) real"""
+    model_shapes: FloatArray
+    """(n_channel, n_model) along the directions of the sensors, mass-normalised."""
+    mac: FloatArray
+    """(n_test, n_model)"""
+    auto_mac_test: FloatArray
+    auto_mac_model: FloatArray
+    collinearity: FloatArray
+    """(n_test,) modal phase collinearity, 1: real."""
+    pairs: tuple[ModePair, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def alone_test(self) -> list[int]:
+        """Measured modes without partner."""
+        return sorted(set(range(self.measured.frequencies.size)) - {p.test for p in self.pairs})
+
+    @property
+    def alone_model(self) -> list[int]:
+        """Elastic modes of the model without partner, up to the highest measured frequency."""
+        top, paired = float(self.measured.frequencies.max()), {p.model for p in self.pairs}
+        f = self.found.frequencies
+        return [k for k in range(self.found.rigid, len(f)) if k not in paired and f[k] <= top]
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON; modes count from 1."""
+        test, f = self.measured, self.found.frequencies
+        return {
+            "test": test.path.name,
+            "sensors": [
+                {
+                    "sensor": name,
+                    "direction": direction,
+                    "node": self.found.model.nodes.label(int(node)),
+                    "distance": distance,
+                    "by": how,
+                }
+                for name, direction, node, distance, how in zip(
+                    test.sensors,
+                    test.directions.tolist(),
+                    self.sensors.nodes_idx,
+                    self.sensors.distance.tolist(),
+                    self.sensors.how,
+                    strict=True,
+                )
+            ],
+            "test_modes": [
+                {"frequency": hz, "damping": zeta, "phase_collinearity": mpc}
+                for hz, zeta, mpc in zip(
+                    test.frequencies.tolist(), test.damping.tolist(), self.collinearity.tolist(), strict=True
+                )
+            ],
+            "pairs": [
+                {
+                    "test": p.test + 1,
+                    "model": p.model + 1,
+                    "frequency_test": p.frequency_test,
+                    "frequency_model": p.frequency_model,
+                    "difference": p.difference,
+                    "mac": p.mac,
+                    "damping_test": p.damping_test,
+                    "damping_model": p.damping_model,
+                }
+                for p in self.pairs
+            ],
+            "test_without_partner": [{"mode": k + 1, "frequency": float(test.frequencies[k])} for k in self.alone_test],
+            "model_without_partner": [{"mode": k + 1, "frequency": f[k]} for k in self.alone_model],
+            "mac": self.mac.tolist(),
+            "auto_mac_test": self.auto_mac_test.tolist(),
+            "auto_mac_model": self.auto_mac_model.tolist(),
+            "notes": list(self.notes),
+        }
+
+
+def deck_beside_test(
+    deck: Path,
+    test: Path,
+    *,
+    f_max: float | None = None,
+    count: int | None = None,
+    about: Sequence[float] = (0.0, 0.0, 0.0),
+    units: str = "mm-t-s",
+    test_units: str | None = None,
+    sensors: Path | None = None,
+    ignore: Sequence[str] = (),
+    progress: Progress = silent,
+) -> Correlation:
+    """The modes of a deck beside those of a test.
+
+    Parameters
+    ----------
+    f_max, count, about, ignore : as `deck_modes`; without f_max and count up to `ABOVE` times the highest measured
+        frequency.
+    sensors : CSV file with the header sensor,node. units, test_units : as `sensors.locate`.
+
+    Raises
+    ------
+    InputError : a file is wrong, or as `correlate`. NumericalError : the modes could not be found.
+    """
+    measured = read_measured_modes(test)
+    if f_max is None and count is None:
+        f_max = ABOVE * float(measured.frequencies.max())
+    found = deck_modes(deck, f_max=f_max, count=count, about=about, ignore=ignore, progress=progress)
+    mapped = read_sensor_map(sensors, found.model, measured) if sensors is not None else {}
+    return correlate(found, measured, units=units, test_units=test_units, mapped=mapped)
+
+
+def correlate(
+    found: DeckModes,
+    measured: MeasuredModes,
+    *,
+    units: str = "mm-t-s",
+    test_units: str | None = None,
+    mapped: Mapping[str, int] | None = None,
+) -> Correlation:
+    """Compare the modes of a deck with measured ones, at the sensors and along their directions.
+
+    Parameters
+    ----------
+    units, test_units, mapped : as `sensors.locate`.
+
+    Raises
+    ------
+    InputError : the sensors are not on the model, the modes are complex through and through, or none has a partner.
+    """
+    sensors = locate(found.model, measured, units, test_units, mapped or {})
+    collinearity = phase_collinearity(measured.shapes)
+    _require_real(measured, collinearity)
+    test = real_shapes(measured.shapes)
+    rows = [(u[sensors.nodes_idx] * measured.directions).sum(axis=1) for u in found.translations()]
+    model = np.stack(rows, axis=1) if rows else np.zeros((test.shape[0], 0))
+    matrix, f = mac_matrix(test, model), np.array(found.frequencies)
+    partner = pair_measured(matrix, measured.frequencies, f)
+    _require_pairs(measured, matrix[:, found.rigid :], partner)
+    damping = model_damping(found)
+    pairs = tuple(
+        _pair(measured, test, model, matrix, f, damping, k, j) for k, j in enumerate(partner.tolist()) if j >= 0
+    )
+    autos = mac_matrix(test, test), mac_matrix(model[:, found.rigid :], model[:, found.rigid :])
+    notes = (*measured.notes, *_sensor_notes(found, measured, sensors), *_shape_notes(measured, collinearity, autos[0]))
+    return Correlation(measured, found, sensors, test, model, matrix, *autos, collinearity, pairs, notes)
+
+
+def model_damping(found: DeckModes) -> FloatArray:
+    """(n_mode,) phi' C phi / (2 omega) of the damping that the deck tells, share of critical; nan without, and of rigid
+    modes."""
+    nothing, model = np.full(len(found.frequencies), np.nan), found.model
+    if not is_damped(model) or found.prestress is not None:
+        return nothing
+    common = common_rayleigh(model)
+    parts = [part_system(model, i, common) for i in range(len(model.parts))]
+    loose = loose_system(model, common)
+    system = couple([*parts, loose] if loose else parts, model, Driven({}), common)
+    omega = 2.0 * np.pi * np.array(found.frequencies)
+    C = system.damping
+    other = np.asarray(C.other(found.shapes)) * np.ones_like(found.shapes)
+    damped = C.alpha + C.beta * omega**2 + (found.shapes * other).sum(axis=0)
+    return np.divide(damped, 2.0 * omega, out=nothing, where=omega > 0.0)
+
+
+def _pair(
+    measured: MeasuredModes,
+    test: FloatArray,
+    model: FloatArray,
+    matrix: FloatArray,
+    f: FloatArray,
+    damping: FloatArray,
+    k: int,
+    j: int,
+) -> ModePair:
+    x, y = test[:, k], model[:, j]
+    return ModePair(
+        k,
+        j,
+        float(measured.frequencies[k]),
+        float(f[j]),
+        float(matrix[k, j]),
+        float(measured.damping[k]),
+        float(damping[j]),
+        float(x @ y / (x @ x)),
+    )
+
+
+def _require_real(measured: MeasuredModes, collinearity: FloatArray) -> None:
+    turning = np.flatnonzero(collinearity < COMPLEX)
+    if 2 * turning.size > collinearity.size:
+        k = int(turning[0])
+        raise InputError(
+            f"{turning.size} of {collinearity.size} modes are complex: at {measured.frequencies[k]:g} Hz the phase "
+            f"collinearity is {collinearity[k]:.2f}, where 1 is a real mode",
+            where=measured.path,
+            expected="modes of a structure at rest, whose points move in phase or against it",
+            fix="Modes of a rotating frame, or travelling waves, have no real partner. Else look at the phases.",
+        )
+
+
+def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray) -> None:
+    if (partner >= 0).any():
+        return
+    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else "the model has none in reach"
+    raise InputError(
+        f"none of the {partner.size} measured modes has a partner among the model's: {best}",
+        where=measured.path,
+        expected="modes of the same structure, within an octave of the model's",
+        fix="Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?",
+    )
+
+
+def _sensor_notes(found: DeckModes, measured: MeasuredModes, sensors: Sensors) -> Iterator[str]:
+    first = {s: k for k, s in reversed(list(enumerate(measured.sensors)))}
+    by = [sensors.how[k] for k in first.values()]
+    ways = [
+        f"{by.count(how)} {word}"
+        for how, word in ((BY_LABEL, "by label"), (BY_PLACE, "by the nearest node"), (BY_MAP, "by the map"))
+        if how in by
+    ]
+    yield f"{len(first)} sensors, {len(measured.sensors)} channels: {', '.join(ways)}"
+    worst = int(sensors.distance.argmax())
+    if sensors.distance[worst] > EXACT * across(found.model):
+        node = found.model.nodes.label(int(sensors.nodes_idx[worst]))
+        yield (
+            f"sensor {measured.sensors[worst]} is farthest from its node: {sensors.distance[worst]:.3g} from {node}"
+            f" (mean of all {sensors.distance.mean():.3g})"
+        )
+    if not math.isclose(sensors.scale, 1.0):
+        yield f"lengths of the test are taken times {sensors.scale:.6g}"
+
+
+def _shape_notes(measured: MeasuredModes, collinearity: FloatArray, auto: FloatArray) -> Iterator[str]:
+    for k in np.flatnonzero(collinearity < REAL).tolist():
+        yield f"mode at {measured.frequencies[k]:g} Hz is complex: phase collinearity {collinearity[k]:.2f}"
+    twins = np.argwhere(np.triu(auto, 1) >= TWINS)
+    if len(twins):
+        i, j = twins[0].tolist()
+        more = len(twins) - 1
+        others = f" (and {more} other pair{'s' if more > 1 else ''})" if more else ""
+        yield (
+            f"the sensors cannot tell the measured modes at {measured.frequencies[i]:g} and "
+            f"{measured.frequencies[j]:g} Hz apart: MAC {auto[i, j]:.2f}{others}"
+        )

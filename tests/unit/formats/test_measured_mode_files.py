@@ -1,0 +1,166 @@
+"""What is read of files of measured modes, and what damaged ones end in."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.errors import InputError
+from creak.formats.measured.mode_files import read_measured_modes
+from helpers_modal import Test, complex_mode, csv_text, data_set, every_mode, normal_mode, points_15, units_164
+
+WRITTEN_BY_PYUFF = """\
+    -1
+  2411
+         4         1         1         1
+   3.0000000000000000e+01   0.0000000000000000e+00  -5.0000000000000000e-01
+    -1
+    -1
+    55
+a
+b
+c
+d
+e
+         1         3         2         8         5         6
+         2         6         1         1
+ -3.71523e+00  3.69333e+02  1.00000e+00  0.00000e+00  1.00000e+00  0.00000e+00
+         4
+  1.00000e+00 -2.00000e+00  0.00000e+00  0.00000e+00 -4.31574e+01  2.00000e+00
+    -1
+"""
+"""As pyuff 2.5.8 (MIT) writes a point and a complex mode: small letters, values at a node counted twice."""
+
+
+@pytest.fixture(scope="module")
+def t():
+    rng = np.random.default_rng(3)
+    shapes = rng.normal(size=(3, 5, 3))
+    return Test(
+        [1, 2, 3, 4, 9],
+        100.0 * rng.normal(size=(5, 3)),
+        shapes,
+        np.array([50.0, 75.5, 120.0]),
+        np.array([0.01, 0.02, 0.005]),
+    )
+
+
+def read(tmp_path, text, ending="unv"):
+    path = tmp_path / f"test.{ending}"
+    path.write_text(text, encoding="utf-8", newline="")
+    return read_measured_modes(path)
+
+
+def test_every_field_of_a_universal_file(t, tmp_path):
+    lines = data_set(82, f"{1:10d}{6:10d}{7:10d}", "LINE", "".join(f"{n:10d}" for n in (1, 2, 3, 0, 4, 9)))
+    found = read(tmp_path, units_164(1000.0) + points_15(t) + lines + every_mode(t))
+    assert found.frequencies.tolist() == t.frequencies.tolist()
+    np.testing.assert_allclose(found.damping, t.damping)
+    assert found.sensors == tuple(str(n) for n in t.labels for _ in "xyz")
+    np.testing.assert_allclose(found.points, np.repeat(t.points, 3, axis=0), rtol=6e-6)
+    np.testing.assert_array_equal(found.directions, np.tile(np.eye(3), (5, 1)))
+    np.testing.assert_allclose(found.shapes, t.shapes.reshape(3, 15).T, rtol=6e-6)
+    assert found.per_metre == 1000.0
+    assert found.lines == (("1", "2"), ("2", "3"), ("4", "9"))
+    assert found.notes == ()
+
+
+def test_a_file_of_another_program(tmp_path):
+    found = read(tmp_path, WRITTEN_BY_PYUFF)
+    size = np.hypot(3.71523, 369.333)
+    assert found.frequencies[0] == pytest.approx(size / (2.0 * np.pi))
+    assert found.damping[0] == pytest.approx(3.71523 / size)
+    assert found.shapes[:, 0].tolist() == [1.0 - 2.0j, -43.1574 + 2.0j]
+    np.testing.assert_array_equal(found.points, [[30.0, 0.0, -0.5]] * 2)
+    np.testing.assert_array_equal(found.directions, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    assert found.notes == ("no point has values in y, which counts as not measured",)
+
+
+def test_damping_that_is_not_told_is_not_zero(t, tmp_path):
+    found = read(tmp_path, points_15(t) + every_mode(replace(t, damping=np.zeros(3))))
+    assert np.isnan(found.damping).all()
+
+
+def test_an_unstable_mode_is_told(t, tmp_path):
+    found = read(tmp_path, points_15(t) + "".join(complex_mode(replace(t, damping=-t.damping), k) for k in range(3)))
+    np.testing.assert_allclose(found.damping, t.damping, rtol=1e-4)
+    assert "eigenvalues with a positive real part" in found.notes[0]
+
+
+def test_points_and_axes_that_were_not_measured_are_told(t, tmp_path):
+    shapes = t.shapes * np.array([1.0, 0.0, 1.0])
+    shapes[:, 2] = 0.0
+    shapes[:, 3, 0] = 0.0
+    found = read(tmp_path, points_15(t) + every_mode(replace(t, shapes=shapes)))
+    assert found.sensors == ("1", "1", "2", "2", "4", "9", "9")
+    assert found.notes == (
+        "1 of 5 points are zero in every mode and are left out",
+        "1 of 4 points have no values in x, which count as not measured",
+        "no point has values in y, which counts as not measured",
+    )
+
+
+def test_deflections_and_stresses_beside_modes_are_left_out_and_told(t, tmp_path):
+    other = normal_mode(t, 0).replace(f"{1:10d}{2:10d}{2:10d}", f"{1:10d}{5:10d}{2:10d}")
+    found = read(tmp_path, points_15(t) + other + every_mode(t))
+    assert found.frequencies.size == 3
+    assert found.notes == ("data of analysis type 5 are no modes and are left out",)
+
+
+def test_every_field_of_a_table(t, tmp_path):
+    found = read(tmp_path, csv_text(t, ("x", "0 -3 4")), "csv")
+    assert found.sensors == tuple(str(n) for n in t.labels for _ in range(2))
+    np.testing.assert_allclose(found.directions, np.tile([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8]], (5, 1)))
+    np.testing.assert_allclose(found.points, np.repeat(t.points, 2, axis=0), rtol=1e-8)
+    expected = np.stack([t.shapes[..., 0], t.shapes @ [0.0, -0.6, 0.8]], axis=2).reshape(3, 10).T
+    np.testing.assert_allclose(found.shapes, expected, rtol=1e-8)
+    np.testing.assert_allclose(found.damping, t.damping)
+    assert found.per_metre is None
+
+
+def test_real_and_imaginary_columns(tmp_path):
+    text = "frequency_hz,sensor,direction,real,imag\n10,A,x,1,-2\n10,B,x,3,4\n20.5,A,x,5,6\n20.5,B,x,7,8\n"
+    found = read(tmp_path, text, "csv")
+    assert found.shapes.tolist() == [[1.0 - 2.0j, 5.0 + 6.0j], [3.0 + 4.0j, 7.0 + 8.0j]]
+    assert np.isnan(found.points).all()
+    assert np.isnan(found.damping).all()
+
+
+def test_high_damping_is_told(tmp_path):
+    found = read(tmp_path, "frequency_hz,damping,sensor,direction,value\n10,.439,A,x,1\n", "csv")
+    assert found.notes == ("damping of 44 % of critical: is the column in per cent?",)
+
+
+@pytest.mark.parametrize("form", ["universal", "table"])
+def test_a_file_that_is_cut_anywhere_ends_in_a_message_or_in_whole_modes(t, tmp_path, form):
+    text = csv_text(t) if form == "table" else points_15(t) + every_mode(t)
+    messages = []
+    for cut in range(0, len(text), 37):
+        try:
+            found = read(tmp_path, text[:cut], "csv" if form == "table" else "unv")
+        except InputError as error:
+            messages.append(str(error))
+        else:
+            assert found.frequencies.size < 3 or cut > 0.98 * len(text)
+    assert len(messages) > 0.9 * len(text) / 37
+    assert all("test." in message for message in messages)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_damaged_file_ends_in_modes_or_in_a_message(t, tmp_path, seed):
+    rng = random.Random(seed)
+    text = [*(csv_text(t) if seed % 2 else points_15(t) + every_mode(t))]
+    for _ in range(3):
+        at = rng.randrange(len(text))
+        text[at : at + rng.choice((1, 1, 13, 60))] = rng.choice(
+            ("", "nan", "1E999", "    -1\n", "\0", "é", "x", "9" * 30)
+        )
+    try:
+        found = read(tmp_path, "".join(text), "csv" if seed % 2 else "unv")
+    except InputError:
+        return
+    assert np.isfinite(found.shapes).all()
+    assert np.isfinite(found.frequencies).all()
