@@ -1,7 +1,7 @@
 """Curves of the roughness model of Daniel and Weber (1997): ear, threshold, critical-band rate, weights.
 
-The paper gives them as figures; the points are those that MoSQITo (Apache-2.0) and SQAT (MIT) agree on, the ear those of
-MoSQITo.
+The paper gives them as figures; the points are those that MoSQITo (Apache-2.0) and SQAT (MIT) agree on, the ear's are
+those of MoSQITo.
 """
 
 from __future__ import annotations
