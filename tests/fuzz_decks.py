@@ -1,7 +1,7 @@
 """Damaged decks and studies from a seed, and what becomes of them.
 
 A damaged file must end in a model (which, being small, is also assembled) or in one InputError (NumericalError where the
-numbers cannot be computed with); anything else - another exception, more than `LIMIT` seconds, an exit status that does not
+numbers cannot be computed with); anything else - another exception, more than `LIMIT` seconds of CPU time, an exit status that does not
 fit - is a fault.
 """
 
@@ -371,10 +371,10 @@ def _limited() -> Iterator[None]:
     def stop(*_: object) -> None:
         raise Hang
 
-    old = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, LIMIT)
+    old = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, LIMIT)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, old)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, old)
