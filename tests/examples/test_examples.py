@@ -171,7 +171,7 @@ def test_friction_on_soft_contact_marches_to_the_end(tmp_path):
     study["contact"]["tips"] |= {"clearance": 0.0, "stiffness": 2.0, "friction": 0.2}
     study["excitation"]["base"]["signal"]["amplitude"] = 0.2
     study |= {"time": {"end": 0.02}, "verification": {}}
-    run = creak.run(creak.make_study(study, tmp_path)).runs["reduced"]
+    run = creak.run(creak.make_study(study, tmp_path), converge=False).runs["reduced"]
     assert not run.stopped
     assert run.history.time[-1] == pytest.approx(0.02)
     assert run.history.energy_created < 1e-3
