@@ -13,11 +13,14 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 from fuzz_decks import Tally, fuzz
 from fuzz_files import fuzz_files
 
-KINDS = ("abaqus", "nastran", "study", "sweep", "files")
+KINDS = ("abaqus", "nastran", "lsdyna", "study", "sweep", "files")
 
 
 def main() -> None:
-    """Damage `count` files: 3 in 10 Abaqus, Nastran, stored ones each, 1 in 20 studies, sweeps; exit 1 on a fault."""
+    """Damage `count` files: 3 in 10 Abaqus and Nastran each, 2 stored ones, 1 LS-DYNA, the rest studies, sweeps.
+
+    Exit 1 on a fault.
+    """
     parser = argparse.ArgumentParser(prog="python -m benchmarks.fuzz")
     parser.add_argument("--count", type=int, default=10000, help="files in all")
     parser.add_argument("--first", type=int, default=0, help="first seed")
@@ -34,9 +37,10 @@ def main() -> None:
 
 
 def _shares(count: int) -> dict[str, int]:
-    deck = 3 * count // 10
-    sweep = (count - 3 * deck) // 2
-    return {"abaqus": deck, "nastran": deck, "files": deck, "sweep": sweep, "study": count - 3 * deck - sweep}
+    tenth = count // 10
+    sweep = (count - 9 * tenth) // 2
+    decks = {"abaqus": 3 * tenth, "nastran": 3 * tenth, "lsdyna": tenth}
+    return {**decks, "files": 2 * tenth, "sweep": sweep, "study": count - 9 * tenth - sweep}
 
 
 def _show(kind: str, count: int, tally: Tally, seconds: float) -> None:

@@ -1,8 +1,8 @@
 """Damaged decks and studies from a seed, and what becomes of them.
 
 A damaged file must end in a model (which, being small, is also assembled) or in one InputError (NumericalError where the
-numbers cannot be computed with); anything else - another exception, more than `LIMIT` seconds, an exit status that does not
-fit - is a fault.
+numbers cannot be computed with); anything else - another exception, more than `LIMIT` seconds of CPU time, an exit
+status that does not fit - is a fault.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from creak.cli.main import main
 from creak.errors import InputError, NumericalError
 from creak.formats.abaqus.reader import read_deck, read_deck_run
 from creak.formats.abaqus.writer import write_deck
+from creak.formats.lsdyna.reader import read_lsdyna
 from creak.formats.nastran.reader import read_nastran, read_nastran_run
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
@@ -36,6 +37,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.sweep.cases import checked, variants
 from creak.studies.sweep.file import read_sweep
 from fuzz_samples import ABAQUS, NASTRAN, STRIPS, STUDIES, SWEEPS
+from helpers_lsdyna import clamped_assembly
 
 LIMIT = 5.0
 """s"""
@@ -225,11 +227,12 @@ class Tally:
 
 
 def samples(kind: str) -> list[str]:
-    """The good files that are damaged: of abaqus, nastran, study or sweep."""
-    return {"abaqus": ABAQUS, "nastran": NASTRAN, "study": STUDIES, "sweep": SWEEPS}[kind]
+    """The good files that are damaged: of abaqus, nastran, lsdyna, study or sweep."""
+    decks = {"abaqus": ABAQUS, "nastran": NASTRAN, "lsdyna": [clamped_assembly()]}
+    return {**decks, "study": STUDIES, "sweep": SWEEPS}[kind]
 
 
-FILES = {"abaqus": "deck.inp", "nastran": "deck.bdf", "study": "study.toml", "sweep": "sweep.toml"}
+FILES = {"abaqus": "deck.inp", "nastran": "deck.bdf", "lsdyna": "deck.k", "study": "study.toml", "sweep": "sweep.toml"}
 
 
 def fuzz(kind: str, first: int, count: int) -> Tally:
@@ -253,7 +256,7 @@ def one(kind: str, seed: int, folder: Path, tally: Tally) -> None:
     path.write_bytes(damaged(rng, rng.choice(samples(kind))))
     start = time.perf_counter()
     end = guarded(kind, seed, path, tally)
-    if kind in ("abaqus", "nastran") and seed % EVERY == 0:
+    if kind in ("abaqus", "nastran", "lsdyna") and seed % EVERY == 0:
         _through_the_command(kind, seed, path, end, tally)
     tally.add(end, time.perf_counter() - start)
 
@@ -328,6 +331,7 @@ def _read_sweep(path: Path) -> str:
 READERS: dict[str, Callable[[Path], str]] = {
     "abaqus": _read_abaqus,
     "nastran": _read_nastran,
+    "lsdyna": lambda path: assembled(read_lsdyna(path)),
     "study": _read_study,
     "sweep": _read_sweep,
 }
@@ -371,10 +375,10 @@ def _limited() -> Iterator[None]:
     def stop(*_: object) -> None:
         raise Hang
 
-    old = signal.signal(signal.SIGALRM, stop)
-    signal.setitimer(signal.ITIMER_REAL, LIMIT)
+    old = signal.signal(signal.SIGPROF, stop)
+    signal.setitimer(signal.ITIMER_PROF, LIMIT)
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, 0.0)
-        signal.signal(signal.SIGALRM, old)
+        signal.setitimer(signal.ITIMER_PROF, 0.0)
+        signal.signal(signal.SIGPROF, old)

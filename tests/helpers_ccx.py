@@ -95,7 +95,7 @@ def straight_beam(n: int) -> Mesh:
 def ccx(deck: str, folder: Path) -> np.ndarray:
     """Frequencies, Hz, or the displacement (3,) of the loaded node."""
     (folder / "job.inp").write_text(deck)
-    subprocess.run(["ccx", "-i", "job"], cwd=folder, check=True, capture_output=True, timeout=60)
+    subprocess.run(["ccx", "-i", "job"], cwd=folder, check=True, capture_output=True, timeout=600)
     rows = [line.split() for line in (folder / "job.dat").read_text().split("P A R T I C I P")[0].splitlines()]
     width, columns = (5, slice(3, 4)) if "*FREQUENCY" in deck else (4, slice(1, 4))
     found = [[float(w) for w in row[columns]] for row in rows if len(row) == width and row[0].isdigit()]

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import io
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 
 import pytest
 
 from creak.cli.main import main
+from creak.formats.stored.run_identity import META
+
+EMPTY = f"<!DOCTYPE html><head>{META}<title>x – creak report</title></head>"
 
 
 @dataclass(frozen=True)
@@ -33,3 +38,18 @@ def caller(monkeypatch, capsys):
         return Said(int(stop.value.code or 0), printed.out, printed.err)
 
     return call
+
+
+def say(*words: object) -> Said:
+    """`creak WORDS` where there is no test yet: for fixtures of a module."""
+    out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="", write_through=True) for _ in range(2))
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr("sys.argv", ["creak", *map(str, words)])
+        with pytest.raises(SystemExit) as stop:
+            main()
+    return Said(int(stop.value.code or 0), *(x.buffer.getvalue().decode("utf-8") for x in (out, err)))
+
+
+def empty_reports(monkeypatch) -> None:
+    """Reports of runs have no content: to draw them takes as long as a short run."""
+    monkeypatch.setattr("creak.report.html.report_text", lambda _, summary: EMPTY.format(summary["run"]["id"]))

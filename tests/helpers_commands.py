@@ -108,9 +108,14 @@ def concrete(words: Sequence[str]) -> bool:
     return not _needs_file(command) or (bool(rest) and not rest[0].startswith("-"))
 
 
+@functools.cache
+def _program() -> Any:
+    return typer.main.get_command(app)
+
+
 def _split(words: Sequence[str]) -> tuple[Any, Sequence[str]]:
     """The command of the program, and the words after its name."""
-    command: Any = typer.main.get_command(app)
+    command = _program()
     while words and hasattr(command, "commands") and words[0] in command.commands:
         command, words = command.commands[words[0]], words[1:]
     return command, words
@@ -152,7 +157,7 @@ def write_stand_ins(folder: Path, command: Command) -> None:
     extra = [UNREAD[w] for before, w in pairwise(command.words) if before == "--ignore"]
     abaqus = "".join([two_strips(), *extra, OWN_STEP])
     nastran = strips(extra="\n".join([FORCE, *extra])).replace("SPC = 1", CASE_CONTROL)
-    study = STUDY + "\n[output]\nfield_interval = 0.05\n"
+    study = STUDY.replace("periods = 2", "periods = 1") + "\n[output]\nfield_interval = 0.05\n"
     for old, new in NASTRAN_STUDY.items() if command.nastran else ():
         study = study.replace(old, new)
     texts = {

@@ -7,22 +7,42 @@ from pathlib import Path
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85e-9,\n*DAMPING, ALPHA=5.0, BETA=2.0e-6\n"
 
 
+Vector = tuple[float, float, float]
+
+
+def patch(
+    first: int,
+    elset: str,
+    corner: Vector,
+    u: Vector,
+    v: Vector,
+    cells: tuple[int, int] = (4, 4),
+    elements: int | None = None,
+    nodes: str = "*NODE",
+    digits: int = 6,
+) -> str:
+    """Quads that span u and v from a corner on, nodes numbered from `first` on, elements from `elements` or there too."""
+    (nu, nv), begin = cells, first if elements is None else elements
+    lines = [nodes]
+    for j in range(nv + 1):
+        for i in range(nu + 1):
+            x = (f"{corner[k] + u[k] * i / nu + v[k] * j / nv:.{digits}f}" for k in range(3))
+            lines.append(f"{first + j * (nu + 1) + i}, {', '.join(x)}")
+    lines.append(f"*ELEMENT, TYPE=S4, ELSET={elset}")
+    for j in range(nv):
+        for i in range(nu):
+            a = first + j * (nu + 1) + i
+            lines.append(f"{begin + j * nu + i}, {a}, {a + 1}, {a + nu + 2}, {a + nu + 1}")
+    return "\n".join(lines) + "\n"
+
+
 def strip(first_node: int, first_element: int, elset: str, z: float, n: int = 12, length: float = 120.0) -> str:
     """A clamped strip, n x 2 quads of 10 mm width, along x at height z; node set ROOT_<elset>."""
-    lines = ["*NODE"]
-    for j in range(3):
-        for i in range(n + 1):
-            lines.append(f"{first_node + j * (n + 1) + i}, {length * i / n:.6f}, {10.0 * j:.6f}, {z:.6f}")
-    lines.append(f"*ELEMENT, TYPE=S4, ELSET={elset}")
-    for j in range(2):
-        for i in range(n):
-            a = first_node + j * (n + 1) + i
-            label = first_element + j * n + i
-            lines.append(f"{label}, {a}, {a + 1}, {a + n + 2}, {a + n + 1}")
+    sides = (length, 0.0, 0.0), (0.0, 20.0, 0.0)
+    quads = patch(first_node, elset, (0.0, 0.0, z), *sides, (n, 2), first_element)
     roots = ", ".join(str(first_node + j * (n + 1)) for j in range(3))
     tips = ", ".join(str(first_node + j * (n + 1) + n) for j in range(3))
-    lines += [f"*NSET, NSET=ROOT_{elset}", roots, f"*NSET, NSET=TIP_{elset}", tips]
-    return "\n".join(lines) + "\n"
+    return f"{quads}*NSET, NSET=ROOT_{elset}\n{roots}\n*NSET, NSET=TIP_{elset}\n{tips}\n"
 
 
 def two_strips(gap: float = 0.5) -> str:

@@ -13,14 +13,6 @@ from pathlib import Path
 
 import pytest
 
-LIMITED = """
-import resource, sys
-sys.dont_write_bytecode = True  # Python would leave half a file of a module, and read it in other processes
-resource.setrlimit(resource.RLIMIT_FSIZE, ({bytes}, {bytes}))
-sys.argv = ["creak", *sys.argv[1:]]
-from creak.cli.main import main
-main()
-"""
 NULL, FULL = os.makedev(1, 3), os.makedev(1, 7)
 
 
@@ -38,12 +30,6 @@ def small_disk(folder: Path, taken_kb: int) -> Iterator[Path]:
         yield folder
     finally:
         subprocess.run(["umount", str(folder)], check=True)
-
-
-def limited_creak(most: int, *words: object) -> subprocess.CompletedProcess[str]:
-    """`creak WORDS` in a process whose files may have so many bytes, as by `ulimit -f`."""
-    command = [sys.executable, "-c", LIMITED.format(bytes=most), *map(str, words)]
-    return subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
 
 
 @contextmanager

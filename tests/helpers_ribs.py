@@ -4,25 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from helpers_decks import STEEL
-
-Vector = tuple[float, float, float]
-
-
-def patch(first: int, elset: str, corner: Vector, u: Vector, v: Vector, cells: tuple[int, int] = (4, 4)) -> str:
-    """Quads that span u and v from a corner on, nodes and elements numbered from `first` on."""
-    nu, nv = cells
-    lines = ["*NODE"]
-    for j in range(nv + 1):
-        for i in range(nu + 1):
-            x = [corner[k] + u[k] * i / nu + v[k] * j / nv for k in range(3)]
-            lines.append(f"{first + j * (nu + 1) + i}, {x[0]:.6f}, {x[1]:.6f}, {x[2]:.6f}")
-    lines.append(f"*ELEMENT, TYPE=S4, ELSET={elset}")
-    for j in range(nv):
-        for i in range(nu):
-            a = first + j * (nu + 1) + i
-            lines.append(f"{first + j * nu + i}, {a}, {a + 1}, {a + nu + 2}, {a + nu + 1}")
-    return "\n".join(lines) + "\n"
+from helpers_decks import STEEL, patch
 
 
 def deck(patches: Sequence[tuple[str, str]], more: str = "") -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from helpers_decks import STEEL
+from helpers_decks import STEEL, patch
 
 
 def sheet(
@@ -10,16 +10,8 @@ def sheet(
 ) -> str:
     """A rectangle of n = (along x, along y) S4; surfaces <name>_FACE, edges <name>_X0 and <name>_X1 at its ends."""
     n_x, n_y = n
-    lines = [f"*NODE, NSET={name}_NODES"]
-    for j in range(n_y + 1):
-        for i in range(n_x + 1):
-            x, y = origin[0] + size[0] * i / n_x, origin[1] + size[1] * j / n_y
-            lines.append(f"{first + j * (n_x + 1) + i}, {x:.9f}, {y:.9f}, {origin[2]:.9f}")
-    lines.append(f"*ELEMENT, TYPE=S4, ELSET={name}")
-    for j in range(n_y):
-        for i in range(n_x):
-            a = first + j * (n_x + 1) + i
-            lines.append(f"{first + j * n_x + i}, {a}, {a + 1}, {a + n_x + 2}, {a + n_x + 1}")
+    sides = (size[0], 0.0, 0.0), (0.0, size[1], 0.0)
+    lines = [patch(first, name, origin, *sides, n, nodes=f"*NODE, NSET={name}_NODES", digits=9).rstrip()]
     for end, column, edge in (("X0", 0, "E4"), ("X1", n_x - 1, "E2")):
         labels = [str(first + j * n_x + column) for j in range(n_y)]
         lines += [f"*ELSET, ELSET={name}_{end}_ELEMENTS", *labels]

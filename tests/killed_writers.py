@@ -22,7 +22,7 @@ from creak.errors import InputError
 from creak.formats.measured.histories import read_histories
 from creak.formats.stored.run_identity import META
 
-STEPS = {"open": 1, "write": 150, "ftruncate": 1, "fsync": 1, "replace": 1, "unlink": 1, "rename": 1}
+STEPS = {"open": 1, "write": 300, "ftruncate": 1, "fsync": 1, "replace": 1, "unlink": 1, "rename": 1}
 """Calls of the system after which the writer is killed: each of them, or each of so many."""
 
 

@@ -63,6 +63,7 @@ def folder_of(path: Path) -> str:
     return relative.parts[0] if len(relative.parts) > 1 else relative.stem
 
 
+@cache
 def files() -> list[Path]:
     return sorted(ROOT.rglob("*.py"))
 
@@ -100,7 +101,9 @@ def module_file(module: str) -> Path | None:
     return None
 
 
-IMPORTS = [i for path in files() for i in imports_of(path)]
+@cache
+def imports() -> tuple[Import, ...]:
+    return tuple(i for path in files() for i in imports_of(path))
 
 
 def told(problems: list[Import], rule: str) -> str:
@@ -116,21 +119,21 @@ def test_every_folder_has_a_place_in_the_tower():
 def test_imports_point_down():
     """cli > api > report > studies > verify > dynamics > contact > reduction > assembly > elements > model."""
     height = {name: len(LAYERS) - i for i, name in enumerate(LAYERS)}
-    upward = [i for i in IMPORTS if i.owner in height and i.target in height and height[i.target] > height[i.owner]]
+    upward = [i for i in imports() if i.owner in height and i.target in height and height[i.target] > height[i.owner]]
     assert not upward, told(upward, "imports must point down: " + " > ".join(LAYERS))
 
 
 @pytest.mark.parametrize("folder", sorted(BESIDE))
 def test_folders_beside_the_tower_keep_to_themselves(folder):
     allowed = {folder, *BESIDE[folder]} | EVERYWHERE
-    bad = [i for i in IMPORTS if i.owner == folder and i.target is not None and i.target not in allowed]
+    bad = [i for i in imports() if i.owner == folder and i.target is not None and i.target not in allowed]
     assert not bad, told(bad, f"{folder} may import only {sorted(allowed - {''})}")
 
 
 def test_the_ground_imports_nothing_of_creak():
     bad = [
         i
-        for i in IMPORTS
+        for i in imports()
         if i.owner in ("errors", "arrays", "digest", "later", "progress", "version") and i.target is not None
     ]
     assert not bad, told(
@@ -141,15 +144,15 @@ def test_the_ground_imports_nothing_of_creak():
 def test_only_the_command_line_knows_the_command_line():
     """Nothing but cli (and python -m creak) imports cli; only the bare package and cli import api; only cli, api and
     report import report."""
-    bad = [i for i in IMPORTS if i.target == "cli" and i.owner not in ("cli", "__main__")]
-    bad += [i for i in IMPORTS if i.target == "api" and i.owner not in ("cli", "api", "__init__")]
-    bad += [i for i in IMPORTS if i.target == "report" and i.owner not in ("cli", "api", "report", "report_tools")]
+    bad = [i for i in imports() if i.target == "cli" and i.owner not in ("cli", "__main__")]
+    bad += [i for i in imports() if i.target == "api" and i.owner not in ("cli", "api", "__init__")]
+    bad += [i for i in imports() if i.target == "report" and i.owner not in ("cli", "api", "report", "report_tools")]
     assert not bad, told(bad, "numerics and studies must not know report, api or cli")
 
 
 def test_no_import_cycles_between_modules():
     graph: dict[Path, set[Path]] = {path: set() for path in files()}
-    for i in IMPORTS:
+    for i in imports():
         target = module_file(i.module)
         if target is not None and target != i.path:
             graph[i.path].add(target)
@@ -172,7 +175,7 @@ def test_no_import_cycles_between_modules():
 
 
 def test_numerics_do_not_draw_log_or_show_progress():
-    bad = [i for i in IMPORTS if i.owner in NUMERICS and i.module.split(".")[0] in DRAWING]
+    bad = [i for i in imports() if i.owner in NUMERICS and i.module.split(".")[0] in DRAWING]
     assert not bad, told(bad, "only report and cli draw; progress goes through a callback")
 
 
@@ -213,7 +216,7 @@ def test_no_deck_format_imports_another():
     rooms = {p.parent.name for p in (ROOT / "formats").glob("*/reader.py")}
     assert rooms == {"abaqus", "lsdyna", "nastran"}, f"formats of decks: {sorted(rooms)}"
     bad = []
-    for i in IMPORTS:
+    for i in imports():
         names = i.module.split(".")
         if i.owner == "formats" and names[:2] == ["creak", "formats"] and len(names) > 2:
             room = i.path.relative_to(ROOT / "formats").parts[0]
@@ -249,7 +252,7 @@ def test_rooms_of_studies_import_those_below_them():
     assert {*rooms, "evaluate"} == set(ROOMS), f"rooms without a place in the order: {sorted(rooms ^ set(ROOMS))}"
     height = {name: len(ROOMS) - i for i, name in enumerate(ROOMS)}
     upward = []
-    for i in IMPORTS:
+    for i in imports():
         names = i.module.split(".")
         if i.owner == "studies" and names[:2] == ["creak", "studies"] and len(names) > 2 and names[2] in height:
             room = i.path.relative_to(studies).parts[0].removesuffix(".py")
@@ -288,7 +291,7 @@ def module_level(path: Path) -> set[int]:
 
 
 def test_creak_knows_its_companion_only_where_it_is_called():
-    found = [i for i in IMPORTS if i.module.split(".")[0] == "creak_thesis"]
+    found = [i for i in imports() if i.module.split(".")[0] == "creak_thesis"]
     assert {i.path.relative_to(ROOT).as_posix() for i in found} == KNOWS_IT
     early = [i for i in found if i.line in module_level(i.path)]
     assert not early, told(early, "creak works without creak_thesis until its door or page is asked for")

@@ -16,8 +16,11 @@ from creak.report.found import found_of
 from creak.report.html import write_page
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.results.places import find_places
 from creak.studies.results.summary import summarise
+from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
+from creak.studies.sound.heard import Sound, hear
 
 MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
@@ -40,9 +43,11 @@ def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]
 
 @pytest.fixture(scope="session")
 def report(strips: tuple[StudyResult, Path]) -> Path:
-    """Its report.html."""
+    """Its report.html, with a player for each place and one for all."""
     result, folder = strips
-    write_page(found_of(result), summarise(result), folder / "report.html")
+    sound = hear(result, [p.channels for p in find_places(result, main_run(result.runs))])
+    assert isinstance(sound, Sound), sound
+    write_page(found_of(result, sound=sound), summarise(result, sound=sound), folder / "report.html")
     return folder / "report.html"
 
 

@@ -8,6 +8,8 @@ import pytest
 from creak.cli.main import main
 from helpers_decks import STUDY, two_strips, write_strips
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 
 def run_cli(monkeypatch, capsys, *arguments):
     """Exit status and the text on stderr of one call of the command."""

@@ -7,7 +7,7 @@ import pytest
 
 import creak as api
 from creak.errors import InputError
-from helpers_cli import caller
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 
 QUIET = ("--quiet", "--no-converge", "--animation-mb", 0)
@@ -18,19 +18,9 @@ def folder(tmp_path_factory):
     """A study, its result, and one with half the friction-free gap and another load."""
     folder = tmp_path_factory.mktemp("compared")
     study = write_strips(folder, study=STUDY + "[reference]\nrun = false\n")
-    with pytest.MonkeyPatch.context() as patch:
-
-        class Streams:
-            def readouterr(self):
-                class Read:
-                    out = err = ""
-
-                return Read
-
-        call = caller(patch, Streams())
-        assert call("run", study, *QUIET).status == 0
-        softer = ("--set", "contact.tip.clearance=0.4", "--set", "excitation.root.signal.amplitude=0.06")
-        assert call("run", study, "--out", folder / "closer", *softer, *QUIET).status == 0
+    assert say("run", study, *QUIET).status == 0
+    softer = ("--set", "contact.tip.clearance=0.4", "--set", "excitation.root.signal.amplitude=0.06")
+    assert say("run", study, "--out", folder / "closer", *softer, *QUIET).status == 0
     return folder
 
 

@@ -13,6 +13,8 @@ from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 SHORT = STUDY.replace("periods = 2", "end = 0.02").replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
 SI = two_strips().replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
 

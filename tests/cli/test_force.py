@@ -6,6 +6,8 @@ import pytest
 
 from helpers_decks import write_strips
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 QUICK = """title = "Quick"
 [model]
 deck = "strips.inp"

@@ -60,7 +60,7 @@ FOLDERS = [
     ("listen results --out OUT", ("ear_all.wav", "ear_tip_1.wav"), RESULTS),
     ("robust study.toml --n 4 --no-indices --out OUT", ("robust.json", "draws.csv", "robust.html"), STUDIED),
     (
-        "sweep sweep.toml --out OUT",
+        "sweep sweep.toml --workers 1 --out OUT",
         ("sweep.csv", "sweep.h5", "sweep.html", "f_max=2000.toml"),
         ("sweep.toml", *STUDIED),
     ),
@@ -101,7 +101,7 @@ def made(tmp_path_factory):
 
 
 @pytest.fixture
-def here(made, tmp_path, monkeypatch):
+def here(made, tmp_path, monkeypatch, no_page):
     """A copy of it to work in."""
     shutil.copytree(made, tmp_path / "made")
     monkeypatch.chdir(tmp_path / "made")

@@ -16,6 +16,8 @@ from creak_thesis.door import write_door
 from helpers_decks import two_strips
 from helpers_nastran_strips import strips
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 
 def new(creak, folder, deck, *more, name="strips.inp"):
     """What is told for machines, and the study as tables."""

@@ -12,8 +12,8 @@ from PIL import Image
 
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from helpers_decks import STUDY, two_strips, write_strips
-from helpers_ribs import deck, patch, rib_on_plate
+from helpers_decks import STUDY, patch, two_strips, write_strips
+from helpers_ribs import deck, rib_on_plate
 
 EDGE = ["1001", "1002", "1003", "1004", "1005"]
 

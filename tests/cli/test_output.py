@@ -63,6 +63,7 @@ def test_help_has_an_example_and_the_shared_options(creak, command):
 
 
 @pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.usefixtures("no_page")
 def test_json_is_all_that_stdout_holds(creak, folder, command):
     """Verbose as well: its lines are on stderr."""
     machines = ["--json", "-"] if command == "modes" else ["--json"]
@@ -78,6 +79,7 @@ def test_quiet_says_nothing(creak, folder, command):
     assert (said.status, said.out, said.err) == (0, "", "")
 
 
+@pytest.mark.usefixtures("no_page")
 def test_quiet_run_says_its_one_warning(creak, folder):
     said = creak("run", *arguments("run", folder), "--quiet")
     assert (said.status, said.out) == (0, "")
@@ -85,6 +87,7 @@ def test_quiet_run_says_its_one_warning(creak, folder):
     assert line.startswith("warning: nothing touched in the run: ")
 
 
+@pytest.mark.usefixtures("no_page")
 def test_verbose_tells_phases_sizes_and_choices(creak, folder):
     said = creak("run", *arguments("run", folder), "--verbose")
     for words in (
@@ -208,6 +211,7 @@ def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
     assert not (folder / "out").exists()
 
 
+@pytest.mark.usefixtures("no_page")
 def test_ctrl_c_after_the_reduced_run_keeps_it(creak, folder, monkeypatch):
     monkeypatch.setattr("creak.studies.models.health.checked", ctrl_c)
     said = creak("run", *arguments("run", folder))

@@ -11,8 +11,9 @@ import threading
 
 import pytest
 
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
-from helpers_disk import FULL, NULL, device, limited_creak, limited_files, small_disk
+from helpers_disk import FULL, NULL, device, limited_files, small_disk
 
 pytestmark = pytest.mark.slow
 
@@ -26,8 +27,7 @@ def made(tmp_path_factory):
     """A deck and its study, and the results of a run."""
     folder = tmp_path_factory.mktemp("made")
     study = write_strips(folder, study=SHORT)
-    command = [sys.executable, "-m", "creak.cli.main", "run", str(study), "--quiet", "--out", str(folder / "out")]
-    subprocess.run(command, check=True, capture_output=True)
+    assert say("run", study, "--quiet", "--out", folder / "out").status == 0
     return folder
 
 
@@ -146,12 +146,11 @@ def command_line(*words, **options):
 
 
 def test_stdout_by_its_other_name(made, tmp_path):
-    for name in ("/dev/stdout", "/proc/self/fd/1"):
-        done = command_line("modes", made / "strips.inp", "--json", name)
-        assert done.returncode == 0, done.stderr
-        assert json.loads(done.stdout)["frequencies"]  # nothing else is there
+    done = command_line("modes", made / "strips.inp", "--json", "/dev/stdout")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["frequencies"]  # nothing else is there
     with (tmp_path / "file").open("w") as file:
-        command_line("schema", "--out", "/dev/stdout", stdout=file, stderr=subprocess.PIPE)
+        command_line("schema", "--out", "/proc/self/fd/1", stdout=file, stderr=subprocess.PIPE)
     assert (tmp_path / "file").read_text().startswith("{")
 
 
@@ -174,7 +173,7 @@ def whole(folder):
     return {p.name: p.read_bytes() for p in folder.iterdir()}
 
 
-def test_a_run_on_a_full_disk_ends_in_one_line(creak, made, tmp_path):
+def test_a_run_on_a_full_disk_ends_in_one_line(creak, no_page, made, tmp_path):
     with small_disk(tmp_path / "disk", 1600) as disk:
         said = creak("run", made / "study.toml", "--out", disk / "out", "--quiet")
         assert said.status == 1
@@ -185,12 +184,13 @@ def test_a_run_on_a_full_disk_ends_in_one_line(creak, made, tmp_path):
         assert list((disk / "out").iterdir()) == []
 
 
-def test_a_run_with_a_limit_of_file_size_leaves_the_earlier_one(made, tmp_path):
+def test_a_run_with_a_limit_of_file_size_leaves_the_earlier_one(creak, no_page, made, tmp_path):
     shutil.copytree(made / "out", tmp_path / "out")
     before = whole(tmp_path / "out")
-    done = limited_creak(200_000, "run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
-    last = [line for line in done.stderr.splitlines() if not line.startswith("warning: ")]
-    assert (done.returncode, done.stdout, len(last)) == (1, "", 1), done.stderr
+    with limited_files(200_000):
+        said = creak("run", made / "study.toml", "--out", tmp_path / "out", "--quiet")
+    last = [line for line in said.err.splitlines() if not line.startswith("warning: ")]
+    assert (said.status, said.out, len(last)) == (1, "", 1), said.err
     assert "results.h5: file too large; at least" in last[0]
     assert "may have 200 kB (ulimit -f)" in last[0]
     assert whole(tmp_path / "out") == before

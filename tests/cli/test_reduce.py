@@ -16,6 +16,8 @@ from creak.linalg.memory import OutOfMemory
 from creak.studies.models import superelements
 from helpers_decks import STUDY, two_strips, write_strips
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 NEAR_TIP = STUDY.replace("[reduction]\n", "[reduction]\nkeep_out = 0\n").replace(
     'secondary = "UNDER"', 'secondary = "TIPS"'
 )

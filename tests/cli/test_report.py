@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 from helpers_punch import punched
 from helpers_uff import data_sets, fields
@@ -26,13 +27,7 @@ def made(tmp_path_factory):
     """The results of a run whose deck and study are gone, and the page that it wrote."""
     folder = tmp_path_factory.mktemp("made")
     study = write_strips(folder, study=SHORT)
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("sys.argv", ["creak", "run", str(study), "--quiet", "--out", str(folder / "out")])
-        from creak.cli.main import main
-
-        with pytest.raises(SystemExit) as stop:
-            main()
-    assert stop.value.code == 0
+    assert say("run", study, "--quiet", "--out", folder / "out").status == 0
     study.unlink()
     (folder / "strips.inp").unlink()
     return folder / "out"

@@ -82,6 +82,7 @@ def test_histories_agree_with_the_summary(strips, run):
     assert max(e["force_peak"] for e in figures["events"]) == pytest.approx(figures["max_force"])
 
 
+@pytest.mark.usefixtures("no_page")
 def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
     creak(monkeypatch, "run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "again")
     again = json.loads((tmp_path / "again" / "summary.json").read_text())
@@ -91,6 +92,7 @@ def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
     assert without_costs(again) == without_costs(before)
 
 
+@pytest.mark.usefixtures("no_page")
 def test_other_seed_other_motion(strips, tmp_path, monkeypatch):
     study = write_strips(tmp_path, study=STUDY.replace("seed = 3", "seed = 4") + "\n[reference]\nrun = false\n")
     creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
@@ -98,6 +100,7 @@ def test_other_seed_other_motion(strips, tmp_path, monkeypatch):
     assert other["runs"]["reduced"]["impulse_total"] != strips[1]["runs"]["reduced"]["impulse_total"]
 
 
+@pytest.mark.usefixtures("no_page")
 def test_reduction_none_runs_the_unreduced_model_alone(strips, tmp_path, monkeypatch):
     study = STUDY.replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
     creak(monkeypatch, "run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out")
@@ -106,6 +109,7 @@ def test_reduction_none_runs_the_unreduced_model_alone(strips, tmp_path, monkeyp
     assert alone["runs"]["reference"]["events"] == strips[1]["runs"]["reference"]["events"]
 
 
+@pytest.mark.usefixtures("no_page")
 def test_node_to_surface_and_output_interval(tmp_path, monkeypatch):
     study = STUDY.replace('"surface-to-surface"', '"node-to-surface"')
     study += '\n[output]\nnodes = ["TIP_UPPER"]\ninterval = 1e-3\n'
@@ -136,6 +140,7 @@ alpha = 0.0
 
 
 @pytest.mark.parametrize("method", ["none", "craig-bampton"])
+@pytest.mark.usefixtures("no_page")
 def test_mass_on_a_penalty_stop_from_a_deck(method, tmp_path, monkeypatch):
     """omega = sqrt((k + K)/m): half a period in contact, F = K v / omega (phase error of the step 1e-7)."""
     study = write_strips(tmp_path, deck=STOP, study=STOP_STUDY.format(method=method))
@@ -162,7 +167,8 @@ def test_modes_and_info_commands(tmp_path, monkeypatch, capsys):
 
 
 def test_converge_tells_what_has_settled(tmp_path, monkeypatch, capsys):
-    study = write_strips(tmp_path, study=STUDY + "\n[reference]\nrun = false\n")
+    short = STUDY.replace("periods = 2", "periods = 1")
+    study = write_strips(tmp_path, study=short + "\n[reference]\nrun = false\n")
     creak(monkeypatch, "run", study, "--converge", "--verbose", "--out", tmp_path / "out")
     printed = capsys.readouterr().out
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())

@@ -8,6 +8,8 @@ from creak.errors import InputError
 from creak.studies.file.changes import read_changes
 from helpers_decks import STUDY, write_strips
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
 SHORT = ("--quiet", "--no-converge", "--animation-mb", 0)
 
 

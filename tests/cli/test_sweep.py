@@ -118,7 +118,8 @@ def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
 
 
 def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
-    """kill -9 of a worker, then of everything; the next start does the rest, and only the rest."""
+    """No process of a sweep listens on a port. kill -9 of a worker, then of the first process, which leaves none of the
+    others; the next start does the rest, and only the rest."""
     path = sweep_in(tmp_path, 'seeds = [1, 2, 3, 4]\n[[case]]\nname = "good"\n', periods=2)
     text = path.read_text()
     path.write_text(f'{text}[[case]]\nname = "bad"\nchanges = {{ "excitation.root.node_set" = "NOWHERE" }}\n')
@@ -131,13 +132,20 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     first = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
     try:
         wait_for(lambda: len(done()) >= 1, first)
-        killed = workers_of(first)[0]
-        assert {name: killed.environ()[name] for name in THREADS} == threads_of(max(1, cores() // 2))
-        killed.kill()
+        workers = workers_of(first)
+        assert {name: workers[0].environ()[name] for name in THREADS} == threads_of(max(1, cores() // 2))
+        for one in (psutil.Process(first.pid), *workers):
+            assert [c for c in one.net_connections(kind="inet") if c.status == psutil.CONN_LISTEN] == []
+        workers[0].kill()
         before = len(done())
         wait_for(lambda: len(done()) > before, first)
+        workers = workers_of(first)
+        first.kill()
+        first.wait()
+        assert psutil.wait_procs(workers, timeout=PATIENCE)[1] == []
     finally:
-        os.killpg(first.pid, signal.SIGKILL)
+        with contextlib.suppress(ProcessLookupError):
+            os.killpg(first.pid, signal.SIGKILL)
         first.wait()
     kept = {p: p.stat().st_mtime_ns for p in done()}
     assert len(kept) >= 2
@@ -152,23 +160,3 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     assert {name: row["status"] for name, row in rows_of(out).items()} == {
         f"{kind},seed={k}": status for kind, status in (("good", "done"), ("bad", "failed")) for k in range(1, 5)
     }
-
-
-def test_nobody_can_connect_to_a_sweep_and_its_workers_end_with_it(tmp_path):
-    """No process of it listens on a port; kill -9 of the first one leaves none of the others."""
-    path = sweep_in(tmp_path, "seeds = [1, 2, 3, 4, 5, 6]", periods=20)
-    command = [sys.executable, "-m", "creak.cli.main", "sweep", str(path), "--workers", "2", "--no-reports"]
-    process = subprocess.Popen(command, start_new_session=True, stderr=subprocess.DEVNULL)
-    try:
-        wait_for(lambda: len(workers_of(process)) == 2, process)
-        wait_for(lambda: any((tmp_path / "sweep_sweep").glob("seed=*/case.json")), process)
-        workers = workers_of(process)
-        for one in (psutil.Process(process.pid), *workers):
-            assert [c for c in one.net_connections(kind="inet") if c.status == psutil.CONN_LISTEN] == []
-        process.kill()
-        process.wait()
-        assert psutil.wait_procs(workers, timeout=PATIENCE)[1] == []
-    finally:
-        with contextlib.suppress(ProcessLookupError):
-            os.killpg(process.pid, signal.SIGKILL)
-        process.wait()

@@ -15,7 +15,6 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.api.result import Result
 from creak.api.study import run_setup, set_up
 from creak.cli.output import ProgressBars
 from creak.errors import WriteError
@@ -73,9 +72,8 @@ def heard():
 
 
 @pytest.fixture(autouse=True)
-def soon(monkeypatch):
-    """A checkpoint every few steps, and no page, which takes longer than the run."""
-    monkeypatch.setattr(Result, "page", lambda *_: "<!DOCTYPE html><title>creak</title>")
+def soon(monkeypatch, no_page):
+    """A checkpoint every few steps, and no page."""
     monkeypatch.setattr(checkpoint, "EVERY", 0.1)
     monkeypatch.setattr(checkpoint, "DEAR", 0.0)
 

@@ -48,6 +48,7 @@ def test_a_run_that_created_energy_ends_with_status_1_and_all_its_files(creak, t
     assert (again.status, "warning: unreliable: reduced run: the time" in again.err) == (0, True)
 
 
+@pytest.mark.usefixtures("no_page")
 def test_a_sound_run_has_no_reason_against_it(creak, tmp_path):
     said = creak("run", write_strips(tmp_path, study=SOUND), "--quiet", "--out", tmp_path / "out")
     assert (said.status, "unreliable" in said.words) == (0, False)
@@ -59,6 +60,7 @@ def test_a_sound_run_has_no_reason_against_it(creak, tmp_path):
 
 
 @pytest.mark.parametrize(("substeps", "sound"), [(1, False), (20, True)])
+@pytest.mark.usefixtures("no_page")
 def test_a_light_strip_on_a_heavy_frame(creak, tmp_path, substeps, sound):
     """All that the strip holds is a millionth of the work that moves its frame; unresolved, contact throws it about."""
     law = "" if sound else '\nstiffness = "hard"'
@@ -117,6 +119,7 @@ def test_a_sweep_marks_the_row_keeps_it_and_ends_with_status_1(creak, tmp_path, 
     assert float(rows["wild"]["reduced.max_force"]) > float(rows["sound"]["reduced.max_force"]) > 0.0
 
 
+@pytest.mark.usefixtures("no_page")
 def test_axes_without_motion_have_no_fit(creak, tmp_path):
     study = SOUND.replace("[reference]\nrun = false\n", "")
     said = creak("run", write_strips(tmp_path, study=study), "--verbose", "--out", tmp_path / "out")

@@ -94,18 +94,19 @@ def make_certificate(folder: Path) -> None:
     subprocess.run(shlex.split(line[2]), cwd=folder, check=True, capture_output=True)
 
 
-@pytest.fixture
-def cluster(tmp_path):
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
     """Folder with the certificate, port of a running scheduler, and the two processes as the page starts them."""
     pytest.importorskip("distributed", reason="dask.distributed is not installed: pip install 'creak[cluster]'")
     if shutil.which("openssl") is None:
         pytest.skip("there is no openssl")
-    make_certificate(tmp_path)
+    folder = tmp_path_factory.mktemp("cluster")
+    make_certificate(folder)
     first, second = DASK.finditer(text_of(PAGE))
     port = free_port()
-    with started(first, port, tmp_path) as scheduler, started(second, port, tmp_path) as worker:
+    with started(first, port, folder) as scheduler, started(second, port, folder) as worker:
         wait_for(lambda: len(listening(worker)) >= 1 and port in listening(scheduler))
-        yield tmp_path, port, scheduler, worker
+        yield folder, port, scheduler, worker
 
 
 def test_a_sweep_on_a_cluster_started_as_the_page_says(cluster, monkeypatch, capsys):
@@ -126,7 +127,7 @@ def test_a_sweep_on_a_cluster_started_as_the_page_says(cluster, monkeypatch, cap
     assert sorted(path.name for path in (folder / "superelements").glob("*.h5")) == ["LOWER.h5", "UPPER.h5"]
 
 
-def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, tmp_path_factory):
+def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, tmp_path):
     """At every port of both processes, without TLS, with TLS and no certificate, and with a certificate of one's own."""
     from distributed import Client
     from distributed.security import Security
@@ -135,7 +136,8 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
     assert stat.S_IMODE((folder / "cluster.key").stat().st_mode) == 0o600
     key = (folder / "cluster.key").read_text().splitlines()[1]
     assert not any(key in word for p in (scheduler, worker) for word in psutil.Process(p.pid).cmdline())
-    other = tmp_path_factory.mktemp("other")
+    other = tmp_path / "other"
+    other.mkdir()
     make_certificate(other)
     nobody = ssl.create_default_context(cafile=folder / "cluster.crt")
     nobody.check_hostname = False
@@ -153,12 +155,12 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
     for address, security in (("tcp", None), ("tls", wrong)):
         with pytest.raises((OSError, TypeError), match=r"[Cc]losed|reset|[Tt]imed out|TLS|ssl"):
             Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
-    write_strips(folder)
-    (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
+    write_strips(tmp_path)
+    (tmp_path / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
     monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 1.0)
     for more in ([], ["--tls-ca-file", ca, "--tls-cert", cert, "--tls-key", private]):
         said = caller(monkeypatch, capsys)(
-            "sweep", folder / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more
+            "sweep", tmp_path / "sweep.toml", "--scheduler", f"tls://127.0.0.1:{port}", *more
         )
         assert said.status == 2, said.words
         assert "Traceback" not in said.err

@@ -16,7 +16,7 @@ import tomllib
 
 import pytest
 
-from helpers_cli import caller
+from helpers_cli import caller, empty_reports
 from helpers_commands import Command, Workshop, all_commands, concrete, inputs, outputs, shorten_thesis
 from helpers_docs import PAGES, ROOT, shell_words
 
@@ -35,8 +35,9 @@ def workshop(tmp_path_factory):
 
 @pytest.fixture
 def say(monkeypatch, capsys):
-    """Runs a command in a folder. The shell is bash and its files are in that folder; the thesis is short."""
+    """Runs a command in a folder. The shell is bash and its files are in that folder; the thesis is short, reports empty."""
     call = caller(monkeypatch, capsys)
+    empty_reports(monkeypatch)
     shorten_thesis(monkeypatch)
 
     def run(folder, words):

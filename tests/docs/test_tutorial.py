@@ -6,16 +6,14 @@ Times are those of a machine, and are not compared.
 from __future__ import annotations
 
 import json
-import os
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from helpers_cli import say
 from helpers_docs import ROOT
 
 PAGE = (ROOT / "docs" / "tutorial.md").read_text(encoding="utf-8")
@@ -37,17 +35,12 @@ def said(tmp_path_factory) -> tuple[Path, dict[str, str]]:
     folder, out = tmp_path_factory.mktemp("tutorial"), {}
     for words in commands():
         words = [*words, "--verbose"] if words[0] == "run" else words  # the page shows tables as well
-        ran = subprocess.run(
-            [sys.executable, "-m", "creak.cli.main", *words],
-            cwd=folder,
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=600,
-            env={**os.environ, "COLUMNS": "160"},
-        )
-        assert ran.returncode == 0, ran.stdout + ran.stderr
-        out[words[0]] = ran.stdout + ran.stderr
+        with pytest.MonkeyPatch.context() as patch:
+            patch.chdir(folder)
+            patch.setenv("COLUMNS", "160")
+            ran = say(*words)
+        assert ran.status == 0, ran.words
+        out[words[0]] = ran.out + ran.err
     return folder, out
 
 

@@ -8,11 +8,12 @@ import pytest
 
 import fuzz_decks
 from creak.errors import InputError
+from creak.formats.decks import read_model
 from fuzz_decks import Tally, damaged, fuzz, one, samples
 
 pytestmark = pytest.mark.once
 
-COUNTS = {"abaqus": 200, "nastran": 200, "study": 80, "sweep": 40}
+COUNTS = {"abaqus": 200, "nastran": 200, "lsdyna": 200, "study": 80, "sweep": 40}
 
 
 @pytest.mark.slow
@@ -40,6 +41,21 @@ def test_the_files_themselves_are_good(kind, tmp_path):
         path = tmp_path / fuzz_decks.FILES[kind]
         path.write_text(text, encoding="utf-8")
         assert fuzz_decks.READERS[kind](path) in ("model", "study", "sweep")
+
+
+@pytest.mark.parametrize(
+    ("kind", "blocks", "unread"),
+    [
+        ("lsdyna", "quad4 hex8 beam2 nodal2 mass", []),
+        ("nastran", "quad4 tri3 beam2 truss2 hex8 tet4 spring1 spring2 nodal1 bush2 mass", ["ASET1"]),  # Guyan's
+    ],
+)
+def test_the_first_file_has_nearly_every_card(kind, blocks, unread, tmp_path):
+    path = tmp_path / fuzz_decks.FILES[kind]
+    path.write_text(samples(kind)[0], encoding="utf-8")
+    model = read_model(path)
+    assert {b.kind for b in model.blocks} == set(blocks.split())
+    assert [u.keyword for u in model.unread if u.changes_answer] == unread
 
 
 def test_damage_follows_from_the_seed():

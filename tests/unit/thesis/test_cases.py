@@ -24,9 +24,9 @@ def chosen():
 
 @pytest.fixture(scope="module")
 def result(tmp_path_factory):
-    """Of two periods, not five: the second one is compared."""
+    """Of one period, not five."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(bench, "SCHEME", {**bench.SCHEME, "time.periods": 2})
+        patch.setattr(bench, "SCHEME", {**bench.SCHEME, "time.periods": 1})
         return run_thesis(40.0, tmp_path_factory.mktemp("thesis"), lambda *_: None, chosen())
 
 

@@ -103,7 +103,7 @@ def test_nothing_that_presses_and_no_modes_need_no_stages(tmp_path):
 
 
 def test_a_forced_step_has_its_stages_too(tmp_path):
-    told = run(bar(tmp_path, AUTO, time="step = 2e-7\nend = 2e-3"), converge=False).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, time="step = 2e-7\nend = 2e-4"), converge=False).summary["runs"]["reduced"]
     assert len(told["stages"]) > 1
 
 

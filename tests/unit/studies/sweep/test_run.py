@@ -103,9 +103,8 @@ def test_what_is_shared_changes_nothing(ran):
 @pytest.mark.slow
 @pytest.mark.parametrize("converge", [None, False])
 def test_a_case_is_what_run_finds(tmp_path, converge):
-    """Sound, causes, repeats and ranks too: the same digits, with the accuracy that a study has by default."""
-    study = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.06") + "[reference]\nrun = false\n"
-    write_strips(tmp_path, study=study)
+    """Sound, causes, repeats, ranks and events of the unreduced model too: the same digits, as a study has them by default."""
+    write_strips(tmp_path, study=STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.06"))
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"contact.tip.stiffness" = [50.0]\n')
     out = tmp_path / "out"
     out.mkdir()
@@ -120,7 +119,9 @@ def test_a_case_is_what_run_finds(tmp_path, converge):
     (place, *_) = saved["runs"]["reduced"]["places"]
     assert place["events"] > 0
     assert place["n5"] is not None
-    assert (place["cause"] is not None, "convergence" in saved) == (converge is None, converge is None)
+    asked = converge is None
+    assert (place["cause"] is not None, "convergence" in saved) == (asked, asked)
+    assert bool(saved["verification"].get("spots")) == asked
     assert (out / case.folder_name / "convergence.csv").exists() == (converge is None)
     assert record["reduced.first_place"] == place["name"]
     assert record["reduced.force"] == max(p["force"] for p in saved["runs"]["reduced"]["places"])

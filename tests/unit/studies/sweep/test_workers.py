@@ -39,24 +39,14 @@ def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
 
 
 def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path, monkeypatch):
-    monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 2)
+    monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 1)
     bad = replace(tasks["seed=1"], write=die)
     with local_workers(1) as outcomes:
         found = dict(outcomes([bad, tasks["seed=2"]]))
     assert found["seed=1"].status == "failed"
     assert "its worker process died every time" in found["seed=1"].error
     assert found["seed=2"].status == "done"
-    assert (tmp_path / "out" / "deaths").read_text() == "xx"
-
-
-def test_the_environment_stays_and_no_worker_is_left(tasks):
-    before = dict(os.environ)
-    with local_workers(1) as outcomes:
-        outcome = next(outcomes([tasks["seed=2"]]))
-        (worker,) = multiprocessing.active_children()
-        assert dict(os.environ) == before
-    assert outcome[1].status == "done"
-    assert not worker.is_alive()
+    assert (tmp_path / "out" / "deaths").read_text() == "x"
 
 
 def test_fewer_threads_that_the_environment_asks_for_hold(monkeypatch):
@@ -68,11 +58,17 @@ def test_fewer_threads_that_the_environment_asks_for_hold(monkeypatch):
         assert threads_of(4) == {**dict.fromkeys(THREADS, "4"), "OMP_NUM_THREADS": given}
 
 
-def test_a_worker_that_died_while_it_waited_is_replaced(tasks):
+def test_a_worker_that_died_while_it_waited_is_replaced_and_none_is_left(tasks):
+    """The environment stays."""
+    before = dict(os.environ)
     with local_workers(1) as outcomes:
         ran = outcomes([tasks["seed=1"], tasks["seed=2"]])
         assert next(ran)[1].status == "done"
-        (worker,) = multiprocessing.active_children()
-        worker.kill()
-        worker.join()
+        (first,) = multiprocessing.active_children()
+        assert dict(os.environ) == before
+        first.kill()
+        first.join()
         assert next(ran)[1].status == "done"
+        (second,) = multiprocessing.active_children()
+        assert second.pid != first.pid
+    assert not second.is_alive()
