@@ -29,6 +29,8 @@ WORTH = 1.1
 """End of the band over that of the modes from which on the unreduced model is asked."""
 SHARE = 0.5
 """Of the back-substitutions that the reduction is worth, those that this may take."""
+SMALL, FLOOR = 10_000, 24
+"""Dofs up to which so many frequencies are looked at whatever the reduction cost: they take a second or two."""
 COMPLEX = 2.0
 """Real back-substitutions, or factors, that a complex one takes as long as; measured 1.2 to 2.4."""
 MOST_FORCES = 12
@@ -80,6 +82,7 @@ def beyond_modes(
     push = np.asarray(rows.T @ _strongest(source.force))
     columns = push.shape[1] + len(listeners)
     count = int(most / frequency_cost(columns))
+    count = max(count, FLOOR) if system.n <= SMALL else count
 
     ears = [hearing(system, listener, metre) for listener in listeners]
 
@@ -93,8 +96,11 @@ def beyond_modes(
     except NumericalError as error:
         return str(error)
     if found is None or found.high < WORTH * band[0]:
-        needed = count_for(losses, low, band[1]) * frequency_cost(columns)
-        return f"it would take {needed:.0f} back-substitutions of the unreduced model, where {most:.0f} are its share"
+        needed, share = count_for(losses, low, band[1]), count * frequency_cost(columns)
+        return (
+            f"to {band[1]:.0f} Hz it would take {needed} frequencies, {needed * frequency_cost(columns):.0f} "
+            f"back-substitutions, and {share:.0f} are its share"
+        )
     return Beyond(_as_system(system, losses, found), found, found.freq.size * frequency_cost(columns))
 
 
