@@ -26,7 +26,7 @@ import numpy as np
 import scipy.linalg as sla
 
 from creak.arrays import ComplexArray, FloatArray, Matrix
-from creak.linalg.complex_factor import complex_factor
+from creak.linalg.complex_factor import ComplexFactor, complex_factor, complex_refactor
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import require
 
@@ -162,6 +162,7 @@ class _Basis:
         self._full, self._mass, self._losses, self._push, self._weights = K, M, losses, push, weights
         self.V = np.zeros((K.shape[0], 0))
         self.K = np.zeros((0, 0))
+        self._held: ComplexFactor | None = None
         self._first: list[FloatArray] = []
         """Answers of the first solves in terms of the shapes."""
         self.freq: list[float] = []
@@ -170,7 +171,9 @@ class _Basis:
     def add(self, freq: float) -> float:
         """Solve at a frequency and take the answers in; the error of the transfer there before."""
         k, m = self._losses.factors(freq)
-        held, w = complex_factor((k * self._full + m * self._mass).tocsr()), self._weights(freq)
+        A, w = (k * self._full + m * self._mass).tocsr(), self._weights(freq)
+        held = complex_factor(A) if self._held is None else complex_refactor(self._held, A)
+        self._held = held
         loads = np.hstack([w, self._push])
         require(ROOM * self.V.shape[0] * (self.V.shape[1] + loads.shape[1]), "the shapes of the sound", FEWER)
         X = np.asarray(held.solve(loads))
@@ -180,7 +183,6 @@ class _Basis:
         found = _apart(self._transfer(freq, w), true)
         further = np.asarray(held.solve(np.asarray(self._mass @ X)))
         self.solves += MOMENTS * loads.shape[1]
-        del held
         self._first.append(self._taken(np.hstack([X.real, X.imag])))
         self._taken(np.hstack([further.real, further.imag]))
         self.freq.append(freq)
@@ -195,7 +197,8 @@ class _Basis:
     def _transfer(self, freq: float, w: ComplexArray, within: FloatArray | None = None) -> ComplexArray:
         """(n_place, m) of the model, or of one in some of its shapes."""
         k, m = self._losses.factors(freq)
-        K, V_w, V_b = self.K, self.V.T @ w, self.V.T @ self._push
+        K, both = self.K, self.V.T @ np.hstack([w.real, w.imag, self._push])  # a real product: V is not made complex
+        V_w, V_b = both[:, : w.shape[1]] + 1j * both[:, w.shape[1] : 2 * w.shape[1]], both[:, 2 * w.shape[1] :]
         if within is not None:
             K, V_w, V_b = within.T @ K @ within, within.T @ V_w, within.T @ V_b
         A = k * K + m * np.eye(K.shape[0])

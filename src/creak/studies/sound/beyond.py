@@ -55,6 +55,31 @@ class Beyond:
         return self.found.high
 
 
+@dataclass(frozen=True)
+class BeyondCost:
+    """What it takes to go on from the end of the modes to that of a band."""
+
+    frequencies: int
+    """At which the unreduced model is solved; a few more where it is not as smooth as its damping says."""
+    solves: float
+    """Real back-substitutions, factors among them."""
+    share: float
+    """Of which it may take so many."""
+
+
+def beyond_cost(system: System, zeta: float | None, columns: int, band: tuple[float, float], most: float) -> BeyondCost:
+    """From the end of the modes' band to that of another one, Hz; no frequency where nothing is damped.
+
+    Parameters
+    ----------
+    columns : forces and listeners. most : real back-substitutions that are its share.
+    """
+    losses, low, each = losses_of(system.damping, zeta), FADE * band[0], frequency_cost(columns)
+    damped = losses.width(np.array([low]))[0] > 0.0
+    count = count_for(losses, low, band[1]) if damped and band[1] > low else 0
+    return BeyondCost(count, count * each, max(most, FLOOR * each) if system.n <= SMALL else most)
+
+
 def beyond_modes(
     reference: ReferenceModel,
     zeta: float | None,
@@ -75,15 +100,13 @@ def beyond_modes(
     if reference.of_parts is not None:
         return "memory does not hold the unreduced model"
     system, low = reference.system, FADE * band[0]
-    losses = losses_of(system.damping, zeta)
-    if not losses.width(np.array([low]))[0] > 0.0:
-        return "nothing is damped"
     rows = channel_matrices(system, gaps).rows[source.row]
     push = np.asarray(rows.T @ _strongest(source.force))
     columns = push.shape[1] + len(listeners)
-    count = int(most / frequency_cost(columns))
-    count = max(count, FLOOR) if system.n <= SMALL else count
-
+    cost, losses = beyond_cost(system, zeta, columns, band, most), losses_of(system.damping, zeta)
+    if not cost.frequencies:
+        return "nothing is damped"
+    count = int(cost.share / frequency_cost(columns))
     ears = [hearing(system, listener, metre) for listener in listeners]
 
     def weights(freq: float) -> ComplexArray:
@@ -96,10 +119,9 @@ def beyond_modes(
     except NumericalError as error:
         return str(error)
     if found is None or found.high < WORTH * band[0]:
-        needed, share = count_for(losses, low, band[1]), count * frequency_cost(columns)
         return (
-            f"to {band[1]:.0f} Hz it would take {needed} frequencies, {needed * frequency_cost(columns):.0f} "
-            f"back-substitutions, and {share:.0f} are its share"
+            f"to {band[1]:.0f} Hz it would take {cost.frequencies} frequencies, {cost.solves:.0f} back-substitutions, "
+            f"and {cost.share:.0f} are its share"
         )
     return Beyond(_as_system(system, losses, found), found, found.freq.size * frequency_cost(columns))
 

@@ -36,6 +36,8 @@ from creak.words import percent
 SHORTEST = 0.05
 """s, a window below which there is no loudness to speak of."""
 SINGLE = np.float32
+LEAST_ERROR = 1e-3
+"""Of the unreduced model's answers that is told."""
 MOST_PARTS = 6
 """Of equivalent radiated power in the notes."""
 
@@ -229,7 +231,8 @@ def _notes(
         said.append(
             f"sound: to {band.modes:.0f} Hz by the modes that the reduction kept, from there by the unreduced model at "
             f"{further.found.freq.size} frequencies, which cost {further.solves:.0f} back-substitutions and are right "
-            f"within {percent(further.found.error)} between them; its forces are those of the run.{n5}"
+            f"within {percent(max(further.found.error, LEAST_ERROR))} between them; the forces are those of the run."
+            f"{n5}"
         )
     elif further:
         said.append(f"sound: the unreduced model takes the band no further than the modes: {further}")
