@@ -95,6 +95,12 @@ def count_for(losses: Losses, low: float, high: float) -> int:
     return 2 + int(np.ceil(widths_between(losses, low, high)[1][-1] / WIDTHS))
 
 
+def reach(losses: Losses, band: tuple[float, float], most: int) -> float:
+    """Hz up to which so many frequencies go from the low end of a band; its high end where they go on."""
+    freq, width = widths_between(losses, *band)
+    return float(np.interp(WIDTHS * (most - 2), width, freq))
+
+
 def band_modes(
     K: Matrix,
     M: Matrix,
@@ -123,11 +129,11 @@ def band_modes(
     ------
     SingularMatrixError : a dof has neither mass nor stiffness. OutOfMemory : of factor or shapes.
     """
-    low, high = band
+    low = band[0]
     if most < 3 or not losses.width(np.array([low]))[0] > 0.0:
         return None
-    freq, width = widths_between(losses, low, high)
-    high = float(np.interp(WIDTHS * (most - 2), width, freq))
+    freq, width = widths_between(losses, *band)
+    high = reach(losses, band, most)
     work = _Basis(K, M, losses, push, weights)
     count = count_for(losses, low, high) - 1
     for f in np.interp(np.linspace(0.0, np.interp(high, freq, width), count), width, freq).tolist():

@@ -208,13 +208,13 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     sound = None
     if band is not None:
         option = _by_parts(found, PER_MODE * band, f, step, eigen_cube_s())
-        own, beyond = reduction.band.f_max / PER_MODE, None
-        if reference.of_parts is None and own < band:
+        modes_end, beyond = reduction.band.f_max / PER_MODE, None
+        if reference.of_parts is None and modes_end < band:
             kept = _by_parts(found, reduction.band.f_max, f, step, eigen_cube_s())
             columns = min(step.rows, MOST_FORCES) + max(1, len(c.listener))
             most = SHARE * solves_for(kept.retained, kept.modes)
-            beyond = beyond_cost(reference.system, setup.structure.modal, columns, (own, band), most)
-        sound = _sound(setup.model, METRES[c.model.units], band, option, own, beyond)
+            beyond = beyond_cost(reference.system, setup.structure.modal, columns, (modes_end, band), most)
+        sound = _sound(setup.model, METRES[c.model.units], band, option, modes_end, beyond)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
 
 

@@ -16,7 +16,7 @@ from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.memory import OutOfMemory
 from creak.model.dofs import TRANSLATIONS, node_dofs
-from creak.reduction.band_modes import BandModes, Losses, band_modes, count_for
+from creak.reduction.band_modes import BandModes, Losses, band_modes, count_for, reach
 from creak.sound.forced import FADE
 from creak.sound.rayleigh import AIR
 from creak.studies.models.reduced import FACTOR
@@ -107,6 +107,12 @@ def beyond_modes(
     if not cost.frequencies:
         return "nothing is damped"
     count = int(cost.share / frequency_cost(columns))
+    too_much = (
+        f"to {band[1]:.0f} Hz it would take {cost.frequencies} frequencies, {cost.solves:.0f} back-substitutions, "
+        f"and {cost.share:.0f} are its share"
+    )
+    if reach(losses, (low, band[1]), count) < WORTH * band[0]:
+        return too_much
     ears = [hearing(system, listener, metre) for listener in listeners]
 
     def weights(freq: float) -> ComplexArray:
@@ -119,10 +125,7 @@ def beyond_modes(
     except NumericalError as error:
         return str(error)
     if found is None or found.high < WORTH * band[0]:
-        return (
-            f"to {band[1]:.0f} Hz it would take {cost.frequencies} frequencies, {cost.solves:.0f} back-substitutions, "
-            f"and {cost.share:.0f} are its share"
-        )
+        return too_much
     return Beyond(_as_system(system, losses, found), found, found.freq.size * frequency_cost(columns))
 
 

@@ -160,7 +160,7 @@ def _further(
 ) -> Beyond | str:
     """What the unreduced model tells beyond the modes; why it is not asked, empty where there is nothing to ask."""
     end = replace(band, modes=np.inf).high
-    if result.reduced is None or end < WORTH * band.modes:
+    if result.reduced is None or not source.channel.size or end < WORTH * band.modes:
         return ""
     most, zeta = SHARE * result.reduced.solves, result.setup.structure.modal
     ends = band.modes, end
