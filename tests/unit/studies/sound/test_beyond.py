@@ -95,7 +95,7 @@ def converged(high: float, far: float) -> np.ndarray:
 
 
 def test_a_struck_plate_to_the_end_of_its_mesh_against_its_own_modes(model, system, measured):
-    """Six elements per wavelength at the end; within 1 dB(A) and 5 % of N5, both kinds of damping of the whole."""
+    """Six elements per wavelength at the end; within 1 dB(A) and 5 % of N5."""
     skin = skin_of(model)
     listener = Listener("ear", EAR, skin, ("PART",), True)
     node = AT[0] * (N[1] + 1) + AT[1]
