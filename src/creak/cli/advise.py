@@ -143,8 +143,19 @@ def _sound_rows(s: SoundCost) -> list[list[str]]:
         ["retained + modes, unknowns", f"{o.retained:,} + {o.modes:,}, {o.unknowns:,}"],
         ["reduction on this mesh", duration(o.offline_s)],
         ["a flight step", duration(o.step_s)],
+        *_beyond_rows(s),
         ["this mesh is believed up to", f"{s.mesh:.4g} Hz"],
         ["elements for that band", mesh],
+    ]
+
+
+def _beyond_rows(s: SoundCost) -> list[list[str]]:
+    """What it takes without more modes."""
+    if s.beyond is None:
+        return []
+    cost = f"{s.beyond.frequencies} frequencies, {s.beyond.solves:,.0f} back-substitutions of {s.beyond.share:,.0f}"
+    return [
+        [f"or, as it is, the unreduced model from {s.modes:.4g} Hz", cost if s.beyond.frequencies else "no damping"]
     ]
 
 

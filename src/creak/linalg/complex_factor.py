@@ -47,6 +47,17 @@ def complex_factor(A: Matrix) -> ComplexFactor:
     return _Pardiso(A) if has_pardiso() else _SuperLU(A)
 
 
+def complex_refactor(old: ComplexFactor, A: Matrix) -> ComplexFactor:
+    """A factor of A in the place of `old`, which is gone then.
+
+    Where A has the pattern of old's matrix its equations are neither ordered nor analysed again.
+    """
+    if isinstance(old, _Pardiso) and old.replaced(A):
+        return old
+    del old
+    return complex_factor(A)
+
+
 class _Diagonal:
     def __init__(self, A: Diagonal) -> None:
         zero = np.flatnonzero(A.d == 0.0)
@@ -86,12 +97,18 @@ class _SuperLU:
         return np.asarray(self._lu.solve(np.ascontiguousarray(b, dtype=np.complex128)))
 
 
+def _upper_of(A: Any) -> Any:
+    """The upper triangle of a sparse matrix, columns rising in every row."""
+    upper = sp.triu(sp.csr_matrix(A), format="csr")
+    upper.sort_indices()
+    return upper
+
+
 class _Pardiso(_PardisoFactor):
     """MKL PARDISO, L D L' of the upper triangle; numbers are handed over as pairs of real ones."""
 
     def __init__(self, A: Any) -> None:
-        upper = sp.triu(sp.csr_matrix(A), format="csr")
-        upper.sort_indices()
+        upper = _upper_of(A)
         self._n = int(upper.shape[0])
         empty = np.flatnonzero(np.diff(upper.indptr) == 0)
         if empty.size:
@@ -104,6 +121,15 @@ class _Pardiso(_PardisoFactor):
         self._iparm[[0, 1, 9, 17]] = 1, 2, 12, -1  # own settings, METIS, pivot 1e-12; no refinement or scaling
         self._factorise(np.zeros(2))
         self.nnz_factor = int(self._iparm[17])
+
+    def replaced(self, A: Any) -> bool:
+        """Whether A has the pattern of the matrix; then the factor is that of A from now on."""
+        upper = _upper_of(A)
+        if not (np.array_equal(upper.indptr + 1, self._ia) and np.array_equal(upper.indices + 1, self._ja)):
+            return False
+        self._values = np.ascontiguousarray(upper.data, dtype=np.complex128).view(np.float64)
+        self._call(self._FACTOR, np.zeros(2), np.zeros(2), 1)
+        return True
 
     @property
     def nbytes(self) -> int:

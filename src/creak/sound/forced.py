@@ -111,7 +111,7 @@ def sound_of_forces(
                 P[g, on.used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
             x = irfft(P[g], on.size)[whole] * out
-            found[listener, g] = _without_lows(x, rate, *gains[listener : listener + 1])[kept]
+            found[listener, g] = without_lows(x, rate, *gains[listener : listener + 1])[kept]
     return found
 
 
@@ -141,7 +141,7 @@ def velocity_of_forces(
     found = irfft(V, size, axis=0)[first:last] * on.growth(slice(first, last), slow)[:, None]
     time = np.arange(first, last) / slow - on.front / rate
     within = time <= (force.shape[0] - 1) / rate
-    return time[within], np.stack([_without_lows(x, slow) for x in found.T], axis=1)[within]
+    return time[within], np.stack([without_lows(x, slow) for x in found.T], axis=1)[within]
 
 
 @dataclass(frozen=True)
@@ -173,7 +173,7 @@ def _transformed(force: FloatArray, rate: float, band: float) -> _Transformed:
     F = np.empty((used.size, count), dtype=complex)
     for j in range(count):
         F[:, j] = rfft(np.concatenate([np.zeros(front), force[:, j] * weight]), size)[used]
-    F *= (_high_end(freq[used], band) / np.sinc(freq[used] / rate))[:, None]
+    F *= (high_end(freq[used], band) / np.sinc(freq[used] / rate))[:, None]
     return _Transformed(size, front, used, sigma + 2j * np.pi * freq[used], F)
 
 
@@ -206,7 +206,7 @@ def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, 
 
 def faded(freq: FloatArray, band: float) -> FloatArray:
     """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
-    return smooth(2.0 * freq / LOWEST - 1.0) * _high_end(freq, band)
+    return smooth(2.0 * freq / LOWEST - 1.0) * high_end(freq, band)
 
 
 def without_clicks(x: FloatArray, rate: float) -> FloatArray:
@@ -221,12 +221,13 @@ def _fade(n: int, width: float) -> FloatArray:
     return smooth(np.arange(n) / max(width, 1.0))
 
 
-def _high_end(freq: FloatArray, band: float) -> FloatArray:
+def high_end(freq: FloatArray, band: float) -> FloatArray:
+    """Gain of each frequency, Hz: 1 up to .85 of the band, falling to 0 at its end."""
     return smooth((1.0 - freq / band) / (1.0 - FADE))
 
 
-def _without_lows(x: FloatArray, rate: float, *gains: Gain) -> FloatArray:
-    """What is left above 20 Hz of a record that is silent before and after, times gains."""
+def without_lows(x: FloatArray, rate: float, *gains: Gain) -> FloatArray:
+    """What is left above 20 Hz of a record (n,) that is silent before and after, times gains."""
     size = next_fast_len(x.size + int(rate), real=True)
     freq = np.arange(size // 2 + 1) * (rate / size)
     X = rfft(x, size) * smooth(2.0 * freq / LOWEST - 1.0)

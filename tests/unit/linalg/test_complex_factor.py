@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 from creak.linalg import complex_factor as module
-from creak.linalg.complex_factor import complex_factor
+from creak.linalg.complex_factor import complex_factor, complex_refactor
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import SingularMatrixError
 from creak.linalg.mkl import has_pardiso
@@ -61,3 +61,19 @@ def test_singular(backend):
 def test_singular_diagonal():
     with pytest.raises(SingularMatrixError, match="row 1"):
         complex_factor(Diagonal(np.array([1.0, 0.0, 1j])))
+
+
+@pytest.mark.parametrize("backend", sorted(BACKENDS))
+def test_another_matrix_in_the_place_of_the_first(backend):
+    """The solution is that of a factor from the start; another pattern is no obstacle."""
+    A, x = accretive(), np.random.default_rng(1).standard_normal((80, 3)) + 1j
+    found, further = BACKENDS[backend](A), sp.csr_matrix(([0.1, 0.1], ([0, 79], [79, 0])), shape=A.shape)
+    for B in (A + 0.5j * sp.identity(80), A + further):
+        found = complex_refactor(found, B.toarray() if backend == "dense" else sp.csr_matrix(B))
+        np.testing.assert_allclose(found.solve(B @ x), x, atol=1e-10)
+
+
+@pytest.mark.skipif(not has_pardiso(), reason="SuperLU analyses with the numbers")
+def test_one_analysis_serves_a_pattern():
+    first = complex_factor(accretive())
+    assert complex_refactor(first, sp.csr_matrix(2.0 * accretive())) is first

@@ -41,7 +41,7 @@ from creak.studies.file.case import Course
 from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTable
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
-from creak.studies.models.reduced import WHOLE
+from creak.studies.models.reduced import WHOLE, solves_for
 from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.marching import scheme_of
 from creak.studies.prepare.output_steps import output_every
@@ -49,6 +49,7 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.run.foretold import step_s
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.sound.band import PER_MODE, finer_mesh, mesh_band
+from creak.studies.sound.beyond import MOST_FORCES, SHARE, BeyondCost, beyond_cost
 
 MULTIPLES = (5.0, 8.0, 11.0, 15.0)
 """f_max of fixed-interface modes over the excitation that are looked at."""
@@ -124,6 +125,10 @@ class SoundCost:
     """How many times shorter elements the band takes; 1: they are short enough."""
     solid: float
     """Share of the dofs that is in solids."""
+    modes: float
+    """Hz up to which the study's own modes are believed."""
+    beyond: BeyondCost | None
+    """What it takes that the unreduced model goes on from there; None: memory does not hold that, or it need not."""
 
     @property
     def dof_times(self) -> float:
@@ -203,7 +208,13 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     sound = None
     if band is not None:
         option = _by_parts(found, PER_MODE * band, f, step, eigen_cube_s())
-        sound = _sound(setup.model, METRES[c.model.units], band, option)
+        modes_end, beyond = reduction.band.f_max / PER_MODE, None
+        if reference.of_parts is None and modes_end < band:
+            kept = _by_parts(found, reduction.band.f_max, f, step, eigen_cube_s())
+            columns = min(step.rows, MOST_FORCES) + max(1, len(c.listener))
+            most = SHARE * solves_for(kept.retained, kept.modes)
+            beyond = beyond_cost(reference.system, setup.structure.modal, columns, (modes_end, band), most)
+        sound = _sound(setup.model, METRES[c.model.units], band, option, modes_end, beyond)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
 
 
@@ -281,11 +292,11 @@ def _by_parts(found: Sizes, f_max: float, f: float, step: ReducedStep, cube: flo
     )
 
 
-def _sound(model: Model, metre: float, band: float, option: Option) -> SoundCost:
+def _sound(model: Model, metre: float, band: float, option: Option, own: float, beyond: BeyondCost | None) -> SoundCost:
     """What a band that ends at `band` (Hz) takes, reduced by `option`; metre : units of length in one."""
     skin = skin_of(model)
     finer, solid = finer_mesh(model, skin, metre, band), _solid_share(model)
-    return SoundCost(band, option, mesh_band(model, skin, metre), finer, solid)
+    return SoundCost(band, option, mesh_band(model, skin, metre), finer, solid, own, beyond)
 
 
 def _solid_share(model: Model) -> float:

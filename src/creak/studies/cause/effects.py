@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,9 +26,8 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started
 from creak.studies.sound.background import background_of
-from creak.studies.sound.ear import n5_of
+from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import Sound
-from creak.studies.sound.radiation import Ear, Radiation
 from creak.studies.warned import Warned
 
 MOST_PLACES = 3
@@ -52,7 +52,7 @@ def find_changes(
     ----------
     check : make a full run, with a reduction of its own, of each change that is kept.
     """
-    ear = sound.ear if isinstance(sound, Sound) else None
+    ear = replace(sound.ear, beyond=None) if isinstance(sound, Sound) else None  # that of a change is not known
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
@@ -73,19 +73,16 @@ def try_changes(
     """The place as it is, and with each change that can be marched, on the reduced model."""
     run = main_run(result.runs)
     assert run is not None
-    to = None if ear is None else ear.hears(run.system)
-    now = effect_of(result, place, run.system, result.gaps, run.history, to)
+    now = effect_of(result, place, run.system, result.gaps, run.history, ear)
     tried = []
     for change in candidates(result, place, cause):
-        effect = predicted(result, place, change, run.system, ear, to)
+        effect = predicted(result, place, change, run.system, ear)
         if effect is not None:
             tried.append((change, effect))
     return now, tried
 
 
-def predicted(
-    result: StudyResult, place: Place, change: Change, system: System, ear: Ear | None, to: Radiation | None
-) -> Effect | None:
+def predicted(result: StudyResult, place: Place, change: Change, system: System, ear: Ear | None) -> Effect | None:
     """On the reduced model; None where that cannot be marched."""
     changed = system if change.of_system is None else change.of_system(system)
     if not is_modal(changed):
@@ -95,9 +92,7 @@ def predicted(
         history = marched(result.setup.marching, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except (Stopped, CreakError):
         return None
-    if not change.same_modes:
-        to = None if ear is None else ear.hears(changed)
-    return effect_of(result, place, changed, gaps, history, to)
+    return effect_of(result, place, changed, gaps, history, ear, system if change.same_modes else None)
 
 
 def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
@@ -128,8 +123,7 @@ def checked_by_run(
     run = main_run(again.runs)
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
-    to = None if ear is None else ear.hears(run.system)
-    return effect_of(again, place, run.system, again.gaps, run.history, to)
+    return effect_of(again, place, run.system, again.gaps, run.history, ear)
 
 
 def effect_of(
@@ -138,7 +132,8 @@ def effect_of(
     system: System,
     gaps: GapOperator,
     history: History,
-    to: Radiation | None,
+    ear: Ear | None,
+    like: System | None = None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
     study, window = result.setup.study, result.window
@@ -147,9 +142,9 @@ def effect_of(
     impulse = (history.weights * inside) @ history.force
     count = len(events_at([channels], study.config.verification, gaps, history, window)[0])
     heard: Sequence[float | None] = (None, None)
-    if to is not None:
+    if ear is not None:
         background = background_of(study.config.background, study.places)
-        heard = n5_of(background, window, system, gaps, history, [channels], to)
+        heard = n5_of(background, window, system, gaps, history, [channels], ear, like)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 
@@ -177,4 +172,6 @@ def causes_of(
         every = find_changes(result, sound, places, found, progress, check=changes == "checked")
         for number, some in every.items():
             out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
+        if isinstance(sound, Sound) and sound.band.handover is not None:
+            return out, [f"what changes do to N5 is told of what the modes tell, up to {sound.band.handover:.0f} Hz"]
     return out, []

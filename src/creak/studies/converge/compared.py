@@ -16,6 +16,7 @@ from creak.studies.converge.settling import (
     OF_DURATION,
     SETTLED,
     UNREDUCED,
+    WAYS,
     Convergence,
     EventSettling,
     Followed,
@@ -74,7 +75,7 @@ def assess(
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, of_all, places.band),
+        _places(outcomes, families, told, of_all, places.band, places.ways),
         structure,
         places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names, structure),
@@ -191,6 +192,7 @@ def _places(
     told: tuple[str, ...],
     of_all: dict[str, dict[str, float]],
     band: tuple[float, ...],
+    ways: tuple[float, ...],
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
@@ -200,7 +202,8 @@ def _places(
             figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
             for figure in OF_PLACE
         }
-        beside = {**of_all, "n5": {BAND: band[k]}} if k < len(band) else of_all
+        of_n5 = {name: x[k] for name, x in ((BAND, band), (WAYS, ways)) if k < len(x)}
+        beside = {**of_all, "n5": of_n5} if of_n5 else of_all
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
             {

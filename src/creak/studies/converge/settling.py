@@ -38,8 +38,9 @@ LAST_TWO = {
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
-UNREDUCED, BAND = "unreduced", "band"
-"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends."""
+UNREDUCED, BAND, WAYS = "unreduced", "band", "ways"
+"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends, and where the modes
+hand over to the unreduced model."""
 REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
@@ -78,6 +79,9 @@ class Followed:
     """The same in another run."""
     band: tuple[float, ...] = ()
     """Share of the N5 of each that the last third of the band makes: half a band more may add as much."""
+    ways: tuple[float, ...] = ()
+    """Share of the same that changes where the unreduced model takes over earlier from the modes; none where it does
+    not."""
     band_ends: tuple[float, str] | None = None
     """Hz, and what ends it in words."""
     rub_names: tuple[tuple[str, int], ...] = ()

@@ -85,13 +85,18 @@ class ReducedModel:
     @property
     def solves(self) -> int:
         """Back-substitutions of the whole model that it is worth."""
-        return FACTOR + self.retained + OF_A_MODE * self.modes
+        return solves_for(self.retained, self.modes)
 
     @property
     def unreduced_dof(self) -> int:
         """Dofs of the nodes of elements that [reduction] keep_out leaves as they are."""
         ending = UNREDUCED.format(part="")
         return sum(PER_NODE * p.nodes_idx.size for p in self.model.parts if p.name.endswith(ending))
+
+
+def solves_for(retained: int, modes: int) -> int:
+    """Back-substitutions of the whole model that a reduction is worth."""
+    return FACTOR + retained + OF_A_MODE * modes
 
 
 @dataclass(frozen=True)

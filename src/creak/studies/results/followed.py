@@ -21,9 +21,8 @@ from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.background import background_of
-from creak.studies.sound.ear import n5_of
-from creak.studies.sound.heard import WHAT, Sound, n5_of_less
-from creak.studies.sound.radiation import Ear
+from creak.studies.sound.ear import Ear, n5_of
+from creak.studies.sound.heard import WHAT, Sound, n5_of_less, share_apart
 from creak.verify.rubbing import Rub, rub_of
 
 MOST_PLACES = 12
@@ -54,7 +53,7 @@ class _Places:
         here = [replace(p, events=tuple(own)) for p, own in zip(self.places, events, strict=True)]
         heard: Sequence[float | None] = [None] * len(here)
         if self.ear is not None and is_modal(system):
-            *heard, _ = n5_of(self.background, self.window, system, gaps, history, groups, self.ear.hears(system))
+            *heard, _ = n5_of(self.background, self.window, system, gaps, history, groups, self.ear)
         return tuple(map(_figures, here, heard))
 
     def rubs(self, gaps: GapOperator, history: History) -> tuple[Rub, ...]:
@@ -74,24 +73,19 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
     study, background = result.setup.study, None
     ear, heard = None, list[float | None]([None] * len(places))
     band: tuple[float, ...] = ()
+    ways: tuple[float, ...] = ()
     ends: tuple[float, str] | None = None
     if isinstance(sound, Sound) and sound.run == run.name:
         ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
         background = background_of(study.config.background, study.places)
         less = n5_of_less(sound, background, result.window)[: len(places)]
-        band = tuple(_more(a, b) for a, b in zip(heard, less, strict=False))
+        band = tuple(share_apart(a, b) for a, b in zip(heard, less, strict=False))
+        ways = sound.ways[: len(places)]
         ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
     here = _Places(places, result.window, ear, rub, result.setup.model, background, study.config.verification)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
-    return Followed(base, here.figures, band, ends, names, rubs, here.rubs)
-
-
-def _more(n5: float | None, less: float | None) -> float:
-    """Share of N5 that the last third of the band makes."""
-    if n5 is None or less is None or not np.isfinite([n5, less]).all():
-        return float("nan")
-    return abs(n5 - less) / n5 if n5 > 0.0 else 0.0
+    return Followed(base, here.figures, band, ways, ends, names, rubs, here.rubs)
 
 
 def _figures(place: Place, n5: float | None) -> dict[str, float]:

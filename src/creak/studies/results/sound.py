@@ -14,7 +14,8 @@ from creak.sound.zwicker_tables import RATE
 from creak.studies.results.places import Place, find_places, ranked
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
-from creak.studies.sound.heard import Heard, Sound
+from creak.studies.sound.heard import Sound
+from creak.studies.sound.loud import Heard
 
 HEARD = ("n5", "n_max", "n5_added", "n_max_added", "level")
 """Figures of a sound: sone, sone beside the background, dB(A)."""
@@ -69,6 +70,7 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
             "modes": sound.band.modes,
             "mesh": sound.band.mesh,
             "step": sound.band.step,
+            "handover": sound.band.handover,
         },
         "calibration": {"full_scale_pa": sound.full_scale, "full_scale_sine_db": sound.full_scale_level},
         "wall_s": sound.wall_s,
@@ -104,7 +106,7 @@ def _figures(heard: Heard) -> dict[str, Any]:
 
 def _single(heard: Heard) -> dict[str, Any]:
     """Figures that are one number each; `figures_missing` says of those that are null why."""
-    known = {name: getattr(heard, name) for name in HEARD}
+    known = {name: getattr(heard, name) for name in (*HEARD, "n5_modes")}
     return {**known, **heard.quality.figures, "figures_missing": dict(heard.quality.missing)}
 
 

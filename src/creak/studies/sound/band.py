@@ -39,6 +39,8 @@ class Band:
     modes: float
     mesh: float
     step: float
+    beyond: float = 0.0
+    """Up to which the unreduced model tells what the modes do not; 0: it was not asked."""
 
     @property
     def low(self) -> float:
@@ -48,13 +50,23 @@ class Band:
     @property
     def high(self) -> float:
         """Where it ends."""
-        return min(self.modes, self.mesh, self.step, HIGHEST * RATE)
+        return min(self._limits.values())
 
     @property
     def limit(self) -> str:
         """What ends it."""
-        limits = {"modes": self.modes, "mesh": self.mesh, "step": self.step, "rate": HIGHEST * RATE}
+        limits = self._limits
         return min(limits, key=lambda name: limits[name])
+
+    @property
+    def handover(self) -> float | None:
+        """Hz where the modes end and the unreduced model goes on; None: it does not."""
+        return self.modes if self.beyond > self.modes else None
+
+    @property
+    def _limits(self) -> dict[str, float]:
+        own = {"mesh": self.mesh, "step": self.step, "rate": HIGHEST * RATE}
+        return {**own, "modes": self.modes} if self.handover is None else {**own, "unreduced": self.beyond}
 
 
 def band_of(

@@ -21,7 +21,7 @@ from creak.sound.loudness import loudness
 from creak.sound.quality import FIGURES, SHARP
 from creak.sound.third_octave import RINGING
 from creak.sound.zwicker_tables import BANDS, RATE
-from creak.studies.sound.heard import heard_of
+from creak.studies.sound.loud import heard_of
 
 OLD = "the run is of an earlier creak, which did not tell it"
 LOUDNESS = ("n5", "n_max", "level")

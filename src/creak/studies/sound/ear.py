@@ -1,18 +1,90 @@
-"""N5 at a listener of a run, in other runs of its model: repeated ones, and those with a change."""
+"""Who hears the contact forces of a run, and of other runs of its model: by the modes of the reduction, and beyond."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.sound.forced import lead
+from creak.sound.forced import high_end, lead, without_lows
 from creak.sound.zwicker_tables import RATE
-from creak.studies.sound.heard import heard_of
-from creak.studies.sound.radiation import Radiation, record_of
-from creak.studies.sound.source import source_of
+from creak.studies.sound.beyond import Beyond
+from creak.studies.sound.listeners import Listener
+from creak.studies.sound.loud import heard_of
+from creak.studies.sound.radiation import Radiation, radiation, record_of
+from creak.studies.sound.source import Source, on_system, source_of
+
+
+@dataclass(frozen=True)
+class Ear:
+    """A listener, and the end of the band in which it hears."""
+
+    listener: Listener
+    band: float
+    """Hz, of the modes."""
+    metre: float
+    """Of the model's length."""
+    beyond: Beyond | None = None
+    """What the unreduced model sends from there on; None: nothing is heard there."""
+    known: dict[int, tuple[System, Radiation]] = field(default_factory=dict, compare=False, repr=False)
+    """By the System's id: what was made before."""
+
+    @property
+    def start(self) -> int:
+        """Sample of a record that is at t = 0."""
+        return lead(RATE, self.band)
+
+    def hears(self, system: System) -> Radiation:
+        """What it hears of the modes of a System; made once for each."""
+        if id(system) not in self.known:
+            far = self.beyond is not None and system is self.beyond.system
+            band = self.beyond.high if far and self.beyond is not None else self.band
+            self.known[id(system)] = system, radiation(system, self.listener, self.metre, band)
+        return self.known[id(system)][1]
+
+
+@dataclass(frozen=True)
+class Records:
+    """Pressures (n_group, n) at 48 kHz with the lead before and what rings on behind."""
+
+    modes: FloatArray
+    """By the modes of the reduction alone."""
+    whole: FloatArray
+    """With the unreduced model beyond them."""
+    sooner: FloatArray
+    """The same where that takes over earlier in the overlap of both: equal to `whole` as far as they agree there."""
+
+
+def records_of(source: Source, gaps: GapOperator, groups: Sequence[IntArray], ear: Ear, system: System) -> Records:
+    """What an ear hears of each group of forces on the modes of a System.
+
+    Where the gain of the modes falls from 1 to 0 at the end of their band, that of the unreduced model rises:
+    P = g P_modes + (1 - g) P_unreduced, `sooner` with g^2.
+    """
+    near = record_of(source, groups, ear.hears(system))
+    if ear.beyond is None:
+        return Records(near, near, near)
+    far = record_of(on_system(source, ear.beyond.system, gaps), groups, ear.hears(ear.beyond.system))
+    far = np.pad(far, ((0, 0), (ear.start - lead(RATE, ear.beyond.high), 0)))
+
+    def modes(freq: FloatArray) -> FloatArray:
+        return high_end(freq, ear.band)
+
+    def above(freq: FloatArray) -> FloatArray:
+        return 1.0 - modes(freq)
+
+    def above_sooner(freq: FloatArray) -> FloatArray:
+        return 1.0 - modes(freq) ** 2
+
+    def through(record: FloatArray, gain: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        return np.stack([without_lows(x, RATE, gain) for x in record])
+
+    return Records(near, near + through(far, above), through(near, modes) + through(far, above_sooner))
 
 
 def n5_of(
@@ -22,16 +94,21 @@ def n5_of(
     gaps: GapOperator,
     history: History,
     groups: Sequence[IntArray],
-    to: Radiation,
+    ear: Ear,
+    like: System | None = None,
 ) -> list[float | None]:
     """N5 of the forces of each group of channels by itself and, last, of all, as places are ranked by it.
 
     With a background it is what they add to it. None: beyond what ISO 532-1 covers.
+
+    Parameters
+    ----------
+    like : a System with the same shapes, which the ear knows already.
     """
     source = source_of(system, gaps, history)
     if not source.channel.size:
         return [0.0] * (len(groups) + 1)
-    record = record_of(source, source.groups(groups), to)
+    record = records_of(source, gaps, source.groups(groups), ear, like or system).whole
     record[-1] = record.sum(axis=0)
-    heard = [heard_of(x, window, background, lead(RATE, to.band)) for x in record]
+    heard = [heard_of(x, window, background, ear.start) for x in record]
     return [h.n5 if background is None else h.n5_added for h in heard]

@@ -4,75 +4,43 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
 from creak.dynamics.diagonal import is_modal
-from creak.errors import InputError
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
 from creak.signals.spectra import low_pass
-from creak.sound.forced import LOWEST, lead, without_clicks
-from creak.sound.impulsiveness import QUIETEST
-from creak.sound.loudness import Loudness, added_loudness, loudness
-from creak.sound.quality import Quality, quality_of, within
-from creak.sound.third_octave import (
-    LOWER_EDGES,
-    SILENCE,
-    UPPER_EDGES,
-    a_weighted_level,
-    a_weighted_sum,
-    third_octave_levels,
-)
-from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+from creak.sound.forced import LOWEST, without_clicks
+from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
+from creak.sound.zwicker_tables import RATE
 from creak.studies.file.quantities import in_base
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
+from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes
+from creak.studies.sound.ear import Ear, Records, records_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
+from creak.studies.sound.loud import Heard, heard_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
-from creak.studies.sound.radiation import LARGE, Ear, record_of
-from creak.studies.sound.source import source_of
+from creak.studies.sound.radiation import LARGE
+from creak.studies.sound.source import Source, source_of
+from creak.words import percent
 
 SHORTEST = 0.05
 """s, a window below which there is no loudness to speak of."""
 SINGLE = np.float32
+LEAST_ERROR = 1e-3
+"""Of the unreduced model's answers that is told."""
 MOST_PARTS = 6
 """Of equivalent radiated power in the notes."""
-
-
-@dataclass(frozen=True)
-class Heard:
-    """One sound over the verification window."""
-
-    n5: float | None
-    """sone; None: it is beyond what ISO 532-1 covers."""
-    n_max: float | None
-    level: float
-    """Equivalent continuous level, dB(A) re 20 uPa."""
-    third_octaves: FloatArray
-    """(28,) dB re 20 uPa, 25 Hz to 12.5 kHz."""
-    energy: float
-    """Mean square of the A-weighted pressure, Pa^2."""
-    n5_added: float | None = None
-    """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
-    n_max_added: float | None = None
-    quality: Quality = field(default_factory=Quality)
-    """What else it is ranked by."""
-
-    @property
-    def rank(self) -> tuple[float, float, float]:
-        """What counts when sounds are ranked: N5, where equal Nmax, where equal level; beside a background, added."""
-        beside = self.n5_added is not None
-        n5, n_max = (self.n5_added, self.n_max_added) if beside else (self.n5, self.n_max)
-        return (np.inf if n5 is None else n5, np.inf if n_max is None else n_max, self.level)
 
 
 @dataclass(frozen=True)
@@ -103,6 +71,9 @@ class Sound:
     notes: tuple[str, ...]
     ear: Ear
     """Of the first listener."""
+    ways: tuple[float, ...] = ()
+    """Share of N5 of each place, to the first listener, that changes where the unreduced model takes over earlier from
+    the modes; none where it does not."""
 
     @property
     def full_scale_level(self) -> float:
@@ -141,19 +112,33 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     if not listeners:
         return "none: no part with shells or solids moves"
     before = clock.process_time()
-    ears = [Ear(listener, band.high, metre) for listener in listeners]
+    further = _further(result, source, listeners, band, metre)
+    beyond = further if isinstance(further, Beyond) else None
+    near, band = band.high, band if beyond is None else replace(band, beyond=beyond.high)
+    ears = [Ear(listener, near, metre, beyond) for listener in listeners]
     to = [ear.hears(run.system) for ear in ears]
+    if beyond is not None:
+        to += [ear.hears(beyond.system) for ear in ears]
     offline += clock.process_time() - before
-    groups = source.groups(places)
-    record, start = np.stack([record_of(source, groups, one) for one in to]), lead(RATE, band.high)
-    record[:, -1] = record.sum(axis=1)
+    groups, start = source.groups(places), ears[0].start
     sharp = in_base(c.limit.sharpness_above)
-    heard = [[heard_of(x, result.window, background, start, band.high, sharp) for x in of_one] for of_one in record]
+    every = [_together(records_of(source, result.gaps, groups, ear, run.system)) for ear in ears]
+    heard = [
+        [heard_of(x, result.window, background, start, band.high, sharp) for x in records.whole] for records in every
+    ]
+    ways: tuple[float, ...] = ()
+    if beyond is not None:
+        lower = partial(heard_of, window=result.window, background=None, start=start, highest=near)
+        for k, records in enumerate(every):
+            heard[k] = [replace(h, n5_modes=lower(x).n5) for h, x in zip(heard[k], records.modes, strict=True)]
+        sooner = [heard_of(x, result.window, background, start, band.high).rank[0] for x in every[0].sooner]
+        ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(heard[0], sooner, strict=True))
+    record = np.stack([records.whole for records in every])
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
     run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
     pressure = without_clicks(run_alone, RATE)
     power = {setup.model.parts[part].name: level for part, level in levels.items()}
-    compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to)
+    compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to[: len(ears)])
     small = {setup.model.parts[b.part].name: b.highest for one in to for b in one.bodies}
     return Sound(
         run.name,
@@ -168,9 +153,28 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, small, background)),
+        tuple(_notes(listeners, band, heard, power, small, background, further)),
         ears[0],
+        tuple(ways[k] for k in order) if ways else (),
     )
+
+
+def _further(
+    result: StudyResult, source: Source, listeners: Sequence[Listener], band: Band, metre: float
+) -> Beyond | str:
+    """What the unreduced model tells beyond the modes; why it is not asked, empty where there is nothing to ask."""
+    end = replace(band, modes=np.inf).high
+    if result.reduced is None or not source.channel.size or end < WORTH * band.modes:
+        return ""
+    most, zeta = SHARE * result.reduced.solves, result.setup.structure.modal
+    ends = band.modes, end
+    return beyond_modes(result.reference, zeta, source, result.gaps, listeners, metre, ends, most)
+
+
+def _together(records: Records) -> Records:
+    """With all contact in the place of what touches elsewhere."""
+    every = (records.modes, records.whole, records.sooner)
+    return Records(*(np.vstack([x[:-1], x.sum(axis=0)]) for x in every))
 
 
 def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence[IntArray]) -> str:
@@ -185,43 +189,15 @@ def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence
     return "" if given or places else "none: nothing touches in the window"
 
 
-def heard_of(
-    pressure: FloatArray,
-    window: tuple[float, float],
-    background: FloatArray | None,
-    start: int = 0,
-    highest: float = np.inf,
-    sharp: float | None = None,
-    *,
-    silent: bool = True,
-) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz.
-
-    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at. `silent`: so it was before
-    the first sample.
-    """
-    shown = window[0] + start / RATE, window[1] + start / RATE
-    levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
-    levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
-    energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
-    found: Loudness | None = None
-    with suppress(InputError):  # beyond ISO 532-1: its loudness is none
-        found = loudness(pressure, RATE)
-    quality = Quality()
-    if sharp is not None:
-        steady = QUIETEST if background is None else a_weighted_sum(background)
-        quality = quality_of(pressure, found, shown, sharp=sharp, steady=steady, silent=silent)
-    if found is None:
-        return Heard(None, None, level, levels, energy, quality=quality)
-    inside = within(found.time, shown)
-    added: tuple[float | None, float | None] = (None, None)
-    if background is not None:
-        added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
-    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added, quality)
-
-
 THIRD = 2.0 / 3.0
 """Of the band that is left where its last third is taken away."""
+
+
+def share_apart(n5: float | None, other: float | None) -> float:
+    """Difference of two loudnesses as a share of the first; nan where one is not known."""
+    if n5 is None or other is None or not np.isfinite([n5, other]).all():
+        return float("nan")
+    return abs(n5 - other) / n5 if n5 > 0.0 else 0.0
 
 
 def n5_of_less(sound: Sound, background: FloatArray | None, window: tuple[float, float]) -> list[float | None]:
@@ -231,10 +207,6 @@ def n5_of_less(sound: Sound, background: FloatArray | None, window: tuple[float,
     return [heard_of(x, window, background, 0, high).rank[0] for x in less]
 
 
-def _n5_and_most(total: FloatArray) -> tuple[float, float]:
-    return float(np.percentile(total, 95.0)), float(total.max())
-
-
 def _notes(
     listeners: Sequence[Listener],
     band: Band,
@@ -242,6 +214,7 @@ def _notes(
     power: Mapping[str, float],
     compact: Mapping[str, float],
     background: FloatArray | None,
+    further: Beyond | str,
 ) -> list[str]:
     said = []
     for listener in listeners:
@@ -255,6 +228,20 @@ def _notes(
         f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
         "nothing outside is in it. Contact forces alone make it; panels count as set in a wall, none shadows another"
     )
+    if isinstance(further, Beyond):
+        all_of = heard[0][-1]
+        n5 = "" if all_of.n5 is None else f" N5 of all is {all_of.n5_modes or 0.0:.3g} sone by the modes alone,"
+        n5 += "" if all_of.n5 is None else f" {all_of.n5:.3g} with both."
+        said.append(
+            f"sound: to {band.modes:.0f} Hz by the modes that the reduction kept, from there by the unreduced model at "
+            f"{further.found.freq.size} frequencies, which cost {further.solves:.0f} back-substitutions and are right "
+            f"within {percent(max(further.found.error, LEAST_ERROR))} between them; the forces are those of the run."
+            f"{n5}"
+        )
+    elif further:
+        said.append(f"sound: the unreduced model takes the band no further than the modes: {further}")
+    if isinstance(further, Beyond) and power:
+        said.append(f"sound: the equivalent radiated power is that up to {band.modes:.0f} Hz")
     if power:
         levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
         said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
@@ -280,4 +267,10 @@ def _notes(
     return said
 
 
-WHAT = {"modes": "modes that the reduction kept", "mesh": "mesh", "step": "step in contact", "rate": "sampling rate"}
+WHAT = {
+    "modes": "modes that the reduction kept",
+    "unreduced": "share of the cost that the unreduced model may take",
+    "mesh": "mesh",
+    "step": "step in contact",
+    "rate": "sampling rate",
+}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.sparse as sp
@@ -75,25 +75,6 @@ class Radiation:
     """Hz, up to which it holds."""
 
 
-@dataclass(frozen=True)
-class Ear:
-    """A listener, and the end of the band in which it hears."""
-
-    listener: Listener
-    band: float
-    """Hz"""
-    metre: float
-    """Of the model's length."""
-    known: dict[int, tuple[System, Radiation]] = field(default_factory=dict, compare=False, repr=False)
-    """By the System's id: what was made before."""
-
-    def hears(self, system: System) -> Radiation:
-        """What it hears of the modes of a System; made once for each."""
-        if id(system) not in self.known:
-            self.known[id(system)] = system, radiation(system, self.listener, self.metre, self.band)
-        return self.known[id(system)][1]
-
-
 def radiation(system: System, listener: Listener, metre: float, band: float) -> Radiation:
     """What each mode's acceleration sends to a listener, up to the end of the band, Hz."""
     skin, position = listener.skin, listener.position * metre
@@ -134,7 +115,7 @@ def _panels(
     sends = np.abs(areas).max(axis=1, initial=0.0) > 0.0
     if not sends.any():
         return np.zeros((1, system.n)), 0
-    nodes, points, each = _nodal(skin.select(sends), areas[sends])
+    nodes, points, each = nodal(skin.select(sends), areas[sends])
     weights, start = pressure_weights(points * metre, position * metre, PER_BAND * band, band)
     # Areas in m^2, motion in m.
     out = sp.csr_array((each.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
@@ -144,11 +125,11 @@ def _panels(
 def _towards(system: System, skin: Skin, direction: FloatArray) -> FloatArray:
     """(1, n_mode) mean motion of facets along a direction, length."""
     size = np.linalg.norm(skin.areas, axis=1)
-    nodes, _, share = _nodal(skin, (size / size.sum())[:, None] * direction)
+    nodes, _, share = nodal(skin, (size / size.sum())[:, None] * direction)
     return of_modes(system, share.reshape(1, -1), node_dofs(nodes, TRANSLATIONS))
 
 
-def _nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
+def nodal(skin: Skin, each: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
     """Nodes (n,), where they are (n, 3), and what they have (n, 3) of a vector of each facet."""
     nodes, row = np.unique(skin.nodes_idx, return_inverse=True)
     points, found = np.zeros((nodes.size, 3)), np.zeros((nodes.size, 3))

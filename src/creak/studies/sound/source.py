@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -28,6 +28,8 @@ class Source:
     """(n, n_force) means over the intervals of 48 kHz."""
     channel: IntArray
     """(n_force,) the channel of each."""
+    row: IntArray
+    """(n_force,) of each into `channel_matrices`."""
 
     def groups(self, places: Sequence[IntArray]) -> list[IntArray]:
         """Columns of each place's channels; last those of all other channels."""
@@ -46,9 +48,17 @@ def source_of(system: System, gaps: GapOperator, history: History) -> Source:
     resting = gaps.resting[touched]
     normal = cell_means(history.time, history.force[:, touched], at) - resting
     force = np.hstack([normal, cell_means(history.time, history.tangential[:, along], at)]) if along.size else normal
-    rows = to_dense(channel_matrices(system, gaps).rows[np.concatenate([touched, gaps.m + along])])
-    modes = Modes(*modal_matrices(system), rows)
-    return Source(modes, force, np.concatenate([touched, np.repeat(rubbing, 2)[along]]))
+    row = np.concatenate([touched, gaps.m + along])
+    return Source(_modes(system, gaps, row), force, np.concatenate([touched, np.repeat(rubbing, 2)[along]]), row)
+
+
+def on_system(source: Source, system: System, gaps: GapOperator) -> Source:
+    """The same forces on another System of the structure, diagonal too."""
+    return replace(source, modes=_modes(system, gaps, source.row))
+
+
+def _modes(system: System, gaps: GapOperator, row: IntArray) -> Modes:
+    return Modes(*modal_matrices(system), to_dense(channel_matrices(system, gaps).rows[row]))
 
 
 def of_modes(system: System, A: Matrix, labels: IntArray) -> FloatArray:

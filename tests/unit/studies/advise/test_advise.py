@@ -252,3 +252,7 @@ def test_what_a_band_of_sound_takes(setup):
     assert sound.finer == pytest.approx(30_000.0 * air, rel=1e-6)
     assert sound.option.f_max == 60_000.0
     assert sound.dof_times == pytest.approx(sound.finer**2)
+    assert sound.modes == 1500.0
+    less = gather(setup, silent, 2_500.0).sound.beyond
+    assert 2 < less.frequencies < sound.beyond.frequencies
+    assert less.solves < less.share  # a small model: always in reach

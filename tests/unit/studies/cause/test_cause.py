@@ -121,7 +121,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
     worst = 0.0
     for change in (next(c for c in every if c.kind == kind) for kind in ("mass", "fastener", "damping")):
-        effect = predicted(found, place, change, result.main.system, None, None)
+        effect = predicted(found, place, change, result.main.system, None)
         checked = checked_by_run(found, place, change, None, lambda *_: None)
         worst = max(worst, abs(effect.total_impulse - checked.total_impulse) / now.total_impulse)
         assert effect.impulse == pytest.approx(checked.impulse, abs=0.2 * now.impulse)
@@ -187,7 +187,7 @@ def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
     assert "moved to" in next(c.words for c in every if c.kind == "moved")
     now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
     for change in (c for c in every if c.kind in ("gap", "mass", "moved")):
-        effect = predicted(found, place, change, result.main.system, None, None)
+        effect = predicted(found, place, change, result.main.system, None)
         checked = checked_by_run(found, place, change, None, lambda *_: None)
         assert effect.total_impulse == pytest.approx(checked.total_impulse, abs=0.03 * now.total_impulse), change.words
         assert effect.total_impulse != pytest.approx(now.total_impulse, rel=1e-3), change.words

@@ -55,7 +55,9 @@ def test_a_free_cube_that_is_struck(angle, measured):
     rows = to_dense(system.rows(6 * nodes + 2)[0])
     t = np.arange(9_600) / RATE
     force = np.where((t > 0.1) & (t < 0.103), 30.0 * np.sin(np.pi * (t - 0.1) / 0.003), 0.0)
-    source = Source(Modes(*modal_matrices(system), rows.mean(axis=0)[None]), force[:, None], np.array([0]))
+    source = Source(
+        Modes(*modal_matrices(system), rows.mean(axis=0)[None]), force[:, None], np.array([0]), np.array([0])
+    )
     centre = np.full(3, SIDE / 2)
     position = centre + 0.6 * np.array([np.sin(np.radians(angle)), 0.0, np.cos(np.radians(angle))])
     listener = Listener("ear", position, skin_of(model), ("CUBE",), given=True)

@@ -26,6 +26,8 @@ from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import a_weighted_level
 from creak.sound.zwicker_tables import BANDS
 from creak.studies.results.places import find_places
+from creak.studies.sound import beyond as module
+from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound, hear
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.source import source_of
@@ -331,3 +333,52 @@ def test_listen_says_why_there_is_nothing_to_hear(tmp_path, monkeypatch, capsys)
     assert said.status == 2
     assert "nothing touches in the window" in said.words
     assert call("listen", tmp_path / "nowhere").status == 2
+
+
+@pytest.fixture(scope="module")
+def beyond(tmp_path_factory):
+    """The strips with the modes of the whole up to 3 kHz: they end at 1.5 kHz, the mesh at 2.7 kHz."""
+    folder = tmp_path_factory.mktemp("beyond")
+    study = (BASE + LISTENER).replace("f_max = 3000", 'method = "gap-modes"\nf_max = 3000')
+    write_strips(folder, study=study)
+    return creak.run(creak.read_study(folder / "study.toml"), converge=False)
+
+
+def test_the_unreduced_model_goes_on_where_the_modes_end(beyond):
+    sound, told = beyond.sound, beyond.summary["sound"]
+    assert isinstance(sound, Sound)
+    assert told["band"]["handover"] == told["band"]["modes"] == 1500.0
+    assert told["band"]["high"] == told["band"]["mesh"] > 2700.0
+    assert told["band"]["limit"] == "mesh"
+    assert 0.0 < told["n5_modes"] < told["n5"]
+    assert max(sound.ways) < 0.01  # both ways agree where they overlap
+    assert f"{told['n5_modes']:.3g} sone by the modes alone, {told['n5']:.3g} with both" in " ".join(sound.notes)
+    assert told["third_octaves"][19] > 0.0  # 2 kHz, beyond the modes
+
+
+def test_a_repeated_run_is_heard_by_both_ways_as_well(beyond):
+    run, found = beyond.main, beyond.found
+    groups = [p.channels for p in find_places(found, run)]
+    ear = beyond.sound.ear
+    *single, together = n5_of(None, found.window, run.system, found.gaps, run.history, groups, ear)
+    order = beyond.sound.order
+    assert [single[k] for k in order] == pytest.approx([h.n5 for h in beyond.sound.heard[0][:-1]])
+    assert together == pytest.approx(beyond.sound.heard[0][-1].n5)
+    lower = n5_of(None, found.window, run.system, found.gaps, run.history, groups, replace(ear, beyond=None))
+    assert lower[-1] == pytest.approx(beyond.sound.heard[0][-1].n5_modes)
+
+
+def test_where_the_share_of_the_cost_is_used_up_the_band_ends_there(beyond, monkeypatch):
+    """With few frequencies it goes as far as these, with fewer not at all, and says what it would take."""
+    places = [p.channels for p in find_places(beyond.found, beyond.main)]
+    monkeypatch.setattr(module, "FLOOR", 14)
+    less = hear(beyond.found, places)
+    assert isinstance(less, Sound)
+    assert 1.1 * 1500.0 < less.band.high < beyond.sound.band.high
+    assert less.band.limit == "unreduced"
+    monkeypatch.setattr(module, "FLOOR", 3)
+    none = hear(beyond.found, places)
+    assert isinstance(none, Sound)
+    assert (none.band.high, none.band.limit, none.band.handover) == (1500.0, "modes", None)
+    assert "no further than the modes: to 2732 Hz it would take" in " ".join(none.notes)
+    assert none.heard[0][-1].n5 == pytest.approx(beyond.sound.heard[0][-1].n5_modes)

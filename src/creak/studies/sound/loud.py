@@ -1,0 +1,84 @@
+"""The figures of one sound: loudness, level, third octaves, and what else it is ranked by."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.sound.impulsiveness import QUIETEST
+from creak.sound.loudness import Loudness, added_loudness, loudness
+from creak.sound.quality import Quality, quality_of, within
+from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
+from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+
+
+@dataclass(frozen=True)
+class Heard:
+    """One sound over the verification window."""
+
+    n5: float | None
+    """sone; None: it is beyond what ISO 532-1 covers."""
+    n_max: float | None
+    level: float
+    """Equivalent continuous level, dB(A) re 20 uPa."""
+    third_octaves: FloatArray
+    """(28,) dB re 20 uPa, 25 Hz to 12.5 kHz."""
+    energy: float
+    """Mean square of the A-weighted pressure, Pa^2."""
+    n5_added: float | None = None
+    """sone that it adds to the study's background; None: there is none, or it is beyond the standard."""
+    n_max_added: float | None = None
+    quality: Quality = field(default_factory=Quality)
+    """What else it is ranked by."""
+    n5_modes: float | None = None
+    """sone of what the modes of the reduction tell of it, the lower part of the band; None: they tell all."""
+
+    @property
+    def rank(self) -> tuple[float, float, float]:
+        """What counts when sounds are ranked: N5, where equal Nmax, where equal level; beside a background, added."""
+        beside = self.n5_added is not None
+        n5, n_max = (self.n5_added, self.n_max_added) if beside else (self.n5, self.n_max)
+        return (np.inf if n5 is None else n5, np.inf if n_max is None else n_max, self.level)
+
+
+def heard_of(
+    pressure: FloatArray,
+    window: tuple[float, float],
+    background: FloatArray | None,
+    start: int = 0,
+    highest: float = np.inf,
+    sharp: float | None = None,
+    *,
+    silent: bool = True,
+) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz.
+
+    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at. `silent`: so it was before
+    the first sample.
+    """
+    shown = window[0] + start / RATE, window[1] + start / RATE
+    levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
+    levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
+    energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
+    found: Loudness | None = None
+    with suppress(InputError):  # beyond ISO 532-1: its loudness is none
+        found = loudness(pressure, RATE)
+    quality = Quality()
+    if sharp is not None:
+        steady = QUIETEST if background is None else a_weighted_sum(background)
+        quality = quality_of(pressure, found, shown, sharp=sharp, steady=steady, silent=silent)
+    if found is None:
+        return Heard(None, None, level, levels, energy, quality=quality)
+    inside = within(found.time, shown)
+    added: tuple[float | None, float | None] = (None, None)
+    if background is not None:
+        added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
+    return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added, quality)
+
+
+def _n5_and_most(total: FloatArray) -> tuple[float, float]:
+    return float(np.percentile(total, 95.0)), float(total.max())

@@ -1,0 +1,154 @@
+"""Sound beyond the modes of a reduction: a simply supported plate against its own modes, to convergence."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.assembly.damping import Damping
+from creak.assembly.system import System, project
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.diagonal import modal_matrices
+from creak.linalg.complex_factor import complex_factor
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.modes import modes
+from creak.model.constraints import Fixed
+from creak.model.skin import skin_of
+from creak.reduction.band_modes import Losses, band_modes, count_for
+from creak.sound.forced import Modes, lead, sound_of_forces
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.sound.band import mesh_band
+from creak.studies.sound.beyond import Beyond, beyond_modes, hearing
+from creak.studies.sound.ear import Ear, records_of
+from creak.studies.sound.listeners import Listener
+from creak.studies.sound.loud import heard_of
+from creak.studies.sound.source import Source
+from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
+from helpers_sound import pressure_rows
+
+RATE, SIDES, THICK, ZETA = 48_000, (0.5, 0.4), 2e-3, 0.02
+N = (40, 32)
+AT = (13, 22)
+"""Column and row of the node that is struck."""
+EAR = np.array([0.35, 0.1, 0.6])
+HANDOVER = 500.0
+
+
+@pytest.fixture(scope="module")
+def model():
+    coords, elements = plate(*N, SIDES)
+    x, y, _ = coords.T
+    across, along = (x < 1e-9) | (x > SIDES[0] - 1e-9), (y < 1e-9) | (y > SIDES[1] - 1e-9)
+    held = [(np.arange(len(coords)), (1, 2, 6)), (np.flatnonzero(across), (3, 4)), (np.flatnonzero(along), (3, 5))]
+    return model_of(coords, [block("quad4", elements, shell(THICK))], fixed=[Fixed(*one) for one in held])
+
+
+@pytest.fixture(scope="module")
+def system(model):
+    return assembled(model)
+
+
+def kept(system: System, f_max: float) -> System:
+    """The lowest modes, damped alike, as a reduction has them."""
+    found = modes(system.K, system.M, f_max=f_max)
+    one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
+    damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2 * ZETA * np.sqrt(found.omega2))
+    small = project(replace(system, damping=Damping()), found.shapes, known=(one, k))
+    return replace(small, M=one, K=k, damping=damping)
+
+
+def blow() -> np.ndarray:
+    """(n, 1) N: a half sine of .2 ms."""
+    t = np.arange(9_600) / RATE
+    return np.where((t > 0.05) & (t < 0.0502), 20.0 * np.sin(np.pi * (t - 0.05) / 2e-4), 0.0)[:, None]
+
+
+def own_modes(high: float) -> tuple[Modes, np.ndarray, np.ndarray]:
+    """Kirchhoff's modes to `high` Hz, points of a grid and the volumes that they move."""
+    rigidity = STEEL.youngs_modulus * THICK**3 / (12 * (1 - STEEL.poisson_ratio**2))
+    areal, (a, b) = STEEL.density * THICK, SIDES
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(1, 60), np.arange(1, 60), indexing="ij"))
+    omega = np.sqrt(rigidity / areal) * ((i * np.pi / a) ** 2 + (j * np.pi / b) ** 2)
+    low = omega < 2 * np.pi * high
+    i, j, omega = i[low], j[low], omega[low]
+
+    def shape(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return np.sin(np.outer(x, i) * np.pi / a) * np.sin(np.outer(y, j) * np.pi / b)
+
+    x, y = (k.ravel() for k in np.meshgrid((np.arange(90) + 0.5) * a / 90, (np.arange(72) + 0.5) * b / 72))
+    m = np.full(omega.size, areal * a * b / 4)
+    push = shape(np.array([AT[0] * a / N[0]]), np.array([AT[1] * b / N[1]]))
+    return (
+        Modes(m, 2 * ZETA * omega * m, omega**2 * m, push),
+        np.column_stack([x, y, 0 * x]),
+        shape(x, y) * a * b / x.size,
+    )
+
+
+def converged(high: float, far: float) -> np.ndarray:
+    """Pressure of its own modes up to `far`, with the band's lead before it."""
+    own, points, volumes = own_modes(far)
+    rows = pressure_rows(points, volumes, [EAR], float(RATE))
+    return sound_of_forces(own, blow(), RATE, [np.array([0])], rows, high, around=True)[0, 0]
+
+
+def test_a_struck_plate_to_the_end_of_its_mesh_against_its_own_modes(model, system, measured):
+    """Six elements per wavelength at the end; within 1 dB(A) and 5 % of N5."""
+    skin = skin_of(model)
+    listener = Listener("ear", EAR, skin, ("PART",), True)
+    node = AT[0] * (N[1] + 1) + AT[1]
+    G = np.zeros((1, 6 * len(model.nodes.coords)))
+    G[0, 6 * node + 2] = 1.0
+    gaps = channels(G, 0.0, 1.0)
+    small, high = kept(system, 2 * HANDOVER), mesh_band(model, skin, 1.0)
+    rows = np.asarray(channel_matrices(small, gaps).rows)
+    source = Source(Modes(*modal_matrices(small), rows), blow(), np.array([0]), np.array([0]))
+    reference = ReferenceModel((), None, system, modes(system.K, system.M, f_max=100.0), np.zeros((system.n, 0)), None)
+    beyond = beyond_modes(reference, ZETA, source, gaps, [listener], 1.0, (HANDOVER, high), 1e5)
+    assert isinstance(beyond, Beyond)
+    assert beyond.high == high
+    assert high > 3000.0
+    assert beyond.found.freq.size <= count_for(Losses(zeta=ZETA), HANDOVER, high) + 8
+    ear = Ear(listener, HANDOVER, 1.0, beyond)
+    records = records_of(source, gaps, [np.array([0])], ear, small)
+    window = (0.0, 0.2)
+    found, alone, sooner = (
+        heard_of(x[0], window, None, ear.start) for x in (records.whole, records.modes, records.sooner)
+    )
+    start = lead(RATE, high)
+    true = heard_of(converged(high, 4 * high), window, None, start)
+    further = heard_of(converged(high, 6 * high), window, None, start)
+    assert further.n5 == pytest.approx(true.n5, rel=1e-3)  # converged
+    measured("sound", "struck plate to the mesh's end: level", found.level, true.level, abs=1.0, unit="dB(A)")
+    measured("sound", "struck plate to the mesh's end: N5", found.n5, true.n5, rel=0.05, unit="sone")
+    assert alone.n5 < 0.8 * true.n5  # what the modes alone leave out
+    assert sooner.n5 == pytest.approx(found.n5, rel=0.01)
+    plain = records_of(source, gaps, [np.array([0])], replace(ear, beyond=None), small)
+    np.testing.assert_array_equal(records.modes, plain.whole)  # nothing changes below
+
+
+def test_what_a_listener_hears_of_a_force_and_the_other_way_round(model, system):
+    """Both solves tell the same to round-off, and the Galerkin model what a solve says anywhere in its band."""
+    at = hearing(system, Listener("ear", EAR, skin_of(model), ("PART",), True), 1.0)
+    column = int(np.flatnonzero(system.coordinates == 6 * (AT[0] * (N[1] + 1) + AT[1]) + 2)[0])
+    push = np.zeros((system.n, 1))
+    push[column] = 1.0
+
+    def weights(freq: float) -> np.ndarray:
+        return at(freq)[:, None]
+
+    losses = Losses(alpha=20.0, beta=5e-6)
+    found = band_modes(system.K, system.M, losses, push, weights, (500.0, 1500.0), 40)
+    assert found.high == 1500.0
+    assert found.reciprocity < 1e-9
+    for freq in np.random.default_rng(1).uniform(500.0, 1500.0, 5):
+        k, m = losses.factors(freq)
+        true = complex_factor((k * system.K + m * system.M).tocsr()).solve(push.astype(complex))[:, 0] @ at(freq)
+        q = (found.shapes.T @ push)[:, 0] / (k * found.omega2 + m)
+        assert abs(at(freq) @ (found.shapes @ q) - true) < 0.05 * abs(true)
+    less = band_modes(system.K, system.M, losses, push, weights, (500.0, 1500.0), 6)
+    assert less is not None
+    assert 500.0 < less.high < 1500.0  # as far as it goes
+    assert band_modes(system.K, system.M, Losses(), push, weights, (500.0, 1500.0), 40) is None
