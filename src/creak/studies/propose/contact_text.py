@@ -59,7 +59,7 @@ def _start(c: Contact, unit: str) -> str:
 
 
 def _table(c: Contact, unit: str) -> list[str]:
-    lines = _named(c.secondary, c.labels)
+    lines = named_nodes(c.secondary, c.labels)
     lines += [
         f"[contact.{c.name}]",
         key_line("secondary", c.secondary, "its nodes become the gap channels"),
@@ -79,7 +79,7 @@ def _table(c: Contact, unit: str) -> list[str]:
     ]
 
 
-def _named(name: str, labels: Sequence[str]) -> list[str]:
+def named_nodes(name: str, labels: Sequence[str]) -> list[str]:
     """Nodes that the deck has no set of."""
     if not labels:
         return []
@@ -128,8 +128,8 @@ def _stop(c: Contact, unit: str) -> list[str]:
     toward = -c.toward[axis]
     limit = ("upper", max(c.gap, 0.0)) if toward < 0.0 else ("lower", 0.0 - max(c.gap, 0.0))
     return [
-        *_named("EDGE_1", c.ends[:1]),
-        *_named("EDGE_2", c.ends[1:]),
+        *named_nodes("EDGE_1", c.ends[:1]),
+        *named_nodes("EDGE_2", c.ends[1:]),
         "[[connector]]",
         key_line("type", "play", "free within the limit, then stiff"),
         key_line("nodes", ["EDGE_1", "EDGE_2"], "motion of the second less that of the first"),
