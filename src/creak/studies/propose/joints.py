@@ -39,7 +39,7 @@ def joints_of(model: Model) -> tuple[str, ...]:
         joined = np.unique(part[nodes])
         if joined.size > 1:
             found.setdefault((words, tuple(joined.tolist())), []).append(nodes)
-    return tuple(_line(model, words, joined, each) for (words, joined), each in found.items())
+    return tuple(_line(model, part, words, joined, each) for (words, joined), each in found.items())
 
 
 def _elements(blocks: tuple[ElementBlock, ...]) -> list[tuple[str, IntArray]]:
@@ -50,7 +50,9 @@ def _constraints(constraints: tuple[Constraint, ...]) -> list[tuple[str, IntArra
     return [(CONSTRAINTS[type(c)], c.nodes) for c in constraints]
 
 
-def _line(model: Model, words: str, joined: tuple[int, ...], each: list[IntArray]) -> str:
+def _line(model: Model, part: IntArray, words: str, joined: tuple[int, ...], each: list[IntArray]) -> str:
     names = [model.parts[i].name if i >= 0 else "nodes of no part" for i in sorted(joined, reverse=True)]
-    first = [model.nodes.label(int(row)) for row in each[0][:2]]
+    # One node of each, in the order of the names.
+    nodes = [next(row for row in each[0].tolist() if part[row] == i) for i in sorted(joined, reverse=True)]
+    first = [model.nodes.label(row) for row in nodes]
     return f"{len(each)} {words} between {listed(names)}, first at nodes {listed(first)}"
