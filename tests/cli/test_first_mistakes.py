@@ -12,6 +12,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck
+from helpers_nastran_strips import strips as nastran_strips
 
 SHORT = STUDY.replace("periods = 2", "end = 0.02").replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
 SI = two_strips().replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
@@ -268,3 +269,29 @@ def test_a_first_look_at_forced_steps_and_at_a_deck(creak, tmp_path):
     deck = tmp_path / "own.inp"
     deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")), encoding="utf-8")
     assert creak("run", deck, "--quick", "--out", tmp_path / "own").status == 0
+
+
+def test_a_deck_with_the_ending_of_another_format_is_told_its_name(creak, tmp_path):
+    (tmp_path / "strips.bdf").write_text(two_strips())
+    said = creak("info", tmp_path / "strips.bdf")
+    assert said.status == 2
+    assert "begins with *HEADING, as an Abaqus deck does" in said.err
+    assert "Rename it to strips.inp" in said.err
+    (tmp_path / "plate.inp").write_text(nastran_strips())
+    said = creak("new", tmp_path / "plate.inp")
+    assert said.status == 2
+    assert "as a Nastran deck does" in said.err
+    assert "Rename it to plate.bdf" in said.err
+
+
+def test_a_study_is_no_deck(creak, tmp_path):
+    said = creak("info", write_strips(tmp_path))
+    assert said.status == 2
+    assert "is a study; expected a deck" in said.err
+
+
+def test_a_deck_without_a_step_is_told_of_creak_new(creak, tmp_path):
+    write_strips(tmp_path)
+    said = creak("run", tmp_path / "strips.inp")
+    assert said.status == 2
+    assert "`creak new DECK`" in said.err

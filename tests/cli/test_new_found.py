@@ -13,7 +13,7 @@ from PIL import Image
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, two_strips, write_strips
-from helpers_ribs import deck, patch, rib_on_plate
+from helpers_ribs import bolted_bracket, deck, patch, rib_on_plate
 
 SINE = 'signal = { type = "sine", frequency = 5.0, amplitude = 0.01 }\n[time]\nend = 0.1\n'
 EDGE = ["1001", "1002", "1003", "1004", "1005"]
@@ -163,3 +163,18 @@ def test_driving_a_contact_along_its_normal_is_a_warning_and_along_its_surface_i
         (tmp_path / "strips.inp").write_text(two_strips() + extra)
         notes = [n for n in set_up(read_study(study)).notes if "along its normal" in n and "push these by a force" in n]
         assert len(notes) == warned
+
+
+def test_the_bolted_foot_of_a_bracket_is_asked_and_its_tongue_is_a_contact(creak, tmp_path):
+    told, text = new(creak, tmp_path, bolted_bracket(0.3))
+    live, asked = told["contacts"]
+    assert (live["question"], live["method"], live["gap"]) == ("", "node-to-surface", pytest.approx(0.3))
+    assert {int(label) for label in live["labels"]} >= {2008, 2013}
+    assert "2001" not in live["labels"]
+    assert asked["question"] == "pressed"
+    assert "Can BRACKET and PLATE part where they are joined?" in text
+    assert gaps(tmp_path).min() == pytest.approx(0.3, abs=1e-9)
+    assert told["ready"]
+    loose = bolted_bracket(0.3).replace("*MPC\nBEAM, 2115, 9\nBEAM, 2118, 10\n", "")
+    (contact,) = new(creak, tmp_path, loose, "--overwrite")[0]["contacts"]
+    assert (contact["question"], contact["start"]) == ("", 0.0), "what only lies on the other knocks as it is"
