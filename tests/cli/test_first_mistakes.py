@@ -37,6 +37,7 @@ def test_metres_taken_for_millimetres(creak, tmp_path):
     said, warnings = run(creak, tmp_path, SI)
     assert "warning: material STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s" in said.err
     assert any("is in m-kg-s" in w for w in warnings)
+    assert "its lengths are, so give E = 210000 and density = 7.85e-09" in said.err
     assert "RED: No answer: materials and study are of two systems of units" in said.out
     assert "is in m-kg-s" in creak("info", tmp_path / "strips.inp", "--units", "mm-t-s").err
     assert "is in m-kg-s" not in creak("info", tmp_path / "strips.inp", "--units", "m-kg-s").err

@@ -46,7 +46,7 @@ def crossings(model: Model) -> list[Crossing]:
     is welded there is meant.
     """
     tied = tied_nodes(model.constraints, model.nodes.count)
-    deepest: dict[frozenset[int], Crossing] = {}
+    shallower: dict[frozenset[int], Crossing] = {}
     skin = skin_of(model)
     half = _half(model, skin)
     parts = [np.flatnonzero(skin.part == i) for i in range(len(model.parts))]
@@ -64,9 +64,9 @@ def crossings(model: Model) -> list[Crossing]:
             names = model.parts[i].name, model.parts[j].name
             found = Crossing(*names, nodes.size, labels, float(depth.max()))
             key = frozenset((i, j))
-            if key not in deepest or deepest[key].depth < found.depth:
-                deepest[key] = found
-    return sorted(deepest.values(), key=lambda c: -c.depth)
+            if key not in shallower or found.depth < shallower[key].depth:
+                shallower[key] = found
+    return sorted(shallower.values(), key=lambda c: -c.depth)
 
 
 def _box(x: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -30,6 +30,13 @@ def test_a_rib_with_a_row_of_nodes_in_the_plate(tmp_path):
     assert set(c.nodes) == {"1001", "1002", "1003", "1004", "1005"}
 
 
+def test_of_two_parts_the_one_that_reaches_less_deep_is_named(tmp_path):
+    """Moved into a row of the plate's nodes, the rib is crossed by edges of the plate 10 mm long as well."""
+    moved = rib_on_plate(-2.0).replace(", 21.000000, ", ", 20.000000, ")
+    (c,) = found(tmp_path, moved)
+    assert (c.part, c.depth) == ("RIB", pytest.approx(1.0))
+
+
 @pytest.mark.parametrize("height", [1.3, 1.0, 0.0, -0.9, -20.0, -21.5])
 def test_what_ends_at_the_plate_or_in_it_does_not_pierce_it(tmp_path, height):
     assert found(tmp_path, rib_on_plate(height)) == []
