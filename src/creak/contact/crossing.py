@@ -39,7 +39,7 @@ class Crossing:
 
 
 def crossings(model: Model) -> list[Crossing]:
-    """Of each pair of parts that pierce each other the deeper side, the deepest pair first.
+    """Of each pair of parts that pierce each other the one that reaches less deep, the deepest pair first.
 
     An edge p0 p1 pierces a triangle where its ends lie on both sides, farther from the middle than the far face, and it
     meets the plane inside. So do two edges from a node within the thickness. Edges at links and ties are left out: what
