@@ -12,6 +12,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_dynamic_decks import STEP, stop_deck
+from helpers_nastran_strips import strips as nastran_strips
 
 pytestmark = pytest.mark.usefixtures("no_page")
 
@@ -38,6 +39,7 @@ def test_metres_taken_for_millimetres(creak, tmp_path):
     said, warnings = run(creak, tmp_path, SI)
     assert "warning: material STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s" in said.err
     assert any("is in m-kg-s" in w for w in warnings)
+    assert "its lengths are, so give E = 210000 and density = 7.85e-09" in said.err
     assert "RED: No answer: materials and study are of two systems of units" in said.out
     assert "is in m-kg-s" in creak("info", tmp_path / "strips.inp", "--units", "mm-t-s").err
     assert "is in m-kg-s" not in creak("info", tmp_path / "strips.inp", "--units", "m-kg-s").err
@@ -270,3 +272,29 @@ def test_a_first_look_at_forced_steps_and_at_a_deck(creak, tmp_path):
     deck = tmp_path / "own.inp"
     deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")), encoding="utf-8")
     assert creak("run", deck, "--quick", "--out", tmp_path / "own").status == 0
+
+
+def test_a_deck_with_the_ending_of_another_format_is_told_its_name(creak, tmp_path):
+    (tmp_path / "strips.bdf").write_text(two_strips())
+    said = creak("info", tmp_path / "strips.bdf")
+    assert said.status == 2
+    assert "begins with *HEADING, as an Abaqus deck does" in said.err
+    assert "Rename it to strips.inp" in said.err
+    (tmp_path / "plate.inp").write_text(nastran_strips())
+    said = creak("new", tmp_path / "plate.inp")
+    assert said.status == 2
+    assert "as a Nastran deck does" in said.err
+    assert "Rename it to plate.bdf" in said.err
+
+
+def test_a_study_is_no_deck(creak, tmp_path):
+    said = creak("info", write_strips(tmp_path))
+    assert said.status == 2
+    assert "is a study; expected a deck" in said.err
+
+
+def test_a_deck_without_a_step_is_told_of_creak_new(creak, tmp_path):
+    write_strips(tmp_path)
+    said = creak("run", tmp_path / "strips.inp")
+    assert said.status == 2
+    assert "`creak new DECK`" in said.err

@@ -166,15 +166,29 @@ def test_all_held_gets_a_force(creak, tmp_path):
     assert study["excitation"]["road"]["node_set"] in ("TIP_UPPER", "TIP_LOWER")
 
 
-def test_a_deck_without_node_sets_leaves_the_excitation_open(creak, tmp_path):
+def test_a_deck_that_names_nothing_is_shaken_by_all_that_it_holds(creak, tmp_path):
+    """Clamped everywhere, as most decks are: the study lets go the normal of the contact and moves all supports."""
     deck = re.sub(r"\*NSET[^\n]*\n[^*]*", "", two_strips() + "ROOT_UPPER, 3\n")
     deck = deck.replace("ROOT_LOWER", "1001").replace("ROOT_UPPER", "1")
+    told, study = new(creak, tmp_path, deck)
+    assert told["ready"], told["to_fill_in"]
+    assert study["nodes"]["SHAKEN"]["labels"] == ["1", "1001"]
+    assert study["support"]["road"] == {"nodes": "SHAKEN", "free": ["z"]}
+    road = study["excitation"]["road"]
+    assert (road["node_set"], road["dof"], road["kind"]) == ("SHAKEN", "z", "displacement")
+    setup = set_up(read_study(tmp_path / "strips.toml"))
+    assert any("2 dofs of the deck freed" in note for note in setup.notes)
+    assert "next:" in creak("new", tmp_path / "strips.inp", "--overwrite").out
+
+
+def test_a_deck_that_holds_nothing_leaves_the_excitation_open(creak, tmp_path):
+    deck = re.sub(r"\*NSET[^\n]*\n[^*]*", "", two_strips()).partition("*BOUNDARY")[0]
     told, study = new(creak, tmp_path, deck)
     assert told["excitation"] is None
     assert "excitation" not in study
     assert "to be filled in" in (tmp_path / "strips.toml").read_text()
     assert not told["ready"], "a study without excitation is nothing to run next"
-    assert told["to_fill_in"].startswith("no excitation: the deck has no node set of at most 100 nodes")
+    assert told["no_excitation"].startswith("the deck has no node set of at most 100 nodes")
     assert "next:" not in creak("new", tmp_path / "strips.inp", "--overwrite").out
 
 
@@ -191,14 +205,13 @@ def test_a_nastran_deck_without_sets_is_driven_where_its_spc_leaves_a_direction(
     assert {name: rows.size for name, rows in sets.items()} == {"SPC_1": 6, "SPC_1.123456": 3, "SPC_1.12456": 3}
 
 
-def test_a_nastran_deck_that_holds_all_is_told_why_it_gets_no_excitation(creak, tmp_path):
+def test_a_nastran_deck_that_holds_all_is_shaken_by_its_spc(creak, tmp_path):
     deck = without_sets(strips()).replace("SPC1,1,12456,1", "SPC1,1,123456,1")
     told, study = new(creak, tmp_path, deck, name="strips.bdf")
-    assert "excitation" not in study
-    assert not told["ready"]
-    assert told["no_excitation"].startswith("the deck holds x, y and z of all its small node sets (SPC_1)")
-    assert told["no_excitation"] in told["to_fill_in"]
-    assert "the deck holds x, y and z" in (tmp_path / "strips.toml").read_text()
+    assert told["ready"], told["to_fill_in"]
+    assert study["support"]["road"] == {"nodes": "SPC_1", "free": ["z"]}
+    assert study["excitation"]["road"]["node_set"] == "SPC_1"
+    assert told["excitation"]["freed"]
 
 
 def test_units_are_guessed(creak, tmp_path):

@@ -13,8 +13,9 @@ from PIL import Image
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, patch, two_strips, write_strips
-from helpers_ribs import deck, rib_on_plate
+from helpers_ribs import bolted_bracket, deck, rib_on_plate
 
+SINE = 'signal = { type = "sine", frequency = 5.0, amplitude = 0.01 }\n[time]\nend = 0.1\n'
 EDGE = ["1001", "1002", "1003", "1004", "1005"]
 
 
@@ -94,6 +95,19 @@ def test_an_edge_that_reaches_through_is_a_question_with_a_picture(creak, tmp_pa
     assert gaps(tmp_path) == pytest.approx(np.zeros(5))
 
 
+def test_a_rib_that_stands_through_the_plate_is_a_warning(creak, tmp_path):
+    """No node of it is near as an edge on a face, so no contact is found; `creak new`, info and run say why."""
+    told, _ = new(creak, tmp_path, rib_on_plate(-5.0))
+    words = "RIB is drawn through PLATE: 5 edge(s) of its elements pierce it, by 4 or more beyond the far face at node"
+    info = creak("info", tmp_path / "own.inp").err
+    assert words in info
+    assert "1001" in info
+    study = STUDY.replace("strips.inp", "own.inp").partition("[contact")[0]
+    (tmp_path / "own.toml").write_text(study + '[excitation.top]\nnode_set = "FEET"\ndof = "z"\n' + SINE)
+    assert any(words in note for note in set_up(read_study(tmp_path / "own.toml")).notes)
+    assert any(words in warning for warning in told["warnings"])
+
+
 def test_what_is_a_little_too_far_is_asked(creak, tmp_path):
     """1 % of the model's size is 0.69 mm, the edge is 1 mm away."""
     told, text = new(creak, tmp_path, rib_on_plate(2.0))
@@ -135,9 +149,9 @@ def test_joints_between_parts_are_told(creak, tmp_path):
     spring = "*ELEMENT, TYPE=SPRING2, ELSET=CLIP\n9001, 3, 1013\n*SPRING, ELSET=CLIP\n3, 3\n100.\n"
     told, text = new(creak, tmp_path, rib_on_plate(1.3, spring + "*MPC\nBEAM, 1012, 2\n"))
     assert told["joints"] == [
-        "1 spring or dashpot element(s) between RIB and PLATE, first at nodes 3 and 1013",
+        "1 spring or dashpot element(s) between RIB and PLATE, first at nodes 1013 and 3",
         "1 rigid link(s) between RIB and PLATE, first at nodes 1012 and 2",
-    ]
+    ], "nodes in the order of the parts, whichever the deck names first"
     assert all(f"#   {joint}" in text for joint in told["joints"])
 
 
@@ -149,3 +163,18 @@ def test_driving_a_contact_along_its_normal_is_a_warning_and_along_its_surface_i
         (tmp_path / "strips.inp").write_text(two_strips() + extra)
         notes = [n for n in set_up(read_study(study)).notes if "along its normal" in n and "push these by a force" in n]
         assert len(notes) == warned
+
+
+def test_the_bolted_foot_of_a_bracket_is_asked_and_its_tongue_is_a_contact(creak, tmp_path):
+    told, text = new(creak, tmp_path, bolted_bracket(0.3))
+    live, asked = told["contacts"]
+    assert (live["question"], live["method"], live["gap"]) == ("", "node-to-surface", pytest.approx(0.3))
+    assert {int(label) for label in live["labels"]} >= {2008, 2013}
+    assert "2001" not in live["labels"]
+    assert asked["question"] == "pressed"
+    assert "Can BRACKET and PLATE part where they are joined?" in text
+    assert gaps(tmp_path).min() == pytest.approx(0.3, abs=1e-9)
+    assert told["ready"]
+    loose = bolted_bracket(0.3).replace("*MPC\nBEAM, 2115, 9\nBEAM, 2118, 10\n", "")
+    (contact,) = new(creak, tmp_path, loose, "--overwrite")[0]["contacts"]
+    assert (contact["question"], contact["start"]) == ("", 0.0), "what only lies on the other knocks as it is"

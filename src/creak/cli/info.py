@@ -45,13 +45,14 @@ def info(
 
 def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[str, Any]:
     """All of it as plain numbers, strings and lists."""
+    from creak.studies.prepare.start_check import crossing_warnings
     from creak.studies.prepare.unit_check import guessed_units
 
     parts = _parts(model, progress)
     mass = sum(p["mass"] for p in parts.values())
     with progress.phase("look at supports and units"):
         loose, guess = _loose(model), [s.name for s in guessed_units(model)]
-        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose)]
+        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose), *crossing_warnings(model)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {
         "deck": str(deck),

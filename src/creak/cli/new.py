@@ -66,13 +66,13 @@ def new(
             found = with_pictures(propose(model, distance, units, progress), path.stem)
             relative = Path(os.path.relpath(deck, path.parent)).as_posix()
             pictures = _pictures(found, model, path, progress)
-            _write(path, proposal_text(found, model, relative, path.stem))
+            _write(path, proposal_text(found, model, relative, deck.stem))
             with progress.phase("check the study"):
                 missing, warnings = _missing(path, ignore)
                 undriven = f"no excitation: {found.undriven}" if found.undriven else ""
                 missing = ". ".join(filter(None, (found.untouched, missing or undriven)))
             if missing:
-                _write(path, proposal_text(found, model, relative, path.stem, " ".join(missing.split())))
+                _write(path, proposal_text(found, model, relative, deck.stem, " ".join(missing.split())))
             output.wrote(path, path.with_name(SCHEMA_FILE), *pictures)
         _tell(output, found, path, missing)
         tell_warnings(output, warnings, set())

@@ -20,6 +20,8 @@ MARGIN = 1.0 + 4.0 * OVERHANG
 SAME = 1e-7
 """Share of a facet's diagonal by which two distances may differ and count as the same: a point over the edge of two
 facets meets both."""
+STEEP = 1e-6
+"""Sine of the angle up to which a line lies in a facet, and share of its size up to which a facet is flat."""
 CONVERGED = 1e-6
 """Largest miss of a meeting point, as a share of the facet's diagonal or the distance."""
 
@@ -292,15 +294,18 @@ def _over(points: FloatArray, directions: FloatArray | None, boxes: _Boxes, face
     offset = np.einsum("nax,nx->na", frame, points - boxes.centre[facet])
     if directions is None:
         cosine = boxes.cosine[facet]
-        steep = cosine <= 0.0
+        steep = meets = cosine <= 0.0
         slack = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)) * np.minimum(np.abs(offset[:, 2]) + extent[:, 2], limit)
         slack = slack / np.maximum(cosine, 1e-12)
         at = offset[:, :2]
     else:
         line = np.einsum("nax,nx->na", frame, directions)
-        steep = np.abs(line[:, 2]) < 1e-6
+        steep = np.abs(line[:, 2]) < STEEP
         slope = line[:, :2] / np.where(steep, 1.0, line[:, 2])[:, None]
+        # A line along a flat facet never meets it: the sides of a solid that stands on a plate.
+        meets = steep & (extent[:, 2] >= STEEP * extent[:, 0])
         at = offset[:, :2] - offset[:, 2:] * slope
         slack = extent[:, 2] * np.linalg.norm(slope, axis=1)
     bound = MARGIN * extent[:, :2] + slack[:, None] + 1e-9 * np.abs(offset).max(axis=1)[:, None]
-    return np.asarray(steep | (np.abs(at) <= bound).all(axis=1))
+    over = (np.abs(at) <= bound).all(axis=1)
+    return np.asarray(meets | (over & ~steep))

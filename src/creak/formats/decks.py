@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
+from creak.errors import InputError
 from creak.formats import endings
 from creak.formats.deck.membranes import with_held_membranes
 from creak.model.mesh import Model
@@ -57,7 +58,15 @@ LOOKED_AT = 1 << 16
 
 
 def format_of(path: Path) -> DeckFormat:
-    """By the ending; of decks with any other ending by their first words."""
+    """By the ending; of decks with any other ending by their first words.
+
+    Raises
+    ------
+    InputError : a study; a deck whose first words are those of another format than its ending says.
+    """
+    if path.suffix.lower() == ".toml":
+        raise InputError(f"{path} is a study", expected="a deck", fix="Give the deck that its [model] names.")
+    _check_first_words(path)
     known = next((of for known, of in FORMATS if path.suffix.lower() in known), None)
     return known() if known is not None else _by_first_words(path)()
 
@@ -65,20 +74,47 @@ def format_of(path: Path) -> DeckFormat:
 _FIRST = re.compile(rb"(?im)^[ \t]*(\*[ \t]*[a-z]{3}[a-z]*|CEND\b|BEGIN[ \t]+BULK\b|SOL[ \t]+[a-z0-9]|GRID[*, \t])")
 
 
+_STARRED = re.compile(rb"(?i)\*(KEYWORD|HEADING|NODE|PARAMETER|PREPRINT|PART|MATERIAL|INCLUDE)$")
+"""What no line of a Nastran deck is likely to begin with: names of its continuations begin with a star too."""
+
+
+def _check_first_words(path: Path) -> None:
+    """Raise InputError for a deck with a name of another format: an .inp that is a Nastran deck, or the reverse."""
+    ending, word = path.suffix.lower(), _first_word(path)
+    starred = _STARRED.match(word) is not None
+    told = None
+    if ending == endings.ABAQUS and ((starred and word.upper() == b"*KEYWORD") or (word and not word.startswith(b"*"))):
+        told = ("an LS-DYNA", endings.LSDYNA[0]) if starred else ("a Nastran", endings.NASTRAN[0])
+    elif ending in endings.NASTRAN and starred:
+        told = ("an LS-DYNA", endings.LSDYNA[0]) if word.upper() == b"*KEYWORD" else ("an Abaqus", endings.ABAQUS)
+    if told is not None:
+        raise InputError(
+            f"{path} begins with {word.decode().strip()}, as {told[0]} deck does",
+            expected="a deck of the format that its ending stands for",
+            fix=f"Rename it to {path.stem}{told[1]}.",
+        )
+
+
 def _by_first_words(path: Path) -> Callable[[], DeckFormat]:
     """*KEYWORD comes first in LS-DYNA's decks, another keyword with a star in Abaqus's; other lines that are found are
     such as only Nastran's have."""
+    word = _first_word(path)
+    if word.upper() == b"*KEYWORD":
+        return _lsdyna
+    return _nastran if word and not word.startswith(b"*") else _abaqus
+
+
+def _first_word(path: Path) -> bytes:
+    """The first word that tells a format; empty where there is none, or no file that can be read."""
     try:
         if not path.is_file():
-            return _abaqus
+            return b""
         with path.open("rb") as file:
             head = file.read(LOOKED_AT)
     except OSError:  # the reader says what is wrong with it
-        return _abaqus
+        return b""
     first = _FIRST.search(head)
-    if first is None or first.group(1).upper() == b"*KEYWORD":
-        return _abaqus if first is None else _lsdyna
-    return _abaqus if first.group(1).startswith(b"*") else _nastran
+    return b"" if first is None else first.group(1)
 
 
 def read_model(path: Path) -> Model:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
 from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, dofs_of, node_dofs, nodes_of
 
@@ -236,6 +236,14 @@ def linked_nodes(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> I
         if np.unique(nodes).size > 1:
             found.append(nodes)
     return np.unique(np.concatenate(found))
+
+
+def tied_nodes(constraints: Sequence[Constraint], count: int) -> BoolArray:
+    """(count,) nodes that any link, coupling, tie or equation names."""
+    tied = np.zeros(count, dtype=bool)
+    for c in constraints:
+        tied[c.nodes] = True
+    return tied
 
 
 def without(fixed: Sequence[Fixed], freed: IntArray) -> tuple[Fixed, ...]:

@@ -14,6 +14,8 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 OVERHANG = 1e-3
 """How far outside a facet (in parametric coordinates, -1..1) a projection still counts."""
 NEWTON_STEPS = 8
+STILL = 1e-13
+"""Least movement in a step, in parametric coordinates and as a share of the length, with which another follows."""
 POINTS_AT_ONCE = 4096
 """Points whose nearest facets are sought at a time; bounds the memory."""
 SAME = 1e-9
@@ -62,23 +64,29 @@ def meet_facets(
     n = points.shape[0]
     xi, lam = np.zeros((n, 2)), np.zeros(n)
     xi[triangle] = 1.0 / 3.0
-    d = np.zeros((n, 3))
+    d = np.zeros((n, 3)) if directions is None else directions
     regular = np.ones(n, dtype=bool)
+    size = np.linalg.norm(X[:, 2] - X[:, 0], axis=1)
+    left = np.arange(n)  # flat facets are met in one step: only what still moves goes on
     for _ in range(NEWTON_STEPS):
-        N, dN = facet_shape(xi, triangle)
-        tangents = np.einsum("nja,njx->nax", dN, X)
+        N, dN = facet_shape(xi[left], triangle[left])
+        tangents = np.einsum("nja,njx->nax", dN, X[left])
         if directions is None:
-            d = np.cross(tangents[:, 0], tangents[:, 1])
-            d /= np.maximum(np.linalg.norm(d, axis=1), 1e-300)[:, None]
-        else:
-            d = directions
-        gap = np.einsum("nj,njx->nx", N, X) - points - lam[:, None] * d
-        J = np.stack([-tangents[:, 0], -tangents[:, 1], d], axis=2)
-        regular = np.abs(np.linalg.det(J)) > 1e-12 * np.linalg.norm(tangents, axis=2).prod(axis=1)
-        J[~regular] = np.eye(3)
+            normal = np.cross(tangents[:, 0], tangents[:, 1])
+            d[left] = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+        gap = np.einsum("nj,njx->nx", N, X[left]) - points[left] - lam[left, None] * d[left]
+        J = np.stack([-tangents[:, 0], -tangents[:, 1], d[left]], axis=2)
+        good = np.abs(np.linalg.det(J)) > 1e-12 * np.linalg.norm(tangents, axis=2).prod(axis=1)
+        J[~good] = np.eye(3)
         update = np.linalg.solve(J, gap[:, :, None])[:, :, 0]
-        xi = np.clip(xi + update[:, :2], -4.0, 4.0)
-        lam = lam + update[:, 2]
+        moved = np.clip(xi[left] + update[:, :2], -4.0, 4.0)
+        still = (np.abs(moved - xi[left]) <= STILL).all(axis=1)
+        still &= np.abs(update[:, 2]) <= STILL * (np.abs(lam[left]) + size[left])
+        xi[left], regular[left] = moved, good
+        lam[left] += update[:, 2]
+        left = left[~still]
+        if not left.size:
+            break
     N, _ = facet_shape(xi, triangle)
     low = np.where(triangle, 0.0, -1.0) - OVERHANG
     inside = (xi >= low[:, None]).all(axis=1) & regular

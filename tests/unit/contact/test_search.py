@@ -106,6 +106,47 @@ def test_few_candidates_are_tried_on_a_large_mesh(monkeypatch):
     assert sum(tried) < 10 * inside.sum()
 
 
+def test_lines_along_a_flat_surface_try_none_of_its_facets(monkeypatch):
+    """The sides of a solid that stands on a plate: each point of them would meet each facet in its line."""
+    from creak.contact import search
+
+    x = np.concatenate([strips(np.full(40, 0.025), 0.025) + [0.025 * j, 0.0, 0.0] for j in range(40)])
+    points = np.random.default_rng(0).uniform([0.0, 0.0, 0.0], [1.0, 1.0, 0.1], (200, 3))
+    tried = []
+
+    def counting(p, *args):
+        tried.append(len(p))
+        return meet_facets(p, *args)
+
+    monkeypatch.setattr(search, "meet_facets", counting)
+    met = project_along(points, np.tile([1.0, 0.0, 0.0], (200, 1)), facets(x), 2.0)
+    assert not met.found.any()
+    assert sum(tried) == 0
+    met = project_along(points, np.tile([0.0, 0.0, -1.0], (200, 1)), facets(x), 2.0)
+    assert met.found.all()
+
+
+def test_a_flat_facet_is_met_in_one_step_and_looked_at_once_more(monkeypatch):
+    """Newton's steps on a parallelogram are exact, so eight of them are six too many."""
+    from creak.model import projection
+
+    solved = []
+    solve = np.linalg.solve
+
+    def counting(a, b):
+        solved.append(len(a))
+        return solve(a, b)
+
+    monkeypatch.setattr(projection.np.linalg, "solve", counting)
+    x = strips(np.ones(1), 1.0)[[0] * 50]
+    points = np.random.default_rng(0).uniform([0.0, 0.0, 0.1], [1.0, 1.0, 0.2], (50, 3))
+    down = np.tile([0.0, 0.0, -1.0], (50, 1))
+    _, distance, _, inside = meet_facets(points, x, np.zeros(50, dtype=bool), down)
+    assert inside.all()
+    np.testing.assert_allclose(distance, points[:, 2], atol=1e-14)
+    assert solved == [50, 50]
+
+
 def test_tree_halves_its_groups():
     tree = facet_tree(facets(wavy(9)))
     assert sorted(tree.order.tolist()) == list(range(81))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from creak.linalg.mkl import has_pardiso
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.health import Health, health, health_rows
 from creak.reduction.health.estimate import error_bound, error_of, first_left_out, residual_energy
+from creak.reduction.health.free import _own_modes
 from creak.reduction.health.rigid import rigid_motion, rigid_vectors
 from creak.reduction.inside import Inside
 from helpers_core import (
@@ -512,3 +514,15 @@ def test_a_small_factor_stays_for_the_check():
     assert (inside.factor.made is first) == has_pardiso()  # other factors do not know their size
     inside.release(above=0)
     assert inside.factor.made is not first
+
+
+def test_a_dof_without_stiffness_and_mass_in_the_part_costs_no_frequency():
+    """The reference node of a bolt that another part stiffens: a free chain of 700 masses with an empty row before it."""
+    n = 700
+    K = sp.diags([[-1.0] * (n - 1), [1.0, *[2.0] * (n - 2), 1.0], [-1.0] * (n - 1)], [-1, 0, 1])
+    empty = sp.csr_matrix((1, 1))
+    part = SimpleNamespace(K=sp.block_diag([empty, K], format="csr"), M=sp.block_diag([empty, sp.eye(n)], format="csr"))
+    found, rigid = _own_modes(part, 3, None)
+    assert rigid == 1
+    expected = 2.0 * np.sin(np.pi * np.arange(1, 4) / (2.0 * n)) / (2.0 * np.pi)
+    np.testing.assert_allclose(found, expected, rtol=1e-8)

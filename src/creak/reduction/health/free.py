@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import FloatArray
 from creak.assembly.system import System
@@ -90,8 +91,11 @@ def hertz(omega2: FloatArray) -> FloatArray:
 def _own_modes(full: System, count: int, progress: Progress | None) -> tuple[FloatArray, int]:
     """Elastic frequencies of the full part, Hz, and how many modes are rigid."""
     stage = _stage(progress, "free modes of the full part")
-    wanted = min(full.n, RIGID_MODES + count)
-    omega2 = modes(full.K, full.M, count=wanted, free=True, sturm=False, progress=stage).omega2
+    # A dof of a shared reference node may have neither stiffness nor mass in this part.
+    used = np.flatnonzero(np.diff(sp.csr_matrix(full.K).indptr) + np.diff(sp.csr_matrix(full.M).indptr))
+    K, M = (sp.csr_matrix(A)[used][:, used] for A in (full.K, full.M))
+    wanted = min(used.size, RIGID_MODES + count)
+    omega2 = modes(K, M, count=wanted, free=True, sturm=False, progress=stage).omega2
     rigid = _rigid_count(omega2)
     return hertz(omega2[rigid:])[:count], rigid
 

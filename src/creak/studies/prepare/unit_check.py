@@ -100,7 +100,7 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
     mass : of the whole model, in its units; frequency : the first that is not zero, Hz. None: not looked at.
     """
     declared = SYSTEMS[units]
-    found = [text for stuff in materials(model) if (text := _material(stuff, declared))]
+    found = [text for stuff in materials(model) if (text := _material(stuff, declared, across(model)))]
     found = found or _size(model, declared) or _thickness(model, declared)
     if mass is not None:
         found = found or _mass(model, declared, mass)
@@ -113,7 +113,11 @@ def other_units(model: Model, units: str) -> str | None:
     """The first material whose figures are of another system than the study's, in a sentence; None: there is none."""
     declared = SYSTEMS[units]
     stuff = next((m for m in materials(model) if _system_of(m, declared) is not None), None)
-    return None if stuff is None else f"materials and study are of two systems of units: {_material(stuff, declared)}"
+    return (
+        None
+        if stuff is None
+        else f"materials and study are of two systems of units: {_material(stuff, declared, across(model))}"
+    )
 
 
 def guessed_units(model: Model) -> list[UnitSystem]:
@@ -182,14 +186,14 @@ def _sound(stuff: Stuff, system: UnitSystem) -> float | None:
     return math.sqrt(stuff.modulus * system.stress / (stuff.density * system.density))
 
 
-def _material(stuff: Stuff, declared: UnitSystem) -> str:
-    """What is odd about a material; empty where nothing is."""
+def _material(stuff: Stuff, declared: UnitSystem, size: float) -> str:
+    """What is odd about a material of a model of this size; empty where nothing is."""
     if _fits(stuff, declared):
         return ""
     name = f"material {stuff.name} (E = {stuff.modulus:g}, density = {stuff.density:g})"
     other = _system_of(stuff, declared)
     if other is not None:
-        return f"{name} is in {other.name}, not in {declared.name}: {_remedy(other, declared)}"
+        return f"{name} is in {other.name}, not in {declared.name}: {_remedy(stuff, other, declared, size)}"
     _, stress, density, _ = declared.words
     wrong = []
     if stuff.modulus > 0.0 and not _within(stuff.modulus * declared.stress, MODULUS):
@@ -210,7 +214,15 @@ def _system_of(stuff: Stuff, declared: UnitSystem) -> UnitSystem | None:
     return next((s for s in (*SYSTEMS.values(), *OTHERS) if _fits(stuff, s)), None)
 
 
-def _remedy(other: UnitSystem, declared: UnitSystem) -> str:
+def _remedy(stuff: Stuff, other: UnitSystem, declared: UnitSystem, size: float) -> str:
+    """Convert the material where the lengths are of the declared system, else name the other one."""
+    lengths = [_within(size * system.length, SIZE) for system in (declared, other)]
+    if lengths == [True, False]:
+        modulus, density = (
+            stuff.modulus * other.stress / declared.stress,
+            stuff.density * other.density / declared.density,
+        )
+        return f"its lengths are, so give E = {modulus:.6g} and density = {density:.6g}"
     if other.name not in SYSTEMS:
         return f"convert the deck to {declared.name}"
     return f'set [model] units = "{other.name}", or --units {other.name} where a deck is run by itself'

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from creak.studies.file.toml_text import toml_value
-from creak.studies.propose.contacts import EDGES, FAR, OVERLAP, SIDE, UNEVEN, Contact
+from creak.studies.propose.contacts import EDGES, FAR, OVERLAP, PRESSED, SIDE, UNEVEN, Contact
 
 IN_A_LINE = 12
 """Labels of nodes in a line of the study."""
@@ -59,7 +59,7 @@ def _start(c: Contact, unit: str) -> str:
 
 
 def _table(c: Contact, unit: str) -> list[str]:
-    lines = _named(c.secondary, c.labels)
+    lines = named_nodes(c.secondary, c.labels)
     lines += [
         f"[contact.{c.name}]",
         key_line("secondary", c.secondary, "its nodes become the gap channels"),
@@ -79,7 +79,7 @@ def _table(c: Contact, unit: str) -> list[str]:
     ]
 
 
-def _named(name: str, labels: Sequence[str]) -> list[str]:
+def named_nodes(name: str, labels: Sequence[str]) -> list[str]:
     """Nodes that the deck has no set of."""
     if not labels:
         return []
@@ -105,6 +105,7 @@ def _asked(c: Contact, unit: str, distance: float) -> list[str]:
         SIDE: f"On which side of {second} does the edge of {first} stand? Parts of it lie on both sides, or along it.",
         EDGES: f"Can the edge of {first} hit that of {second}? Shells have no contact of edge on edge.",
         UNEVEN: f"Is the gap between {first} and {second} the same everywhere? A node set has one clearance for all.",
+        PRESSED: f"Can {first} and {second} part where they are joined? {c.closed} places there touch at rest.",
     }
     answers = {
         FAR: "If they can, uncomment the lines below.",
@@ -112,6 +113,7 @@ def _asked(c: Contact, unit: str, distance: float) -> list[str]:
         SIDE: "Look at normal below, turn its sign if it points to the wrong side, and uncomment the lines.",
         EDGES: "If it can, uncomment the lines below: a stop between the nearest two nodes.",
         UNEVEN: "If it nearly is, uncomment the lines below. If not, put the elements there into an *ELSET.",
+        PRESSED: "Bolted faces press all the time, which costs hours. If they can part, uncomment the lines below.",
     }
     lines = [f"# QUESTION: {questions[c.question]}"]
     if c.picture:
@@ -128,8 +130,8 @@ def _stop(c: Contact, unit: str) -> list[str]:
     toward = -c.toward[axis]
     limit = ("upper", max(c.gap, 0.0)) if toward < 0.0 else ("lower", 0.0 - max(c.gap, 0.0))
     return [
-        *_named("EDGE_1", c.ends[:1]),
-        *_named("EDGE_2", c.ends[1:]),
+        *named_nodes("EDGE_1", c.ends[:1]),
+        *named_nodes("EDGE_2", c.ends[1:]),
         "[[connector]]",
         key_line("type", "play", "free within the limit, then stiff"),
         key_line("nodes", ["EDGE_1", "EDGE_2"], "motion of the second less that of the first"),

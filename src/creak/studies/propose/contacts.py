@@ -15,7 +15,9 @@ from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.mesh import Model
+from creak.model.solid_faces import FACES
 from creak.progress import Progress
+from creak.studies.propose.joints import linked_parts
 from creak.studies.propose.opposite import STRAIGHT, Met
 from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of
 from creak.words import listed
@@ -24,11 +26,18 @@ EVEN = 0.05
 """Share of the thickness by which gaps may differ for one clearance to stand for all."""
 TELLS = 0.05
 """Of half of the plate's thickness: a node nearer to its middle does not tell the side on which the edge stands."""
+ROUND_OFF = 1e-12
+"""Of the model's size: a gap that is no larger is none."""
+TOUCHING = 1e-3
+"""Of the largest near gap: what is no more apart touches at rest."""
+MANY = 20
+"""Channels that start closed from which on linked parts are taken to lie on each other."""
 FAR = "far"
 OVERLAP = "overlap"
 SIDE = "side"
 EDGES = "edges"
 UNEVEN = "uneven"
+PRESSED = "pressed"
 """Why a contact is asked about."""
 
 
@@ -61,8 +70,10 @@ class Contact:
     """Nodes of the secondary side, where the study itself has to name them."""
     clearance: float | None = None
     normal: tuple[float, float, float] | None = None
+    closed: int = 0
+    """Channels that are closed at the start."""
     question: str = ""
-    """Why it is doubtful: far, overlap, side, edges, uneven; empty: it is not."""
+    """Why it is doubtful: far, overlap, side, edges, uneven, pressed; empty: it is not."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """The place, length."""
     toward: tuple[float, float, float] = (0.0, 0.0, 1.0)
@@ -114,7 +125,7 @@ def _of_faces(model: Model, n: Near) -> list[Contact]:
             if near.nodes.size:
                 found.append(_surfaces(model, n, near, (first, second), members))
     if found:
-        return found
+        return [part for c in found for part in _without_pressed(model, n, c)]
     for side in (0, 1):
         if sides[side] and not sides[1 - side]:
             return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side])
@@ -122,6 +133,24 @@ def _of_faces(model: Model, n: Near) -> list[Contact]:
     problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
     count = len(n.elements[0])
     return [replace(_drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), problem=problem)]
+
+
+def _without_pressed(model: Model, n: Near, c: Contact) -> list[Contact]:
+    """Of linked parts the nodes that are open, and as a question the surfaces that lie on each other beside them.
+
+    What is bolted down presses all the time: hundreds of its channels cost hours and tell nothing of a rattle.
+    """
+    side = n.parts.index(c.parts[0])
+    mine = n.met.where(n.met.side == side)
+    away = mine.where(mine.gap > TOUCHING * mine.gap.max(initial=0.0))
+    few = c.closed < MANY or not away.nodes.size or frozenset(n.parts) not in linked_parts(model)
+    if not c.live or few:
+        return [c]
+    if all(b.kind in FACES for b in model.blocks if model.parts[b.part].name == c.parts[0]):
+        apart = [_tried(model, _nodes(model, away, c.parts, c.main, "near"))]
+    else:
+        apart = _by_nodes(model, n, away, side, [c.main])
+    return [*apart, replace(c, question=PRESSED)] if any(a.live for a in apart) else [c]
 
 
 def _meets(met: Met, members: Sequence[IntArray]) -> BoolArray:
@@ -260,7 +289,9 @@ def _tried(model: Model, c: Contact) -> Contact:
             operator, _ = node_to_surface(replace(model, node_sets=sets), pair)
     except InputError as error:
         return replace(c, problem=error.what)
-    return replace(c, channels=operator.m, start=float(operator.gap0.min()))
+    gap0 = np.where(np.abs(operator.gap0) > ROUND_OFF * np.ptp(model.nodes.coords), operator.gap0, 0.0)
+    closed = int((gap0 <= TOUCHING * gap0.max(initial=0.0)).sum())
+    return replace(c, channels=operator.m, start=float(gap0.min()), closed=closed)
 
 
 def _pair_name(parts: Sequence[str]) -> str:

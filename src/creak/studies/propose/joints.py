@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import combinations
+
 import numpy as np
 
 from creak.arrays import IntArray
@@ -31,15 +33,32 @@ def joints_of(model: Model) -> tuple[str, ...]:
 
     Elements that lie in one part, and constraints among nodes of one part, are left out.
     """
-    part = np.full(model.nodes.count, -1, dtype=np.int64)
-    for i, p in enumerate(model.parts):
-        part[p.nodes_idx] = i
+    part = _part_of(model)
     found: dict[tuple[str, tuple[int, ...]], list[IntArray]] = {}
     for words, nodes in [*_elements(model.blocks), *_constraints(model.constraints)]:
         joined = np.unique(part[nodes])
         if joined.size > 1:
             found.setdefault((words, tuple(joined.tolist())), []).append(nodes)
-    return tuple(_line(model, words, joined, each) for (words, joined), each in found.items())
+    return tuple(_line(model, part, words, joined, each) for (words, joined), each in found.items())
+
+
+def linked_parts(model: Model) -> set[frozenset[str]]:
+    """Pairs of names of parts that one link, coupling, tie or equation joins."""
+    part = _part_of(model)
+    found: set[frozenset[str]] = set()
+    for _, nodes in _constraints(model.constraints):
+        joined = np.unique(part[nodes])
+        names = [model.parts[i].name for i in joined[joined >= 0].tolist()]
+        found.update(frozenset(pair) for pair in combinations(names, 2))
+    return found
+
+
+def _part_of(model: Model) -> IntArray:
+    """(n_node,) row into `Model.parts`; -1 for none."""
+    part = np.full(model.nodes.count, -1, dtype=np.int64)
+    for i, p in enumerate(model.parts):
+        part[p.nodes_idx] = i
+    return part
 
 
 def _elements(blocks: tuple[ElementBlock, ...]) -> list[tuple[str, IntArray]]:
@@ -50,7 +69,9 @@ def _constraints(constraints: tuple[Constraint, ...]) -> list[tuple[str, IntArra
     return [(CONSTRAINTS[type(c)], c.nodes) for c in constraints]
 
 
-def _line(model: Model, words: str, joined: tuple[int, ...], each: list[IntArray]) -> str:
+def _line(model: Model, part: IntArray, words: str, joined: tuple[int, ...], each: list[IntArray]) -> str:
     names = [model.parts[i].name if i >= 0 else "nodes of no part" for i in sorted(joined, reverse=True)]
-    first = [model.nodes.label(int(row)) for row in each[0][:2]]
+    # One node of each, in the order of the names.
+    nodes = [next(row for row in each[0].tolist() if part[row] == i) for i in sorted(joined, reverse=True)]
+    first = [model.nodes.label(row) for row in nodes]
     return f"{len(each)} {words} between {listed(names)}, first at nodes {listed(first)}"

@@ -23,6 +23,8 @@ FAR = 2.0
 """Times that distance: what is farther than the distance and nearer than this is asked about."""
 MOST_NODES = 100
 """Sets with more nodes are proposed neither for excitation nor for output."""
+MOST_SHAKEN = 1000
+"""Supports of more nodes are not shaken: the study would have to name them all."""
 OTHER_SETS = 8
 """Most sets named beside the one proposed for excitation."""
 PICTURES = 12
@@ -41,6 +43,10 @@ class Drive:
     why: str
     others: tuple[str, ...] = ()
     """Node sets that would do as well."""
+    freed: bool = False
+    """The deck holds the nodes along dof: the study has to let them go."""
+    labels: tuple[str, ...] = ()
+    """Nodes, where the study itself has to name them."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +176,8 @@ def _all_held(held: BoolArray, rows: IntArray) -> str:
 
 
 def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
-    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free.
+    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free; else
+    all supports together.
 
     Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
     """
@@ -190,10 +197,27 @@ def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive 
             drive = Drive(name, dof, "force", "the deck holds nothing of it")
         found.append(((len(dofs.split()), -int(np.isin(rows, touching).sum()), -rows.size), drive))
     if not found:
-        return None
+        return _shaken(model, held, contacts)
     best = max(found, key=lambda f: f[0])
     others = [d.node_set for rank, d in found if rank[0] == best[0][0] and d is not best[1]]
     return replace(best[1], others=tuple(others[:OTHER_SETS]))
+
+
+def _shaken(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
+    """All that the deck holds, moved together along the axis nearest to the normal of the first contact, or z."""
+    axis = next((int(np.argmax(np.abs(c.toward))) for c in contacts if c.live), 2)
+    rows = np.flatnonzero(held[:, axis] & _with_elements(model) & ~_following(model))
+    if not 0 < rows.size <= MOST_SHAKEN:
+        return None
+    dof = DOFS[axis]
+    why = f"the deck holds {dof} of it: all that is held is let go along {dof} and moved as one, as on a shaker"
+    own = [n for n, s in model.node_sets.items() if not n.startswith("_") and np.array_equal(np.unique(s), rows)]
+    if own:
+        return Drive(min(own), dof, "displacement", why, freed=True)
+    name = "SHAKEN"
+    while name in model.node_sets:
+        name += "_"
+    return Drive(name, dof, "displacement", why, freed=True, labels=tuple(model.nodes.label(int(r)) for r in rows))
 
 
 def _undriven(model: Model, held: BoolArray) -> str:

@@ -10,7 +10,8 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from creak.arrays import BoolArray, IntArray
+from creak.arrays import IntArray
+from creak.model.constraints import tied_nodes
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.solid_faces import FACES
@@ -58,7 +59,7 @@ def near_parts(model: Model, distance: float, far: float) -> list[Near]:
     distance, far : between the surfaces, in the deck's unit of length.
     """
     skins = {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
-    tied = tied_nodes(model)
+    tied = tied_nodes(model.constraints, model.nodes.count)
     found: list[Near] = []
     for i, j in combinations(skins, 2):
         there = opposite(model, skins[i], skins[j], far, tied, 0)
@@ -104,14 +105,6 @@ def closest_parts(model: Model) -> tuple[str, str, float] | None:
     trees = {p.name: cKDTree(model.nodes.coords[p.nodes_idx]) for p in model.parts if p.nodes_idx.size}
     pairs = [(a, b, float(trees[b].query(trees[a].data)[0].min())) for a, b in combinations(trees, 2)]
     return min(pairs, key=lambda p: p[2], default=None)
-
-
-def tied_nodes(model: Model) -> BoolArray:
-    """(n_node,) nodes that any link, coupling, tie or equation names."""
-    tied = np.zeros(model.nodes.count, dtype=bool)
-    for c in model.constraints:
-        tied[c.nodes] = True
-    return tied
 
 
 def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:

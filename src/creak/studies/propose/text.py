@@ -6,8 +6,8 @@ from creak.assembly.part import is_damped
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
-from creak.studies.propose.contact_text import contact_lines, key_line
-from creak.studies.propose.proposal import Proposal
+from creak.studies.propose.contact_text import contact_lines, key_line, named_nodes
+from creak.studies.propose.proposal import Drive, Proposal
 
 F_MAX = 100.0
 """Hz up to which a road excites."""
@@ -130,6 +130,7 @@ def _excitation(found: Proposal) -> list[str]:
         f"# Excitation: {d.node_set}, because {d.why}.",
         *([f"# As well: {', '.join(d.others)}."] if d.others else []),
         *(["# Prescribed motion needs a support of which the deck leaves one direction free."] if force else []),
+        *_let_go(d),
         "[excitation.road]",
         key_line("node_set", d.node_set, "all its nodes get the same signal"),
         key_line("dof", d.dof, "the direction"),
@@ -142,6 +143,20 @@ def _excitation(found: Proposal) -> list[str]:
         key_line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
         key_line("period", 1.0, "s"),
         key_line("seed", 1, "of the phases"),
+    ]
+
+
+def _let_go(d: Drive) -> list[str]:
+    """Of supports that the deck holds along the direction."""
+    if not d.freed:
+        return []
+    comment = "directions that the deck holds and the study lets go"
+    return [
+        *named_nodes(d.node_set, d.labels),
+        "[support.road]",
+        key_line("nodes", d.node_set, "node set"),
+        key_line("free", [d.dof], comment),
+        "",
     ]
 
 

@@ -138,7 +138,7 @@ def _runnable(steps: list[StepBlocks]) -> int:
         raise InputError(
             "the deck has no *STEP",
             expected="a *DYNAMIC step",
-            fix="Add one, or write a study (.toml) that names the deck in [model].",
+            fix="Write a study for it: `creak new DECK`. Or add a *DYNAMIC step.",
         )
     for i, step in enumerate(steps):
         procedure = _procedure(step)
@@ -150,7 +150,7 @@ def _runnable(steps: list[StepBlocks]) -> int:
             _stop(step, procedure, follows)
     first = _procedure(steps[0])
     assert first is not None
-    use = "Use `creak modes DECK`" if first.name == "FREQUENCY" else "Write a study (.toml) that names the deck"
+    use = "Use `creak modes DECK`" if first.name == "FREQUENCY" else "Write a study: `creak new DECK`"
     raise InputError(
         f"the deck has no *DYNAMIC step, only *{first.name}",
         expected="a *DYNAMIC step",
@@ -178,7 +178,7 @@ def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
             f"the deck has no *DYNAMIC step; creak does not run *{procedure.name}",
             expected="a *DYNAMIC step",
             where=procedure.where,
-            fix="Add one, or write a study (.toml) that names the deck in [model].",
+            fix="Write a study for it: `creak new DECK`. Or add a *DYNAMIC step.",
         )
     raise InputError(
         f"a *{procedure.name} step comes before the *DYNAMIC step; creak starts a run at rest, or from *STATIC steps",
