@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from creak.contact.coulomb import OPEN, SLIDE, STICK, assess, bounded, response, set_open, tidy
@@ -15,11 +14,12 @@ from creak.contact.laws.friction import coefficient, coefficient_slope
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.pivoting import REGULARISATION
 from creak.contact.small_systems import solve_general
+from creak.linalg.compiled import with_arrays
 
 MAX_NEWTON = 20
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """True with x, r, status at the solution; False where it does not get there."""
     size = np.empty(x.size)
@@ -34,7 +34,7 @@ def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
     """One step on the closed channels; the open ones lose their force first."""
     n, lost = status.size, False
@@ -61,7 +61,7 @@ def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _linearise(c, holds, x, r, status, unknown, e, J, b):  # type: ignore[no-untyped-def]
     """Rows in force: p and sticking tangents over their compliance, sliding as tau - mu p z / |z|.
 
@@ -91,7 +91,7 @@ def _linearise(c, holds, x, r, status, unknown, e, J, b):  # type: ignore[no-unt
             _linearise_sliding(c, holds, x, r, i, unknown, place, J, b)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _linearise_sliding(c, holds, x, r, i, unknown, place, J, b):  # type: ignore[no-untyped-def]
     """d(tau - mu p z / |z|), z = tau - d / compliance, mu at the speed along -z.
 

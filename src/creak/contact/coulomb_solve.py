@@ -7,13 +7,13 @@ with friction; all of this is bounded, and what is returned as solved satisfies 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.contact.coulomb import SLIDE, Rubbing
 from creak.contact.coulomb_newton import newton
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
+from creak.linalg.compiled import with_arrays
 
 ROUNDS = 5
 """Newton is tried this often, after 0, 10, 20, 40, ... sweeps."""
@@ -23,7 +23,7 @@ MAX_PROXIMAL = 300
 FIRST_SWEEPS = 10
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     """x in place (on entry the forces of the step before); stuck (n,) in and out. Returns a code of `pivoting`.
 
@@ -49,7 +49,7 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     return SOLVED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _released(c, holds, status):  # type: ignore[no-untyped-def]
     """Channels that slid off their static limit lose it; True if there are any."""
     found = False
@@ -60,7 +60,7 @@ def _released(c, holds, status):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """Newton with sweeps; where that fails, within a proximal point method. x, r and status at the solution.
 
@@ -93,7 +93,7 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _newton_and_sweeps(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """Newton, tried again after more and more sweeps; False with x after the last of them."""
     sweeps = FIRST_SWEEPS

@@ -9,11 +9,11 @@ single moves end, since with the channels before it solved a channel passes each
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.small_systems import solve_symmetric
+from creak.linalg.compiled import with_arrays
 
 SOLVED, UNENDED, NO_SOLUTION, SINGULAR = 0, 1, 2, 3
 OPEN = -1
@@ -31,7 +31,7 @@ INFEASIBLE = 1e-6
 """Part of the largest free penetration that may be left of a solution."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     """p (n,) in place; on entry forces of the step before, which only choose the first guess of the pieces.
 
@@ -58,7 +58,7 @@ def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     return SOLVED if _feasible(A, gap_free, law, p) else NO_SOLUTION
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _first_guess(gap_free, law, p):  # type: ignore[no-untyped-def]
     """Channels that pressed before and still would penetrate; all that would, when none pressed."""
     n = gap_free.size
@@ -75,7 +75,7 @@ def _first_guess(gap_free, law, p):  # type: ignore[no-untyped-def]
     return state
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-def]
     n = gap_free.size
     target = np.empty(n, dtype=np.int64)
@@ -108,7 +108,7 @@ def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-de
     return UNENDED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
     """Gaps, and the size of the terms that make them up, which bounds their round-off."""
     for i in range(p.size):
@@ -121,7 +121,7 @@ def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
                 size[i] += abs(push)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-def]
     """Forces on the chosen pieces: (A + D + e R) p = e R centre - gap_free - y + D force; False if singular."""
     active = np.flatnonzero(state != OPEN)
@@ -146,7 +146,7 @@ def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-unty
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-def]
     """The piece that the law asks for; the given one if it is consistent to round-off."""
     first, end = law.first[i], law.first[i + 1]
@@ -160,7 +160,7 @@ def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-de
     return state
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _next_state(law, i, state, target):  # type: ignore[no-untyped-def]
     """One piece towards the target."""
     if state == OPEN or target > state:
@@ -168,7 +168,7 @@ def _next_state(law, i, state, target):  # type: ignore[no-untyped-def]
     return state - 1 if state > law.first[i] else OPEN
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _feasible(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     """True if next to nothing is left of the free penetrations."""
     gap, size = np.empty(p.size), np.empty(p.size)

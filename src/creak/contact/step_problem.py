@@ -11,7 +11,6 @@ close in turn.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
@@ -24,9 +23,10 @@ from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.errors import NumericalError
+from creak.linalg.compiled import either, with_arrays
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def spring_energy(laws, i, gap):  # type: ignore[no-untyped-def]
     """Energy in the spring of channel i at a gap; 0 for a hard one."""
     c = laws.curve[i]
@@ -35,7 +35,7 @@ def spring_energy(laws, i, gap):  # type: ignore[no-untyped-def]
     return linear_energy(laws.stiffness[i], gap) if laws.stiffness[i] < np.inf else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def spring_force(laws, i, gap):  # type: ignore[no-untyped-def]
     """Elastic force of channel i at a gap, without its damper; 0 for a hard one."""
     c = laws.curve[i]
@@ -44,7 +44,7 @@ def spring_force(laws, i, gap):  # type: ignore[no-untyped-def]
     return laws.stiffness[i] * max(0.0, -gap) if laws.stiffness[i] < np.inf else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def contact_energy(laws, gap):  # type: ignore[no-untyped-def]
     """Energy in the springs of all channels at gaps (m,)."""
     energy = 0.0
@@ -53,7 +53,7 @@ def contact_energy(laws, gap):  # type: ignore[no-untyped-def]
     return energy
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-def]
     """Work that the channel dampers took in a step, by the backward rule: they act at its end.
 
@@ -67,7 +67,7 @@ def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-d
     return work
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
     """Channel forces at the end of a step, to be called from compiled code.
 
@@ -108,7 +108,7 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     return UNENDED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
     """Mark the channels with a law that would penetrate; True if there are new ones."""
     found = False
@@ -120,7 +120,7 @@ def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force):  # type: ignore[no-untyped-def]
     """Solve for the forces of some channels, all others open."""
     n, m = members.size, gap_free.size
@@ -152,7 +152,7 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
     return code
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
     """Rubbing channel of each member; -1 if it does not rub or cannot move along the contact."""
     rub = np.full(members.size, -1)
@@ -164,7 +164,7 @@ def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
     return rub
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-untyped-def]
     """The laws of the members as straight pieces; their dampers see the rate of this step."""
     room = 2 * members.size
@@ -189,7 +189,7 @@ def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-u
     return law
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no-untyped-def]
     """The problem of members with friction, and which of them stuck (or were open) before."""
     n = tangent.size
@@ -202,6 +202,12 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
             c.slack[k] = 0.5 * (A[t, t] + A[t + 1, t + 1])
             holds[k] = stuck[f]
     return c, holds
+
+
+@either
+def solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
+    """`solve_step`, for Python."""
+    return solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
 
 
 def solve_channels(
@@ -222,7 +228,7 @@ def solve_channels(
     ------
     NumericalError : the step has no solution, or it was not found.
     """
-    code = solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
+    code = solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
     if code != SOLVED:
         raise NumericalError(failure(code))
     return force

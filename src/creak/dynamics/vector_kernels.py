@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.dynamics.compiled import FAST
+from creak.linalg.compiled import inner, inner_fast
 
 CHUNK = 4096
 """Rows that stay in the cache while columns are added."""
@@ -128,14 +128,14 @@ def weighted(r, Kv, e, d, b):  # type: ignore[no-untyped-def]
     return b
 
 
-@numba.njit(cache=True)
+@inner
 def fill(to, value):  # type: ignore[no-untyped-def]
     """to[:] = value; a loop compiles in a fraction of the time."""
     for i in range(to.size):
         to[i] = value
 
 
-@numba.njit(cache=True)
+@inner
 def put(to, begin, values):  # type: ignore[no-untyped-def]
     """to[begin : begin + values.size] = values; returns the next place."""
     for i in range(values.size):
@@ -143,7 +143,7 @@ def put(to, begin, values):  # type: ignore[no-untyped-def]
     return begin + values.size
 
 
-@numba.njit(cache=True)
+@inner
 def acts(force, begin, end):  # type: ignore[no-untyped-def]
     """Is any of force[begin:end] not zero?"""
     found = False
@@ -152,7 +152,7 @@ def acts(force, begin, end):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@inner_fast
 def dot(row, u):  # type: ignore[no-untyped-def]
     """row . u"""
     a = 0.0

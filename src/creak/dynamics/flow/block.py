@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.dynamics.compiled import inner
 from creak.dynamics.flow.motion import band_energies, gap_of, rate_of
 from creak.dynamics.vector_kernels import acts
+from creak.linalg.compiled import inner
 
 STEPS = (128, 64, 32, 16)
 """Steps near contact of a block."""

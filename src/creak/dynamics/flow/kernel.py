@@ -14,12 +14,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import DONE, NOT_FINITE, inner, outer
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_rubbing, hold_together, new_held, rests, same_set
-from creak.dynamics.flow.model import FlowModel
+from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
     fly,
@@ -35,6 +34,8 @@ from creak.dynamics.flow.motion import (
 )
 from creak.dynamics.flow.rows import bends, changes, restart
 from creak.dynamics.vector_kernels import acts, fill, put
+from creak.linalg.by_reference import by_reference
+from creak.linalg.compiled import inner, outer
 
 FULL = -2
 """Code: no room left in the table."""
@@ -197,6 +198,9 @@ def march(  # type: ignore[no-untyped-def]
     code (0 done, -1 not finite, -2 the table is full, else of the contact solver), flight steps done, rows taken,
     motions kept, whether `after` holds the last state, and the time.
     """
+    model, laws, lasting, block = by_reference(model), by_reference(laws), by_reference(lasting), by_reference(block)
+    cone, desk, out = by_reference(cone), by_reference(desk), by_reference(out)
+    now, after = by_reference(now), by_reference(after)
     n_x, levels = model.order.size, P.shape[0] - 1
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels

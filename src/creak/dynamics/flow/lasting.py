@@ -20,11 +20,13 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.step_problem import solve_step
 from creak.dynamics.books import EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import DONE, inner, inner_fast, with_arrays
 from creak.dynamics.flow.block import look_near, under_way
 from creak.dynamics.flow.kicks import GIVE
+from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import fly, gap_of, look, quiet, rate_of, settle_supports, times
 from creak.dynamics.vector_kernels import dot, fill, put
+from creak.linalg.by_reference import by_value
+from creak.linalg.compiled import inner, inner_fast, with_arrays
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
@@ -150,7 +152,7 @@ def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after,
             free[j] -= 0.5 * h * now.rate[j]
     put(after.force, 0, now.force)
     put(after.stuck, 0, now.stuck)
-    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, laws, after.stuck, after.force) != DONE:
+    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, by_value(laws), after.stuck, after.force) != DONE:
         return False
     if not same_set(laws, now, after):
         return False

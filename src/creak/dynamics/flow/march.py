@@ -17,7 +17,6 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
-from creak.dynamics.compiled import DONE
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
@@ -25,7 +24,7 @@ from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.lasting import LOSS, Lasting
-from creak.dynamics.flow.model import CONSTANT, FORCE, FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow.model import CONSTANT, DONE, FORCE, FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
 from creak.dynamics.flow.rows import new_cone

@@ -7,7 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from creak.contact.step_problem import compile_kernels, solve_step
+from creak.contact.step_problem import compile_kernels, solve_alone
 from creak.dynamics.flow.march import compile_flow
 from creak.studies.prepare.marching import Marching
 
@@ -46,8 +46,8 @@ def compile_for(marching: Marching, *, solves_steps: bool) -> None:
 
 def _compiled() -> bool:
     """Is the solver in numba's cache, compiled after its source was last changed?"""
-    folder, source = solve_step.stats.cache_path, Path(solve_step.py_func.__code__.co_filename).stat().st_mtime
-    found = [] if folder is None else Path(folder).glob("step_problem.solve_step-*.nbi")
+    folder, source = solve_alone.stats.cache_path, Path(solve_alone.py_func.__code__.co_filename).stat().st_mtime
+    found = [] if folder is None else Path(folder).glob("step_problem.solve_alone-*.nbi")
     return any(path.stat().st_mtime >= source for path in found)
 
 

@@ -69,8 +69,8 @@ def test_the_process_beside_compiles_what_is_looked_for(monkeypatch, tmp_path):
     assert isinstance(kernels._compiled(), bool)
     words = f"import creak.contact.step_problem as s; s.solve_channels = lambda *_: None; {kernels.ASIDE}"
     assert subprocess.run([sys.executable, "-c", words], capture_output=True, timeout=60).returncode == 0
-    name = f"step_problem.{kernels.solve_step.py_func.__qualname__}-7.py311.nbi"
-    monkeypatch.setattr(type(kernels.solve_step), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
+    name = f"step_problem.{kernels.solve_alone.py_func.__qualname__}-7.py311.nbi"
+    monkeypatch.setattr(type(kernels.solve_alone), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
     assert not kernels._compiled()
     (tmp_path / name).write_bytes(b"")
     assert kernels._compiled()

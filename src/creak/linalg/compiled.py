@@ -1,0 +1,63 @@
+"""How functions are compiled that compiled code alone calls: typed once each, optimised once with all that they call.
+
+Numba has LLVM optimise each function with all that it calls, and make machine code of it, once more at every level of
+calls, and an entry for Python besides. Here that is left to the one that Python calls. Python must call none of the
+others: it would crash.
+
+They do not count who holds an array either: each count locks a line of the cache, in the march a quarter of its time,
+and more where threads share a model. So they make no arrays: what does is `with_arrays`.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.binding
+import llvmlite.ir
+import numba
+from numba.core import cgutils
+from numba.core.codegen import JITCodeLibrary
+from numba.core.compiler import Compiler
+
+FAST = {"reassoc", "contract", "nsz", "arcp"}
+"""Sums in any order; infinities and NaN keep their meaning."""
+
+
+class _Part(JITCodeLibrary):  # type: ignore[misc]
+    """Code that is optimised where it is linked in; by itself only the places of its environments exist."""
+
+    def _optimize_final_module(self) -> None:
+        whole, places = self._final_module, self._codegen._create_empty_module(self.name)
+        for function in whole.functions:
+            if not function.is_declaration and function.linkage == llvmlite.binding.Linkage.external:
+                function.linkage = "linkonce_odr"
+        for variable in whole.global_variables:
+            if variable.name.startswith("_ZN08NumbaEnv"):
+                place = llvmlite.ir.GlobalVariable(places, cgutils.voidptr_t, variable.name)
+                place.linkage, place.initializer = "common", llvmlite.ir.Constant(cgutils.voidptr_t, None)
+        self._shared_module = whole
+        self._final_module = llvmlite.binding.parse_assembly(str(places))
+        self._final_module.name = whole.name
+
+
+class _PartCompiler(Compiler):  # type: ignore[misc]
+    """Numba's own, into a `_Part`."""
+
+    def define_pipelines(self) -> Any:
+        state = self.state
+        if state.library is None:
+            state.library = _Part(state.targetctx.codegen(), state.func_id.func_qualname)
+            state.library.enable_object_caching()
+        return super().define_pipelines()
+
+
+_ALL: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
+_PART: dict[str, Any] = {**_ALL, "pipeline_class": _PartCompiler, "no_cpython_wrapper": True}
+inner = numba.njit(**_PART, _nrt=False)
+inner_fast = numba.njit(**_PART, _nrt=False, fastmath=FAST)
+with_arrays = numba.njit(**_PART, _nrt=True)
+"""For functions that make arrays and are called by the others (`_nrt` goes on from caller to called)."""
+outer = numba.njit(**_ALL, nogil=True, _nrt=False)
+"""For the one that Python calls. A function around it would have all of it compiled twice."""
+either = numba.njit(**_ALL)
+"""For small ones that both call."""
