@@ -18,6 +18,7 @@ from creak.contact.laws.friction import coefficient, friction_violations
 from creak.contact.laws.pieces import Pieces, overclosure_at, piece_of
 from creak.contact.pivoting import ROUND
 from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import largest
 
 OPEN, SMOOTH, STICK, SLIDE = 0, 1, 2, 3
 ACCURATE = 1e-13
@@ -64,7 +65,7 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
 
     Tolerances are forces: ACCURATE times the largest one, plus round-off of the motion over the compliance.
     """
-    largest, worst = np.abs(x).max(), 0.0
+    top, worst = largest(x), 0.0
     for i in range(status.size):
         p = x[i]
         s = piece_of(c.law, i, p)
@@ -72,7 +73,7 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
         lack = (r[i] + overclosure_at(c.law, s, p)) / own
         status[i] = SMOOTH if p - lack > 0.0 else OPEN
         error = abs(p - max(0.0, p - lack))
-        allowed = ACCURATE * largest + ROUND * size[i] / own
+        allowed = ACCURATE * top + ROUND * size[i] / own
         excess[i] = _ratio(error, allowed)
         t = c.tangent[i]
         if t >= 0:
@@ -80,7 +81,7 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
                 status[i], error = _tangential(c, holds, i, x, r)
             else:
                 error = math.hypot(x[t], x[t + 1])
-            allowed = ACCURATE * largest + ROUND * (size[t] + size[t + 1]) / c.slack[i]
+            allowed = ACCURATE * top + ROUND * (size[t] + size[t + 1]) / c.slack[i]
             excess[i] = max(excess[i], _ratio(error, allowed))
         worst = max(worst, excess[i])
     return worst
@@ -133,4 +134,4 @@ def bounded(c, x):  # type: ignore[no-untyped-def]
     push = 0.0
     for i in range(n):
         push = max(push, c.A[i, i] * x[i])
-    return push <= BOUND * np.abs(c.free).max()
+    return push <= BOUND * largest(c.free)

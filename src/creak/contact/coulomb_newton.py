@@ -15,6 +15,7 @@ from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.pivoting import REGULARISATION
 from creak.contact.small_systems import solve_general
 from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import fill, places
 
 MAX_NEWTON = 20
 
@@ -50,7 +51,8 @@ def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
                 active[t] = active[t + 1] = True
     if lost:
         response(c, x, r, size)
-    unknown = np.flatnonzero(active)
+    unknown = np.empty(x.size, dtype=np.int64)
+    unknown = unknown[: places(active, unknown)]
     J, b = np.empty((unknown.size, unknown.size)), np.empty(unknown.size)
     for e in (0.0, REGULARISATION):
         _linearise(c, holds, x, r, status, unknown, e, J, b)
@@ -67,7 +69,8 @@ def _linearise(c, holds, x, r, status, unknown, e, J, b):  # type: ignore[no-unt
 
     `e` on the diagonal makes dependent rows solvable and does not change the equations that are solved for.
     """
-    place = np.full(x.size, -1)
+    place = np.empty(x.size, dtype=np.int64)
+    fill(place, -1)
     for k in range(unknown.size):
         place[unknown[k]] = k
     for i in range(status.size):

@@ -14,6 +14,7 @@ from creak.contact.coulomb_newton import newton
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import acts, put
 
 ROUNDS = 5
 """Newton is tried this often, after 0, 10, 20, 40, ... sweeps."""
@@ -34,11 +35,11 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     r, excess, status = np.empty(x.size), np.empty(n), np.empty(n, dtype=np.int64)
     holds = stuck.copy()
     code = SOLVED
-    if not x[:n].any():
+    if not acts(x, 0, n):
         p = np.zeros(n)
         code = solve_frictionless(c.A[:n, :n].copy(), c.free[:n], c.law, p)
         if code == SOLVED:
-            x[:n] = p
+            put(x, 0, p)
     for _ in range(n + 1):
         if not _converge(c, holds, x, r, excess, status):
             return NO_SOLUTION if code == NO_SOLUTION else UNENDED
@@ -72,7 +73,7 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     near = Rubbing(A, free, c.law, c.tangent, c.static, c.kinetic, c.decay, c.speed, slack)
     first = 0
     for pace in PACES:
-        x[:] = start
+        put(x, 0, start)
         weight = 1.0
         for k in range(first, MAX_PROXIMAL):
             w = 0.0 if k % 4 == 0 else weight
@@ -86,7 +87,7 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
             if w == 0.0:
                 if solved:
                     return True
-                x[:] = before
+                put(x, 0, before)
             else:
                 weight = weight * pace if solved else min(1.0, 3.0 * weight)
         first = 1
@@ -96,14 +97,14 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
 @with_arrays
 def _newton_and_sweeps(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """Newton, tried again after more and more sweeps; False with x after the last of them."""
-    sweeps = FIRST_SWEEPS
+    sweeps = np.int64(FIRST_SWEEPS)  # a plain number would have `sweep` compiled twice
     y = x.copy()
     for _ in range(ROUNDS):
         if newton(c, holds, x, r, excess, status):
             return True
-        x[:] = y
+        put(x, 0, y)
         if sweep(c, holds, x, r, excess, status, sweeps):
             return True
-        y[:] = x
+        put(y, 0, x)
         sweeps *= 2
     return False

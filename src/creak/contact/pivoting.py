@@ -14,6 +14,7 @@ import numpy as np
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.small_systems import solve_symmetric
 from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import fill, largest, put
 
 SOLVED, UNENDED, NO_SOLUTION, SINGULAR = 0, 1, 2, 3
 OPEN = -1
@@ -52,9 +53,11 @@ def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
         code = _pivot(A, gap_free, law, state, p, centre, REGULARISATION)
         if code != SOLVED:
             return NO_SOLUTION if code == SINGULAR else code
-        if np.abs(p - centre).max() <= 1e-6 * np.abs(p).max():
+        for i in range(p.size):
+            centre[i] -= p[i]
+        if largest(centre) <= 1e-6 * largest(p):
             break
-        centre[:] = p
+        put(centre, 0, p)
     return SOLVED if _feasible(A, gap_free, law, p) else NO_SOLUTION
 
 
@@ -62,7 +65,8 @@ def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
 def _first_guess(gap_free, law, p):  # type: ignore[no-untyped-def]
     """Channels that pressed before and still would penetrate; all that would, when none pressed."""
     n = gap_free.size
-    state = np.full(n, OPEN)
+    state = np.empty(n, dtype=np.int64)
+    fill(state, OPEN)
     none = True
     for i in range(n):
         if p[i] > 0.0 and gap_free[i] + law.overclosure[law.first[i]] < 0.0:
@@ -102,7 +106,7 @@ def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-de
         else:
             patience -= 1
         if patience > 0:
-            state[:] = target
+            put(state, 0, target)
         else:
             state[first] = _next_state(law, first, state[first], target[first])
     return UNENDED
@@ -124,9 +128,12 @@ def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
 @with_arrays
 def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-def]
     """Forces on the chosen pieces: (A + D + e R) p = e R centre - gap_free - y + D force; False if singular."""
-    active = np.flatnonzero(state != OPEN)
-    n = active.size
-    p[:] = 0.0
+    active, n = np.empty(p.size, dtype=np.int64), 0
+    for i in range(p.size):
+        p[i] = 0.0
+        if state[i] != OPEN:
+            active[n] = i
+            n += 1
     S, b, scale = np.empty((n, n)), np.empty(n), np.empty(n)
     for r in range(n):
         i = active[r]
@@ -173,7 +180,9 @@ def _feasible(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     """True if next to nothing is left of the free penetrations."""
     gap, size = np.empty(p.size), np.empty(p.size)
     _gaps(A, gap_free, p, gap, size)
-    deepest = -gap_free.min()
+    deepest = -gap_free[0]
+    for i in range(p.size):
+        deepest = max(deepest, -gap_free[i])
     for i in range(p.size):
         s = piece_of(law, i, p[i])
         if gap[i] + overclosure_at(law, s, p[i]) < -INFEASIBLE * deepest:

@@ -23,7 +23,8 @@ from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.errors import NumericalError
-from creak.linalg.compiled import either, with_arrays
+from creak.linalg.compiled import either, few_collections, with_arrays
+from creak.linalg.loops import fill, places, put
 
 
 @either
@@ -87,22 +88,23 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     m = gap_free.size
     inside = np.zeros(m, dtype=np.bool_)
     if not _add_closing(gap_free, laws, rate_gain, inside):
-        force[:] = 0.0
-        stuck[:] = True
+        fill(force, 0.0)
+        fill(stuck, True)
         return SOLVED
-    gap, was_stuck = np.empty(m), stuck.copy()
+    gap, chosen, was_stuck = np.empty(m), np.empty(m, dtype=np.int64), stuck.copy()
     for _ in range(m):
-        members = np.flatnonzero(inside)
-        stuck[:] = was_stuck
+        members = chosen[: places(inside, chosen)]
+        put(stuck, 0, was_stuck)
         code = _solve_members(
             A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force
         )
         if code != SOLVED or members.size == m:
             return code
-        gap[:] = gap_free
+        put(gap, 0, gap_free)
         for j in range(force.size):
             if force[j] != 0.0:
-                gap += A[j, :m] * force[j]
+                for i in range(m):
+                    gap[i] += A[j, i] * force[j]
         if not _add_closing(gap, laws, rate_gain, inside):
             return SOLVED
     return UNENDED
@@ -125,9 +127,8 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
     """Solve for the forces of some channels, all others open."""
     n, m = members.size, gap_free.size
     rub = _rubbing_members(A, laws, members, m)
-    at = np.empty(n + 2 * np.count_nonzero(rub >= 0), dtype=np.int64)
-    tangent = np.full(n, -1)
-    end = n
+    at, tangent, end = np.empty(3 * n, dtype=np.int64), np.empty(n, dtype=np.int64), n
+    fill(tangent, -1)
     for k in range(n):
         at[k] = members[k]
         if rub[k] >= 0:
@@ -142,11 +143,11 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
     law = _pieces(laws, members, gap_free, rate_free, rate_gain)
     c, holds = _rubbing(inner, free, law, tangent, slip_gain / step, laws, rub, stuck)
     code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x)
-    stuck[:] = True
+    fill(stuck, True)
     for k in range(n):
         if rub[k] >= 0:
             stuck[rub[k]] = holds[k]
-    force[:] = 0.0
+    fill(force, 0.0)
     for k in range(end):
         force[at[k]] = x[k]
     return code
@@ -155,9 +156,11 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
 @with_arrays
 def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
     """Rubbing channel of each member; -1 if it does not rub or cannot move along the contact."""
-    rub = np.full(members.size, -1)
+    rub, f = np.empty(members.size, dtype=np.int64), 0
+    fill(rub, -1)
     for k in range(members.size):
-        f = np.searchsorted(laws.rubs, members[k])
+        while f < laws.rubs.size and laws.rubs[f] < members[k]:
+            f += 1
         if f < laws.rubs.size and laws.rubs[f] == members[k]:
             t = m + 2 * f
             rub[k] = f if A[t, t] + A[t + 1, t + 1] > 0.0 else -1
@@ -173,7 +176,7 @@ def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-u
         if c >= 0:
             room += laws.start[c + 1] - laws.start[c]
     law = Pieces(np.empty(members.size + 1, dtype=np.int64), np.empty(room), np.empty(room), np.empty(room))
-    at = 0
+    at = np.int64(0)  # a plain 0 would have what is called with it compiled twice
     for k in range(members.size):
         i, law.first[k] = members[k], at
         c, slope = laws.curve[i], laws.damping[i] * rate_gain
@@ -194,7 +197,8 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
     """The problem of members with friction, and which of them stuck (or were open) before."""
     n = tangent.size
     c = Rubbing(A, free, law, tangent, np.zeros(n), np.zeros(n), np.zeros(n), speed, np.zeros(n))
-    holds = np.ones(n, dtype=np.bool_)
+    holds = np.empty(n, dtype=np.bool_)
+    fill(holds, True)
     for k in range(n):
         f, t = rub[k], tangent[k]
         if f >= 0:
@@ -247,4 +251,5 @@ def compile_kernels() -> None:
     laws = LawArrays(
         one, 0.0 * one, np.full(1, -1), np.zeros(1, dtype=np.int64), none, none, one, no_channel, none, none, none
     )
-    solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))
+    with few_collections():
+        solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))

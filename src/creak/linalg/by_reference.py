@@ -16,26 +16,19 @@ from numba.core.typing.templates import AttributeTemplate
 from numba.extending import infer_getattr, intrinsic, lower_getattr_generic, models, register_model
 
 
-class Reference(types.Type):  # type: ignore[misc]
+class Reference(types.Type):
     """To a NamedTuple."""
 
-    def __init__(self, dtype: types.BaseNamedTuple) -> None:
+    def __init__(self, dtype: Any) -> None:
         self.dtype = dtype
         # Short, and different for each: functions that are compiled get their name from it.
         super().__init__(name=f"{dtype.instance_class.__name__}_{zlib.crc32(str(dtype).encode()):x}")
-
-    @property
-    def key(self) -> types.BaseNamedTuple:
-        return self.dtype
 
 
 register_model(Reference)(models.PointerModel)
 
 
-@intrinsic  # type: ignore[misc]
-def by_reference(typing: Any, bundle: types.Type) -> Any:
-    """A reference to a bundle (NamedTuple) that the function holds which calls this."""
-
+def _refer(typing: Any, bundle: Any) -> Any:
     def place(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         model = context.data_model_manager[bundle]
         at = cgutils.alloca_once(builder, model.get_data_type(), name=bundle.instance_class.__name__)
@@ -44,39 +37,41 @@ def by_reference(typing: Any, bundle: types.Type) -> Any:
             builder.store(member, cgutils.gep_inbounds(builder, at, 0, i))
         return at
 
-    if isinstance(bundle, types.BaseNamedTuple):
-        return Reference(bundle)(bundle), place
-    return None
+    return (Reference(bundle)(bundle), place) if isinstance(bundle, types.BaseNamedTuple) else None
 
 
-@intrinsic  # type: ignore[misc]
-def by_value(typing: Any, reference: types.Type) -> Any:
-    """The bundle that a reference is to."""
-
+def _fetch(typing: Any, reference: Any) -> Any:
     def fetch(context: Any, builder: Any, signature: Any, args: Any) -> Any:
         return context.data_model_manager[reference.dtype].load_from_data_pointer(builder, args[0])
 
     return (reference.dtype(reference), fetch) if isinstance(reference, Reference) else None
 
 
+by_reference: Any = intrinsic(_refer)
+"""A reference to a bundle (NamedTuple) that the function holds which calls this."""
+by_value: Any = intrinsic(_fetch)
+"""The bundle that a reference is to."""
+
+
 @infer_getattr
-class _Fields(AttributeTemplate):  # type: ignore[misc]
+class _Fields(AttributeTemplate):
     key = Reference
 
-    def generic_resolve(self, reference: Reference, name: str) -> types.Type | None:
-        fields = reference.dtype.fields
-        if name not in fields:
+    def generic_resolve(self, value: Any, attr: Any) -> Any:  # type: ignore[override]
+        fields = value.dtype.fields
+        if attr not in fields:
             return None
-        kind = reference.dtype[fields.index(name)]
+        kind = value.dtype[fields.index(attr)]
         return Reference(kind) if isinstance(kind, types.BaseNamedTuple) else kind
 
 
-@lower_getattr_generic(Reference)  # type: ignore[untyped-decorator]
-def _field(context: Any, builder: Any, reference: Reference, pointer: Any, name: str) -> Any:
+@lower_getattr_generic(Reference)
+def _field(context: Any, builder: Any, reference: Any, pointer: Any, name: str) -> Any:
     index = reference.dtype.fields.index(name)
     kind, at = reference.dtype[index], cgutils.gep_inbounds(builder, pointer, 0, index)
     if isinstance(kind, types.BaseNamedTuple):
         return at
     found = context.data_model_manager[kind].load_from_data_pointer(builder, at)
-    context.nrt.incref(builder, kind, found) if context.enable_nrt else None
+    if context.enable_nrt:
+        context.nrt.incref(builder, kind, found)
     return found

@@ -30,9 +30,9 @@ from creak.dynamics.books import (
 )
 from creak.dynamics.flow.kicks import held_by_kick
 from creak.dynamics.flow.model import ACCELERATION, DISPLACEMENT, VELOCITY
-from creak.dynamics.vector_kernels import dot, fill
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, inner_fast, outer
+from creak.linalg.loops import dot, fill
 
 GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""

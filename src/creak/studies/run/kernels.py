@@ -8,10 +8,13 @@ import sys
 from pathlib import Path
 
 from creak.contact.step_problem import compile_kernels, solve_alone
-from creak.dynamics.flow.march import compile_flow
+from creak.dynamics.flow.ahead import compile_flow
 from creak.studies.prepare.marching import Marching
 
-ASIDE = "from creak.contact.step_problem import compile_kernels; compile_kernels()"
+ASIDE = (
+    "from creak.dynamics.flow.ahead import compile_start; from creak.contact.step_problem import compile_kernels; "
+    "compile_start(); compile_kernels()"
+)
 
 
 def compile_for(marching: Marching, *, solves_steps: bool) -> None:
@@ -19,7 +22,7 @@ def compile_for(marching: Marching, *, solves_steps: bool) -> None:
 
     Springs alone press without a solver: that of dampers, friction and steps is compiled beside the march, by another
     process, and only where the unreduced model or a state at rest takes it, which read it from the cache once it is
-    there.
+    there; so does the march what comes before its first step, which that process compiles first.
 
     Parameters
     ----------
