@@ -11,7 +11,7 @@ ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # Of other versions: kernels that are compiled sooner and run slower.
 KERNELS     = NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba
 PARALLEL   := -n 2 --dist loadfile
-COMPILE    := "from creak.dynamics.flow.march import compile_flow; compile_flow(); compile_flow(solver=True)"
+COMPILE    := "from creak.dynamics.flow.ahead import compile_flow; compile_flow(); compile_flow(solver=True)"
 # Else each process would compile all modules of all packages anew: half of what a short command takes.
 unexport PYTHONDONTWRITEBYTECODE
 

@@ -21,7 +21,7 @@ from benchmarks.evidence_contact import forced_steps, node_contact, penalties
 from benchmarks.evidence_door import Bench, figures, rattle, worst
 from benchmarks.stamp import stamp
 from creak.contact.step_problem import compile_kernels
-from creak.dynamics.flow.march import compile_flow
+from creak.dynamics.flow.ahead import compile_flow
 from creak.errors import CreakError
 from creak.studies.run.one_run import Run
 from creak_thesis.door import LOADS

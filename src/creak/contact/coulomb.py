@@ -11,13 +11,14 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.friction import coefficient, friction_violations
 from creak.contact.laws.pieces import Pieces, overclosure_at, piece_of
 from creak.contact.pivoting import ROUND
+from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import largest
 
 OPEN, SMOOTH, STICK, SLIDE = 0, 1, 2, 3
 ACCURATE = 1e-13
@@ -45,7 +46,7 @@ class Rubbing(NamedTuple):
     """(n,) tangential compliance of a channel, mean of the two; 0 where it does not rub."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def response(c, x, r, size):  # type: ignore[no-untyped-def]
     """r = free + A x, and the size of its terms."""
     for i in range(x.size):
@@ -58,13 +59,13 @@ def response(c, x, r, size):  # type: ignore[no-untyped-def]
                 size[i] += abs(push)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def]
     """Residual of each channel over its tolerance, and what the projections make of it; returns the worst ratio.
 
     Tolerances are forces: ACCURATE times the largest one, plus round-off of the motion over the compliance.
     """
-    largest, worst = np.abs(x).max(), 0.0
+    top, worst = largest(x), 0.0
     for i in range(status.size):
         p = x[i]
         s = piece_of(c.law, i, p)
@@ -72,7 +73,7 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
         lack = (r[i] + overclosure_at(c.law, s, p)) / own
         status[i] = SMOOTH if p - lack > 0.0 else OPEN
         error = abs(p - max(0.0, p - lack))
-        allowed = ACCURATE * largest + ROUND * size[i] / own
+        allowed = ACCURATE * top + ROUND * size[i] / own
         excess[i] = _ratio(error, allowed)
         t = c.tangent[i]
         if t >= 0:
@@ -80,20 +81,20 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
                 status[i], error = _tangential(c, holds, i, x, r)
             else:
                 error = math.hypot(x[t], x[t + 1])
-            allowed = ACCURATE * largest + ROUND * (size[t] + size[t + 1]) / c.slack[i]
+            allowed = ACCURATE * top + ROUND * (size[t] + size[t + 1]) / c.slack[i]
             excess[i] = max(excess[i], _ratio(error, allowed))
         worst = max(worst, excess[i])
     return worst
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _ratio(error, allowed):  # type: ignore[no-untyped-def]
     """error / allowed; inf where that is not a number."""
     ratio = error / allowed if error != 0.0 else 0.0
     return ratio if ratio < np.inf else np.inf
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _tangential(c, holds, i, x, r):  # type: ignore[no-untyped-def]
     """STICK or SLIDE, and the violation of Coulomb's law in force.
 
@@ -110,7 +111,7 @@ def _tangential(c, holds, i, x, r):  # type: ignore[no-untyped-def]
     return STICK, min(stick, slide)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def tidy(c, x, status):  # type: ignore[no-untyped-def]
     """Forces of open channels exactly 0."""
     for i in range(status.size):
@@ -118,7 +119,7 @@ def tidy(c, x, status):  # type: ignore[no-untyped-def]
             set_open(c, x, i)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def set_open(c, x, i):  # type: ignore[no-untyped-def]
     x[i] = 0.0
     t = c.tangent[i]
@@ -126,11 +127,11 @@ def set_open(c, x, i):  # type: ignore[no-untyped-def]
         x[t] = x[t + 1] = 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def bounded(c, x):  # type: ignore[no-untyped-def]
     """False where forces grow without bound: self-stress of a jam, or gaps that nothing opens."""
     n = c.tangent.size
     push = 0.0
     for i in range(n):
         push = max(push, c.A[i, i] * x[i])
-    return push <= BOUND * np.abs(c.free).max()
+    return push <= BOUND * largest(c.free)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from creak.contact.coulomb import OPEN, SLIDE, STICK, assess, bounded, response, set_open, tidy
@@ -15,11 +14,13 @@ from creak.contact.laws.friction import coefficient, coefficient_slope
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.pivoting import REGULARISATION
 from creak.contact.small_systems import solve_general
+from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import fill, places
 
 MAX_NEWTON = 20
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """True with x, r, status at the solution; False where it does not get there."""
     size = np.empty(x.size)
@@ -34,7 +35,7 @@ def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
     """One step on the closed channels; the open ones lose their force first."""
     n, lost = status.size, False
@@ -50,7 +51,8 @@ def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
                 active[t] = active[t + 1] = True
     if lost:
         response(c, x, r, size)
-    unknown = np.flatnonzero(active)
+    unknown = np.empty(x.size, dtype=np.int64)
+    unknown = unknown[: places(active, unknown)]
     J, b = np.empty((unknown.size, unknown.size)), np.empty(unknown.size)
     for e in (0.0, REGULARISATION):
         _linearise(c, holds, x, r, status, unknown, e, J, b)
@@ -61,13 +63,14 @@ def _newton_step(c, holds, x, r, size, status):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _linearise(c, holds, x, r, status, unknown, e, J, b):  # type: ignore[no-untyped-def]
     """Rows in force: p and sticking tangents over their compliance, sliding as tau - mu p z / |z|.
 
     `e` on the diagonal makes dependent rows solvable and does not change the equations that are solved for.
     """
-    place = np.full(x.size, -1)
+    place = np.empty(x.size, dtype=np.int64)
+    fill(place, -1)
     for k in range(unknown.size):
         place[unknown[k]] = k
     for i in range(status.size):
@@ -91,7 +94,7 @@ def _linearise(c, holds, x, r, status, unknown, e, J, b):  # type: ignore[no-unt
             _linearise_sliding(c, holds, x, r, i, unknown, place, J, b)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _linearise_sliding(c, holds, x, r, i, unknown, place, J, b):  # type: ignore[no-untyped-def]
     """d(tau - mu p z / |z|), z = tau - d / compliance, mu at the speed along -z.
 

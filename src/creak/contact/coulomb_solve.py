@@ -7,13 +7,14 @@ with friction; all of this is bounded, and what is returned as solved satisfies 
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.contact.coulomb import SLIDE, Rubbing
 from creak.contact.coulomb_newton import newton
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
+from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import acts, put
 
 ROUNDS = 5
 """Newton is tried this often, after 0, 10, 20, 40, ... sweeps."""
@@ -23,7 +24,7 @@ MAX_PROXIMAL = 300
 FIRST_SWEEPS = 10
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     """x in place (on entry the forces of the step before); stuck (n,) in and out. Returns a code of `pivoting`.
 
@@ -34,11 +35,11 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     r, excess, status = np.empty(x.size), np.empty(n), np.empty(n, dtype=np.int64)
     holds = stuck.copy()
     code = SOLVED
-    if not x[:n].any():
+    if not acts(x, 0, n):
         p = np.zeros(n)
         code = solve_frictionless(c.A[:n, :n].copy(), c.free[:n], c.law, p)
         if code == SOLVED:
-            x[:n] = p
+            put(x, 0, p)
     for _ in range(n + 1):
         if not _converge(c, holds, x, r, excess, status):
             return NO_SOLUTION if code == NO_SOLUTION else UNENDED
@@ -49,7 +50,7 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     return SOLVED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _released(c, holds, status):  # type: ignore[no-untyped-def]
     """Channels that slid off their static limit lose it; True if there are any."""
     found = False
@@ -60,7 +61,7 @@ def _released(c, holds, status):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """Newton with sweeps; where that fails, within a proximal point method. x, r and status at the solution.
 
@@ -72,7 +73,7 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     near = Rubbing(A, free, c.law, c.tangent, c.static, c.kinetic, c.decay, c.speed, slack)
     first = 0
     for pace in PACES:
-        x[:] = start
+        put(x, 0, start)
         weight = 1.0
         for k in range(first, MAX_PROXIMAL):
             w = 0.0 if k % 4 == 0 else weight
@@ -86,24 +87,24 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
             if w == 0.0:
                 if solved:
                     return True
-                x[:] = before
+                put(x, 0, before)
             else:
                 weight = weight * pace if solved else min(1.0, 3.0 * weight)
         first = 1
     return False
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _newton_and_sweeps(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
     """Newton, tried again after more and more sweeps; False with x after the last of them."""
-    sweeps = FIRST_SWEEPS
+    sweeps = np.int64(FIRST_SWEEPS)  # a plain number would have `sweep` compiled twice
     y = x.copy()
     for _ in range(ROUNDS):
         if newton(c, holds, x, r, excess, status):
             return True
-        x[:] = y
+        put(x, 0, y)
         if sweep(c, holds, x, r, excess, status, sweeps):
             return True
-        y[:] = x
+        put(y, 0, x)
         sweeps *= 2
     return False

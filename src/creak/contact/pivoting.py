@@ -9,11 +9,12 @@ single moves end, since with the channels before it solved a channel passes each
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.small_systems import solve_symmetric
+from creak.linalg.compiled import with_arrays
+from creak.linalg.loops import fill, largest, put
 
 SOLVED, UNENDED, NO_SOLUTION, SINGULAR = 0, 1, 2, 3
 OPEN = -1
@@ -31,7 +32,7 @@ INFEASIBLE = 1e-6
 """Part of the largest free penetration that may be left of a solution."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     """p (n,) in place; on entry forces of the step before, which only choose the first guess of the pieces.
 
@@ -52,17 +53,20 @@ def solve_frictionless(A, gap_free, law, p):  # type: ignore[no-untyped-def]
         code = _pivot(A, gap_free, law, state, p, centre, REGULARISATION)
         if code != SOLVED:
             return NO_SOLUTION if code == SINGULAR else code
-        if np.abs(p - centre).max() <= 1e-6 * np.abs(p).max():
+        for i in range(p.size):
+            centre[i] -= p[i]
+        if largest(centre) <= 1e-6 * largest(p):
             break
-        centre[:] = p
+        put(centre, 0, p)
     return SOLVED if _feasible(A, gap_free, law, p) else NO_SOLUTION
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _first_guess(gap_free, law, p):  # type: ignore[no-untyped-def]
     """Channels that pressed before and still would penetrate; all that would, when none pressed."""
     n = gap_free.size
-    state = np.full(n, OPEN)
+    state = np.empty(n, dtype=np.int64)
+    fill(state, OPEN)
     none = True
     for i in range(n):
         if p[i] > 0.0 and gap_free[i] + law.overclosure[law.first[i]] < 0.0:
@@ -75,7 +79,7 @@ def _first_guess(gap_free, law, p):  # type: ignore[no-untyped-def]
     return state
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-def]
     n = gap_free.size
     target = np.empty(n, dtype=np.int64)
@@ -102,13 +106,13 @@ def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-de
         else:
             patience -= 1
         if patience > 0:
-            state[:] = target
+            put(state, 0, target)
         else:
             state[first] = _next_state(law, first, state[first], target[first])
     return UNENDED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
     """Gaps, and the size of the terms that make them up, which bounds their round-off."""
     for i in range(p.size):
@@ -121,12 +125,15 @@ def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
                 size[i] += abs(push)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-def]
     """Forces on the chosen pieces: (A + D + e R) p = e R centre - gap_free - y + D force; False if singular."""
-    active = np.flatnonzero(state != OPEN)
-    n = active.size
-    p[:] = 0.0
+    active, n = np.empty(p.size, dtype=np.int64), 0
+    for i in range(p.size):
+        p[i] = 0.0
+        if state[i] != OPEN:
+            active[n] = i
+            n += 1
     S, b, scale = np.empty((n, n)), np.empty(n), np.empty(n)
     for r in range(n):
         i = active[r]
@@ -146,7 +153,7 @@ def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-unty
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-def]
     """The piece that the law asks for; the given one if it is consistent to round-off."""
     first, end = law.first[i], law.first[i + 1]
@@ -160,7 +167,7 @@ def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-de
     return state
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _next_state(law, i, state, target):  # type: ignore[no-untyped-def]
     """One piece towards the target."""
     if state == OPEN or target > state:
@@ -168,12 +175,14 @@ def _next_state(law, i, state, target):  # type: ignore[no-untyped-def]
     return state - 1 if state > law.first[i] else OPEN
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _feasible(A, gap_free, law, p):  # type: ignore[no-untyped-def]
     """True if next to nothing is left of the free penetrations."""
     gap, size = np.empty(p.size), np.empty(p.size)
     _gaps(A, gap_free, p, gap, size)
-    deepest = -gap_free.min()
+    deepest = -gap_free[0]
+    for i in range(p.size):
+        deepest = max(deepest, -gap_free[i])
     for i in range(p.size):
         s = piece_of(law, i, p[i])
         if gap[i] + overclosure_at(law, s, p[i]) < -INFEASIBLE * deepest:

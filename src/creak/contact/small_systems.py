@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import numba
+from creak.linalg.compiled import with_arrays
 
 BREAKDOWN = 1e-13
 """A pivot below this, in a matrix scaled to a diagonal of 1, is round-off: the rows are dependent."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_symmetric(S, b):  # type: ignore[no-untyped-def]
     """b <- S^-1 b for S symmetric positive definite (upper triangle used, destroyed); False if it is singular."""
     n = b.size
@@ -25,7 +25,7 @@ def solve_symmetric(S, b):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_general(S, b):  # type: ignore[no-untyped-def]
     """b <- S^-1 b by elimination with row exchange (S destroyed); False if it is singular."""
     n = b.size
@@ -50,7 +50,7 @@ def solve_general(S, b):  # type: ignore[no-untyped-def]
     return True
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _substitute(S, b):  # type: ignore[no-untyped-def]
     for r in range(b.size - 1, -1, -1):
         total = b[r]

@@ -11,7 +11,6 @@ close in turn.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
@@ -24,9 +23,11 @@ from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.errors import NumericalError
+from creak.linalg.compiled import either, few_collections, with_arrays
+from creak.linalg.loops import fill, places, put
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def spring_energy(laws, i, gap):  # type: ignore[no-untyped-def]
     """Energy in the spring of channel i at a gap; 0 for a hard one."""
     c = laws.curve[i]
@@ -35,7 +36,7 @@ def spring_energy(laws, i, gap):  # type: ignore[no-untyped-def]
     return linear_energy(laws.stiffness[i], gap) if laws.stiffness[i] < np.inf else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def spring_force(laws, i, gap):  # type: ignore[no-untyped-def]
     """Elastic force of channel i at a gap, without its damper; 0 for a hard one."""
     c = laws.curve[i]
@@ -44,7 +45,7 @@ def spring_force(laws, i, gap):  # type: ignore[no-untyped-def]
     return laws.stiffness[i] * max(0.0, -gap) if laws.stiffness[i] < np.inf else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def contact_energy(laws, gap):  # type: ignore[no-untyped-def]
     """Energy in the springs of all channels at gaps (m,)."""
     energy = 0.0
@@ -53,7 +54,7 @@ def contact_energy(laws, gap):  # type: ignore[no-untyped-def]
     return energy
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-def]
     """Work that the channel dampers took in a step, by the backward rule: they act at its end.
 
@@ -67,7 +68,7 @@ def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-d
     return work
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
     """Channel forces at the end of a step, to be called from compiled code.
 
@@ -87,28 +88,29 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     m = gap_free.size
     inside = np.zeros(m, dtype=np.bool_)
     if not _add_closing(gap_free, laws, rate_gain, inside):
-        force[:] = 0.0
-        stuck[:] = True
+        fill(force, 0.0)
+        fill(stuck, True)
         return SOLVED
-    gap, was_stuck = np.empty(m), stuck.copy()
+    gap, chosen, was_stuck = np.empty(m), np.empty(m, dtype=np.int64), stuck.copy()
     for _ in range(m):
-        members = np.flatnonzero(inside)
-        stuck[:] = was_stuck
+        members = chosen[: places(inside, chosen)]
+        put(stuck, 0, was_stuck)
         code = _solve_members(
             A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force
         )
         if code != SOLVED or members.size == m:
             return code
-        gap[:] = gap_free
+        put(gap, 0, gap_free)
         for j in range(force.size):
             if force[j] != 0.0:
-                gap += A[j, :m] * force[j]
+                for i in range(m):
+                    gap[i] += A[j, i] * force[j]
         if not _add_closing(gap, laws, rate_gain, inside):
             return SOLVED
     return UNENDED
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
     """Mark the channels with a law that would penetrate; True if there are new ones."""
     found = False
@@ -120,14 +122,13 @@ def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
     return found
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force):  # type: ignore[no-untyped-def]
     """Solve for the forces of some channels, all others open."""
     n, m = members.size, gap_free.size
     rub = _rubbing_members(A, laws, members, m)
-    at = np.empty(n + 2 * np.count_nonzero(rub >= 0), dtype=np.int64)
-    tangent = np.full(n, -1)
-    end = n
+    at, tangent, end = np.empty(3 * n, dtype=np.int64), np.empty(n, dtype=np.int64), n
+    fill(tangent, -1)
     for k in range(n):
         at[k] = members[k]
         if rub[k] >= 0:
@@ -142,29 +143,31 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
     law = _pieces(laws, members, gap_free, rate_free, rate_gain)
     c, holds = _rubbing(inner, free, law, tangent, slip_gain / step, laws, rub, stuck)
     code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x)
-    stuck[:] = True
+    fill(stuck, True)
     for k in range(n):
         if rub[k] >= 0:
             stuck[rub[k]] = holds[k]
-    force[:] = 0.0
+    fill(force, 0.0)
     for k in range(end):
         force[at[k]] = x[k]
     return code
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
     """Rubbing channel of each member; -1 if it does not rub or cannot move along the contact."""
-    rub = np.full(members.size, -1)
+    rub, f = np.empty(members.size, dtype=np.int64), 0
+    fill(rub, -1)
     for k in range(members.size):
-        f = np.searchsorted(laws.rubs, members[k])
+        while f < laws.rubs.size and laws.rubs[f] < members[k]:
+            f += 1
         if f < laws.rubs.size and laws.rubs[f] == members[k]:
             t = m + 2 * f
             rub[k] = f if A[t, t] + A[t + 1, t + 1] > 0.0 else -1
     return rub
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-untyped-def]
     """The laws of the members as straight pieces; their dampers see the rate of this step."""
     room = 2 * members.size
@@ -173,7 +176,7 @@ def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-u
         if c >= 0:
             room += laws.start[c + 1] - laws.start[c]
     law = Pieces(np.empty(members.size + 1, dtype=np.int64), np.empty(room), np.empty(room), np.empty(room))
-    at = 0
+    at = np.int64(0)  # a plain 0 would have what is called with it compiled twice
     for k in range(members.size):
         i, law.first[k] = members[k], at
         c, slope = laws.curve[i], laws.damping[i] * rate_gain
@@ -189,12 +192,13 @@ def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-u
     return law
 
 
-@numba.njit(cache=True, error_model="numpy")
+@with_arrays
 def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no-untyped-def]
     """The problem of members with friction, and which of them stuck (or were open) before."""
     n = tangent.size
     c = Rubbing(A, free, law, tangent, np.zeros(n), np.zeros(n), np.zeros(n), speed, np.zeros(n))
-    holds = np.ones(n, dtype=np.bool_)
+    holds = np.empty(n, dtype=np.bool_)
+    fill(holds, True)
     for k in range(n):
         f, t = rub[k], tangent[k]
         if f >= 0:
@@ -202,6 +206,12 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
             c.slack[k] = 0.5 * (A[t, t] + A[t + 1, t + 1])
             holds[k] = stuck[f]
     return c, holds
+
+
+@either
+def solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
+    """`solve_step`, for Python."""
+    return solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
 
 
 def solve_channels(
@@ -222,7 +232,7 @@ def solve_channels(
     ------
     NumericalError : the step has no solution, or it was not found.
     """
-    code = solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
+    code = solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
     if code != SOLVED:
         raise NumericalError(failure(code))
     return force
@@ -241,4 +251,5 @@ def compile_kernels() -> None:
     laws = LawArrays(
         one, 0.0 * one, np.full(1, -1), np.zeros(1, dtype=np.int64), none, none, one, no_channel, none, none, none
     )
-    solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))
+    with few_collections():
+        solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))

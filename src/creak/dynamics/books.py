@@ -7,12 +7,12 @@ between kicks (`flow.books`). Everything else is here, once, for compiled and ge
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.step_problem import contact_energy
 from creak.dynamics.history import ENERGIES
+from creak.linalg.compiled import either
 
 KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME = range(len(ENERGIES))
 """Columns of the table, as `ENERGIES` has them."""
@@ -26,7 +26,7 @@ def new_book() -> FloatArray:
     return np.zeros(SIZE)
 
 
-@numba.njit(cache=True)
+@either
 def in_channels(laws, preload, gap0, gap):  # type: ignore[no-untyped-def]
     """Energy of the springs of the channels, and potential of the forces (m,) that balance their preload."""
     energy = contact_energy(laws, gap)
@@ -35,13 +35,13 @@ def in_channels(laws, preload, gap0, gap):  # type: ignore[no-untyped-def]
     return energy
 
 
-@numba.njit(cache=True)
+@either
 def open_book(e):  # type: ignore[no-untyped-def]
     """Take the stored energies of the first instant as given."""
     e[BEGUN] = e[KINETIC] + e[STRAIN] + e[CONTACT]
 
 
-@numba.njit(cache=True)
+@either
 def balance(e):  # type: ignore[no-untyped-def]
     """What stored energies and works leave over is the scheme's own: dissipation, or energy created where negative."""
     spent = e[DAMPING] + e[CONTACT_DAMPING] + e[FRICTION]

@@ -8,8 +8,7 @@ from typing import NamedTuple, Protocol
 
 from creak.arrays import FloatArray
 from creak.contact.step_problem import failure
-from creak.dynamics.compiled import DONE, NOT_FINITE
-from creak.dynamics.flow.model import FlowState
+from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowState
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import Output, Recorder

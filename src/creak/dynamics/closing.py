@@ -6,6 +6,8 @@ import math
 
 import numba
 
+from creak.linalg.compiled import inner
+
 
 @numba.njit(cache=True)
 def closes_between(gap0, rate0, gap1, rate1, h):  # type: ignore[no-untyped-def]
@@ -30,7 +32,7 @@ def first_closing(gap, rate, step):  # type: ignore[no-untyped-def]
     return step.size
 
 
-@numba.njit(cache=True)
+@inner
 def dips(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
     """True where the cubic with values g and slopes d at 0 and 1 reaches zero between them."""
     if g1 <= 0.0:

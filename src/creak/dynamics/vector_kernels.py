@@ -10,7 +10,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.dynamics.compiled import FAST
 
 CHUNK = 4096
 """Rows that stay in the cache while columns are added."""
@@ -126,36 +125,3 @@ def weighted(r, Kv, e, d, b):  # type: ignore[no-untyped-def]
     for i in range(r.size):
         b[i] = e * r[i] - d * Kv[i]
     return b
-
-
-@numba.njit(cache=True)
-def fill(to, value):  # type: ignore[no-untyped-def]
-    """to[:] = value; a loop compiles in a fraction of the time."""
-    for i in range(to.size):
-        to[i] = value
-
-
-@numba.njit(cache=True)
-def put(to, begin, values):  # type: ignore[no-untyped-def]
-    """to[begin : begin + values.size] = values; returns the next place."""
-    for i in range(values.size):
-        to[begin + i] = values[i]
-    return begin + values.size
-
-
-@numba.njit(cache=True)
-def acts(force, begin, end):  # type: ignore[no-untyped-def]
-    """Is any of force[begin:end] not zero?"""
-    found = False
-    for i in range(begin, end):
-        found = found or force[i] != 0.0
-    return found
-
-
-@numba.njit(cache=True, fastmath=FAST)
-def dot(row, u):  # type: ignore[no-untyped-def]
-    """row . u"""
-    a = 0.0
-    for i in range(row.size):
-        a += row[i] * u[i]
-    return a

@@ -15,10 +15,10 @@ from __future__ import annotations
 
 import math
 
-import numba
+from creak.linalg.compiled import either
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def coefficient(speed, static, kinetic, decay, stuck):  # type: ignore[no-untyped-def]
     """mu at a sliding speed; at speed 0 the limit up to which the channel sticks."""
     if decay > 0.0:
@@ -26,13 +26,13 @@ def coefficient(speed, static, kinetic, decay, stuck):  # type: ignore[no-untype
     return static if stuck else kinetic
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def coefficient_slope(speed, static, kinetic, decay):  # type: ignore[no-untyped-def]
     """d mu / d v, time / length, <= 0."""
     return -(static - kinetic) / decay * math.exp(-speed / decay) if decay > 0.0 else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def friction_violations(p, tau1, tau2, d1, d2, limit, mu, compliance):  # type: ignore[no-untyped-def]
     """Distances, in force, from sticking and from sliding; one is exactly 0 where Coulomb's law holds.
 

@@ -10,18 +10,17 @@ overclosure c_hat / k_hat. Source: Kelvin-Voigt contact without tension (Wrigger
 
 from __future__ import annotations
 
-import numba
-
 from creak.contact.laws.pieces import add_piece
+from creak.linalg.compiled import either
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def linear_energy(stiffness, gap):  # type: ignore[no-untyped-def]
     """Energy in the spring, k g^2 / 2 while closed."""
     return 0.5 * stiffness * gap * gap if gap < 0.0 else 0.0
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def linear_pieces(law, at, k_hat, c_hat):  # type: ignore[no-untyped-def]
     """Pieces of a channel with k_hat > 0: the jump, if there is one, then the spring. Returns the next place."""
     if c_hat < 0.0:

@@ -12,9 +12,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-import numba
-
 from creak.arrays import FloatArray, IntArray
+from creak.linalg.compiled import either
 
 
 class Pieces(NamedTuple):
@@ -30,7 +29,7 @@ class Pieces(NamedTuple):
     """dy/dp, length / force; 0 on a vertical piece."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def add_piece(law, at, force, overclosure, compliance):  # type: ignore[no-untyped-def]
     """Write one piece; returns the place of the next."""
     law.force[at] = force
@@ -39,7 +38,7 @@ def add_piece(law, at, force, overclosure, compliance):  # type: ignore[no-untyp
     return at + 1
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def piece_of(law, channel, p):  # type: ignore[no-untyped-def]
     """The piece that holds the force p; the higher one at a corner, the first one for p < 0."""
     s = law.first[channel]
@@ -48,13 +47,13 @@ def piece_of(law, channel, p):  # type: ignore[no-untyped-def]
     return s
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def overclosure_at(law, s, p):  # type: ignore[no-untyped-def]
     """y(p) on the line of piece s."""
     return law.overclosure[s] + law.compliance[s] * (p - law.force[s])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def force_against(law, channel, gap, compliance):  # type: ignore[no-untyped-def]
     """The p >= 0 with gap + compliance p + y(p) = 0 (0 if that is open): one channel alone, exact.
 

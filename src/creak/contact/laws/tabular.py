@@ -8,15 +8,14 @@ beside the damper's). A plateau of the table gets LEAST_SLOPE times the mean slo
 
 from __future__ import annotations
 
-import numba
-
 from creak.contact.laws.pieces import add_piece
+from creak.linalg.compiled import either
 
 LEAST_SLOPE = 1e-9
 """Least slope of a segment as a fraction of the mean slope of its curve."""
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def segment_slope(x, y, j, start, end):  # type: ignore[no-untyped-def]
     """Slope of the segment after point j of the curve that owns points start to end."""
     mean = (y[end - 1] - y[start]) / (x[end - 1] - x[start])
@@ -24,7 +23,7 @@ def segment_slope(x, y, j, start, end):  # type: ignore[no-untyped-def]
     return max((y[j + 1] - y[j]) / (x[j + 1] - x[j]), LEAST_SLOPE * mean)
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def curve_force(x, y, start, end, overclosure):  # type: ignore[no-untyped-def]
     """f(overclosure), 0 while open."""
     if overclosure <= 0.0:
@@ -35,7 +34,7 @@ def curve_force(x, y, start, end, overclosure):  # type: ignore[no-untyped-def]
     return y[j] + segment_slope(x, y, j, start, end) * (overclosure - x[j])
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def curve_energy(x, y, start, end, overclosure):  # type: ignore[no-untyped-def]
     """Integral of f from 0 to the overclosure."""
     energy, j = 0.0, start
@@ -46,7 +45,7 @@ def curve_energy(x, y, start, end, overclosure):  # type: ignore[no-untyped-def]
     return energy
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def tabular_pieces(law, at, x, y, start, end, scale, slope, c_hat):  # type: ignore[no-untyped-def]
     """Pieces of scale f(y) + slope y - c_hat, clipped at 0: the jump, then the segments. Returns the next place.
 

@@ -8,12 +8,11 @@ Forces of channels that hold the same motion (redundant) are not unique, their s
 
 from __future__ import annotations
 
-import numba
-
 from creak.contact.laws.pieces import add_piece
+from creak.linalg.compiled import either
 
 
-@numba.njit(cache=True, error_model="numpy")
+@either
 def hard_pieces(law, at):  # type: ignore[no-untyped-def]
     """One vertical piece: any force at zero gap. Returns the next place."""
     return add_piece(law, at, 0.0, 0.0, 0.0)

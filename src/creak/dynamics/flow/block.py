@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.dynamics.compiled import inner
 from creak.dynamics.flow.motion import band_energies, gap_of, rate_of
-from creak.dynamics.vector_kernels import acts
+from creak.linalg.compiled import inner
+from creak.linalg.loops import acts
 
 STEPS = (128, 64, 32, 16)
 """Steps near contact of a block."""
@@ -82,7 +82,8 @@ def open_block(block, model, slope, band, D, energy, course, h, time, used, at, 
         for i in range(m):
             block.is_near[i] = True
         return
-    count, budget = may_close_within(block, best, model, slope, energy, course, h, now)
+    # best is a plain -1 at first: handed on as such it would have the call compiled twice
+    count, budget = may_close_within(block, np.int64(best), model, slope, energy, course, h, now)
     for i in range(m):
         block.gap[i], block.rate[i] = now.gap[i], now.rate[i]
     block.mark[NEAR], block.mark[END], block.mark[ROW] = count, (at // steps + 1) * steps, used

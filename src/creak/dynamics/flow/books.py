@@ -15,8 +15,6 @@ from __future__ import annotations
 
 import math
 
-import numba
-
 from creak.contact.step_problem import spring_force
 from creak.dynamics.books import (
     CONTACT,
@@ -30,10 +28,11 @@ from creak.dynamics.books import (
     in_channels,
     open_book,
 )
-from creak.dynamics.compiled import inner, inner_fast
 from creak.dynamics.flow.kicks import held_by_kick
 from creak.dynamics.flow.model import ACCELERATION, DISPLACEMENT, VELOCITY
-from creak.dynamics.vector_kernels import dot, fill
+from creak.linalg.by_reference import by_reference
+from creak.linalg.compiled import inner, inner_fast, outer
+from creak.linalg.loops import dot, fill
 
 GAUSS = math.sqrt(0.6)
 """Place of the outer points of Gauss's rule with three, from the middle, in half steps."""
@@ -200,9 +199,10 @@ def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     return energy
 
 
-@numba.njit(cache=True)
+@outer
 def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     """Take the energy of the first instant as given."""
+    model, laws, x = by_reference(model), by_reference(laws), by_reference(x)
     columns(model, x)
     at_supports(model, x)
     kinetic, strain, light = stored(model, x)

@@ -14,12 +14,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import DONE, NOT_FINITE, inner, outer
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_rubbing, hold_together, new_held, rests, same_set
-from creak.dynamics.flow.model import FlowModel
+from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
     fly,
@@ -34,7 +33,9 @@ from creak.dynamics.flow.motion import (
     value,
 )
 from creak.dynamics.flow.rows import bends, changes, restart
-from creak.dynamics.vector_kernels import acts, fill, put
+from creak.linalg.by_reference import by_reference
+from creak.linalg.compiled import inner, outer
+from creak.linalg.loops import acts, fill, put
 
 FULL = -2
 """Code: no room left in the table."""
@@ -110,7 +111,15 @@ def advance(  # type: ignore[no-untyped-def]
     after,
     block,
 ):
-    """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h)."""
+    """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h).
+
+    The step begins at the level of the last one: the shortest where a kick goes on, one longer where its place in the
+    flight step allows that, the whole flight step where nothing can press. It is flown, its gaps are looked at, and it
+    is flown again half as long as long as a gap may close in it. In a block only the channels that may close are looked
+    at, and the step is not halved. Where a channel opens in a step that a kick begins, its share of the second half of
+    the kick is found and the step flown once more. Then the works of that half are booked, and the rates are looked at
+    that the next kick needs.
+    """
     levels = P.shape[0] - 1
     parts = 1 << levels
     if not model.presses:
@@ -196,7 +205,27 @@ def march(  # type: ignore[no-untyped-def]
     -------
     code (0 done, -1 not finite, -2 the table is full, else of the contact solver), flight steps done, rows taken,
     motions kept, whether `after` holds the last state, and the time.
+
+    Notes
+    -----
+    Each flight step: the cubics of its loads. Until its end, from one instant to the next:
+
+    1. where a kick goes on, a block is opened if that is worth it;
+    2. where the same channels have pressed long enough, a step of lasting contact is tried; where none is taken, the
+       motion goes on to the next instant by `advance`;
+    3. on the shortest level the channels' forces are found there, with the first half of their kick; on others there
+       are none; a step of lasting contact brings its own;
+    4. the works of the step are booked, and loads and supports go on to its end;
+    5. a block that ends there is closed: the gaps that it left out are looked at;
+    6. the instant before is written where contact changes, or where lines through the written ones would miss it; the
+       block's rows then get the gaps that it left out;
+    7. both instants change places.
+
+    At its end the instant is written with its energies, and its motion is kept.
     """
+    model, laws, lasting, block = by_reference(model), by_reference(laws), by_reference(lasting), by_reference(block)
+    cone, desk, out = by_reference(cone), by_reference(desk), by_reference(out)
+    now, after = by_reference(now), by_reference(after)
     n_x, levels = model.order.size, P.shape[0] - 1
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels
@@ -204,7 +233,7 @@ def march(  # type: ignore[no-untyped-def]
     patience = PATIENCE * (parts >> lasting.level) if lasting.level <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
-    restart(cone, time, now, True)
+    restart(cone, time, now, np.bool_(True))
     calm, held = patience if rests(model, now) else 0, False
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:

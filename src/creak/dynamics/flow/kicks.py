@@ -15,9 +15,11 @@ import math
 
 from creak.contact.step_problem import solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
-from creak.dynamics.compiled import DONE, inner, inner_fast, with_arrays
+from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
-from creak.dynamics.vector_kernels import acts, fill, put
+from creak.linalg.by_reference import by_value
+from creak.linalg.compiled import inner, inner_fast, with_arrays
+from creak.linalg.loops import acts, fill, put
 
 THETA = 0.6
 """Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that
@@ -105,10 +107,10 @@ def solve_kick(laws, A, W, h, now, after, share):  # type: ignore[no-untyped-def
     put(after.stuck, 0, now.stuck)
     seen = after.rate.copy()
     turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
-    slip, rate = h * seen[m:], seen[:m].copy()
+    slip, rate = seen[m:], seen[:m].copy()
     for j in range(slip.size):
-        slip[j] -= RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
-    return solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, laws, after.stuck, after.force)
+        slip[j] = h * slip[j] - RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
+    return solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, by_value(laws), after.stuck, after.force)
 
 
 @inner

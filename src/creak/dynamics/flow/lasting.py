@@ -20,11 +20,13 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.step_problem import solve_step
 from creak.dynamics.books import EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.closing import dips
-from creak.dynamics.compiled import DONE, inner, inner_fast, with_arrays
 from creak.dynamics.flow.block import look_near, under_way
 from creak.dynamics.flow.kicks import GIVE
+from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import fly, gap_of, look, quiet, rate_of, settle_supports, times
-from creak.dynamics.vector_kernels import dot, fill, put
+from creak.linalg.by_reference import by_value
+from creak.linalg.compiled import inner, inner_fast, with_arrays
+from creak.linalg.loops import dot, fill, put
 
 PATIENCE = 25
 """Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
@@ -91,11 +93,13 @@ def new_held(m: int) -> Held:
 @with_arrays
 def hold_together(laws, B, force, held):  # type: ignore[no-untyped-def]
     """The channels that press now."""
-    pressing = np.flatnonzero(force)
-    n = pressing.size
+    n, pressing = 0, held.pressing
+    for i in range(force.size):
+        if force[i] != 0.0:
+            pressing[n] = i
+            n += 1
     C = np.empty((n, n))
     for a in range(n):
-        held.pressing[a] = pressing[a]
         for b in range(n):
             C[a, b] = (0.5 + LOSS) * B[pressing[a], pressing[b]]
         C[a, a] += 1.0 / laws.stiffness[pressing[a]]
@@ -109,7 +113,7 @@ def hold_together(laws, B, force, held):  # type: ignore[no-untyped-def]
 @inner
 def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
-    fly(model, P, gain, D, now, after, False)
+    fly(model, P, gain, D, now, after, np.bool_(False))
     settle_supports(course, h, after)
     n, u = held.number[0], after.x.reshape(after.x.size)[model.u0 : model.u1]
     pressing, right, p1, mean = held.pressing[:n], held.right[:n], held.end[:n], held.mean
@@ -131,7 +135,7 @@ def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):
 @with_arrays
 def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """The same of channels that rub; False also where one begins or ends to slide, or turns round in it."""
-    fly(model, P, gain, D, now, after, False)
+    fly(model, P, gain, D, now, after, np.bool_(False))
     settle_supports(course, h, after)
     B, A, m, n = lasting.B, lasting.A, now.gap.size, now.force.size
     u = after.x.reshape(after.x.size)[model.u0 : model.u1]
@@ -150,7 +154,7 @@ def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after,
             free[j] -= 0.5 * h * now.rate[j]
     put(after.force, 0, now.force)
     put(after.stuck, 0, now.stuck)
-    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, laws, after.stuck, after.force) != DONE:
+    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, by_value(laws), after.stuck, after.force) != DONE:
         return False
     if not same_set(laws, now, after):
         return False
@@ -182,10 +186,10 @@ def go(model, laws, slope, P, gain, D, h, mean, now, after, block):  # type: ign
     fill(after.F, 0.0)
     push(model, mean, after.F)
     add(D[0], after.F, 1.0)
-    fly(model, P, gain, D, now, after, False)
+    fly(model, P, gain, D, now, after, np.bool_(False))
     add(D[0], after.F, -1.0)
     if under_way(block):
-        look_near(block, model, now, after, h, True)
+        look_near(block, model, now, after, h, np.bool_(True))
     else:
         look(model, after)
     m, v = now.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]

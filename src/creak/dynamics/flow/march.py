@@ -11,13 +11,11 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.damping import Damping
-from creak.assembly.system import System, no_supports
-from creak.contact.gap_operator import GapOperator, join
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
-from creak.dynamics.compiled import DONE
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
@@ -25,19 +23,18 @@ from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.lasting import LOSS, Lasting
-from creak.dynamics.flow.model import CONSTANT, FORCE, FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow.model import CONSTANT, DONE, FORCE, FlowForm, FlowState, filtered, resting, single_modes
 from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import Output, Recorder
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
-from creak.linalg.diagonal import Diagonal
 from creak.linalg.threads import one_blas_thread
 
 SAMPLES = 3
@@ -120,21 +117,6 @@ def flow_states(
     march_chunks(run, progress, at, lambda x: found.append(run.form.motion(x)))
     q, v = (np.array([pair[j] for pair in found]).reshape(len(found), system.n).T for j in (0, 1))
     return FlowStates(q, v, run.steps.laws.stiffness)
-
-
-def compile_flow(*, solver: bool = False) -> None:
-    """Compile now what a run would compile at its first step, by one step of a mass at rest.
-
-    solver: with that of channels that rub or have dampers.
-    """
-    one, label = Diagonal(np.ones(1)), np.zeros(1, dtype=np.int64)
-
-    def rows(labels: IntArray) -> tuple[FloatArray, FloatArray]:
-        return np.ones((labels.size, 1)), np.zeros((labels.size, 0))
-
-    mass = System("at rest", one, one, Damping(), rows, no_supports(1), label, np.zeros(1), labels=label)
-    time = np.linspace(0.0, 1e-3, SAMPLES + 1)
-    simulate_flow(mass, join([]), at_rest(time), observed=label, solver=solver)
 
 
 SHARED = ("stiffness", "damping", "curve", "start", "x", "y", "scale", "rubs")

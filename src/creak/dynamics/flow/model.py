@@ -24,6 +24,8 @@ from creak.dynamics.state import LinearTerms
 
 ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
 """What drives a load column."""
+DONE, NOT_FINITE = 0, -1
+"""How a chunk of steps ends; other codes are those of the contact solver."""
 
 
 class FlowModel(NamedTuple):

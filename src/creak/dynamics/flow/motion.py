@@ -6,9 +6,9 @@ import math
 
 import numpy as np
 
-from creak.dynamics.compiled import inner, inner_fast, with_arrays
 from creak.dynamics.flow.model import CONSTANT, FORCE
-from creak.dynamics.vector_kernels import acts, dot, fill, put
+from creak.linalg.compiled import inner, inner_fast, with_arrays
+from creak.linalg.loops import acts, dot, fill, put
 
 SINGLE = 9
 """Rows of a propagator of single modes; one of pairs has 20."""

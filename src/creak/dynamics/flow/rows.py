@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.dynamics.compiled import inner
-from creak.dynamics.vector_kernels import put
+from creak.linalg.compiled import inner
+from creak.linalg.loops import put
 
 CLOSE = 1e-5
 """Of the largest value since contact last changed."""

@@ -39,7 +39,7 @@ from creak.studies.warned import Warned, attempted
 from creak.verify.matching import EventMatch
 from creak.verify.reliability import UNRELIABLE, reasons_against
 
-COMPILE = "compile kernels (first run: a minute)"
+COMPILE = "compile kernels (first run: half a minute)"
 """A phase of its own: slow once, then kept on disk."""
 
 if TYPE_CHECKING:

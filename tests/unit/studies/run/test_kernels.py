@@ -45,16 +45,16 @@ def calls(monkeypatch):
         ({}, True, ["march False", "solver"]),
         ({"reference.run": False}, False, ["march False"]),
         ({"reference.run": False, "reduction.method": "none"}, True, ["march False", "solver"]),
-        ({"contact.tip.friction": 0.3}, False, ["solver", "march True"]),
-        ({"contact.tip.damping": 1e-4}, False, ["solver", "march True"]),
+        ({"contact.tip.friction": 0.3}, True, ["solver", "march True"]),
+        ({"contact.tip.damping": 1e-4}, True, ["solver", "march True"]),
         ({"time.step": 5e-4}, False, ["solver"]),
     ],
 )
 def test_what_a_study_needs_is_compiled(study, changes, aside, expected, calls, monkeypatch):
     started = []
 
-    def start() -> subprocess.Popen[bytes]:
-        started.append(1)
+    def start(words: str) -> subprocess.Popen[bytes]:
+        started.append(words)
         return subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"])  # one that fails is made up for
 
     monkeypatch.setattr(kernels, "_started", start)
@@ -67,10 +67,11 @@ def test_what_a_study_needs_is_compiled(study, changes, aside, expected, calls, 
 def test_the_process_beside_compiles_what_is_looked_for(monkeypatch, tmp_path):
     """Its words run, and the cache then holds what tells that nothing is left to do."""
     assert isinstance(kernels._compiled(), bool)
-    words = f"import creak.contact.step_problem as s; s.solve_channels = lambda *_: None; {kernels.ASIDE}"
+    idle = "import creak.contact.step_problem as s, creak.dynamics.flow.ahead as a; s.solve_channels = lambda *_: None"
+    words = f"{idle}; a.FlowRun.start = lambda _: None; {kernels.START_AND_SOLVER}"
     assert subprocess.run([sys.executable, "-c", words], capture_output=True, timeout=600).returncode == 0
-    name = f"step_problem.{kernels.solve_step.py_func.__qualname__}-7.py311.nbi"
-    monkeypatch.setattr(type(kernels.solve_step), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
+    name = f"step_problem.{kernels.solve_alone.py_func.__qualname__}-7.py311.nbi"
+    monkeypatch.setattr(type(kernels.solve_alone), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
     assert not kernels._compiled()
     (tmp_path / name).write_bytes(b"")
     assert kernels._compiled()
