@@ -24,8 +24,8 @@ from creak.studies.file.reader import Study, read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.watched import watched
 from creak.studies.robust import job
-from creak.studies.robust.bench import NOTHING, Bench, Draw, bench_of, march_draws, variant_of
 from creak.studies.robust.draws import make_causes
+from creak.studies.robust.shared_model import NOTHING, Draw, SharedModel, march_draws, shared_model, variant_of
 from creak.verify.events import find_events
 from creak_thesis.door import write_door
 
@@ -45,7 +45,7 @@ def scattered(folder: Path, mesh_size: float) -> Study:
     return with_changes(read_study(folder / "door.toml"), {"scatter": {"vary": {KEY: FIELD}}})
 
 
-def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOperator]:
+def make_draws(study: Study, count: int) -> tuple[SharedModel, list[Draw], job.GapOperator]:
     """The model and its draws."""
     setup = set_up(study)
     c, fields = study.config, job.fields_of(setup.contacts, setup.model.nodes.coords)
@@ -54,10 +54,10 @@ def make_draws(study: Study, count: int) -> tuple[Bench, list[Draw], job.GapOper
     unit = np.random.default_rng(1).random((count, causes[-1].columns.stop))
     draws = [Draw(k, {}, {"flange": field}) for k, field in enumerate(causes[0].values(unit))]
     channels = job.join([setup.contacts, setup.connectors])
-    return bench_of(setup, draws, silent), draws, channels
+    return shared_model(setup, draws, silent), draws, channels
 
 
-def single(bench: Bench, draw: Draw) -> tuple[float, float, int]:
+def single(bench: SharedModel, draw: Draw) -> tuple[float, float, int]:
     """Wall and CPU time of one run by itself, and its events."""
     variant, start, cpu = variant_of(bench, draw), time.perf_counter(), time.process_time()
     v = bench.setup.study.config.verification

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from creak import Bench, change_study, make_bench, make_study
 from creak_thesis.door import LOADS, write_door
-from creak_thesis.plan import CHECKED_BY, SCHEME, Variant
+from creak_thesis.plan import CHECKED_BY, SCHEME, Setting
 
 Progress = Callable[[str, int, int], None]
 AMPLITUDE = "excitation.hinge.signal.amplitude"
@@ -21,14 +21,14 @@ class Benches:
         self.mesh_size, self._folder, self._progress = mesh_size, folder, progress
         self._made: dict[str, Bench] = {}
 
-    def of(self, variant: Variant, others: Mapping[str, Variant]) -> Bench:
+    def of(self, variant: Setting, others: Mapping[str, Setting]) -> Bench:
         """The variant set up; `others` by name, for those whose pre-check is taken over."""
         if variant.name not in self._made:
             source = self.of(others[variant.channels_of], others) if variant.channels_of else None
             self._made[variant.name] = self._set_up(variant, source)
         return self._made[variant.name]
 
-    def _set_up(self, variant: Variant, source: Bench | None) -> Bench:
+    def _set_up(self, variant: Setting, source: Bench | None) -> Bench:
         hooks = "" if variant.hook_play is None else "_play"
         folder = self._folder / f"door_{self.mesh_size:g}mm_{variant.coarsen}{hooks}"
         write_door(self.mesh_size, folder, variant.coarsen, hook_play=variant.hook_play)

@@ -16,7 +16,7 @@ from creak_thesis.arrays import FloatArray
 from creak_thesis.bench import Benches, under
 from creak_thesis.newton_cost import newton_cost
 from creak_thesis.outcome import EventRow, LoadOutcome, Outcome
-from creak_thesis.plan import Case, Variant
+from creak_thesis.plan import Case, Setting
 
 Progress = Callable[[str, int, int], None]
 TIMED_STEPS = 6
@@ -28,7 +28,7 @@ class Bay:
     """What measuring needs besides the case."""
 
     benches: Benches
-    variants: Mapping[str, Variant]
+    variants: Mapping[str, Setting]
     cases: Mapping[str, Case]
     runs: Path
     """Folder of the unreduced runs, which are kept for cases to come."""

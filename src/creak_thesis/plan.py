@@ -31,7 +31,7 @@ of its steps without contact are within one event."""
 
 
 @dataclass(frozen=True)
-class Variant:
+class Setting:
     """A door and how its contact is defined: what the cases that share one unreduced model have in common."""
 
     name: str
@@ -42,15 +42,15 @@ class Variant:
     changes: Mapping[str, Any] = field(default_factory=dict)
     """Dotted keys of the study file."""
     channels_of: str = ""
-    """Another variant whose pre-check is taken over: the same secondary nodes stay in contact."""
+    """Another one whose pre-check is taken over: the same secondary nodes stay in contact."""
 
 
-StS = Variant("StS")
-NtS = Variant("NtS", changes={"contact.flange.method": "node-to-surface"}, channels_of="StS")
-WHOLE_FLANGE = Variant("whole flange", changes={"precheck.enabled": False, "verification.pairs": FEW_PAIRS})
-M1, M2 = (Variant(f"M{n - 1}", coarsen=n, channels_of="StS") for n in (2, 3))
-PLAY = Variant("hooks with play", hook_play=0.2, channels_of="StS")
-FINE_STEP = Variant("StS, a quarter of the step near contact", changes={"time.substeps": 4}, channels_of="StS")
+StS = Setting("StS")
+NtS = Setting("NtS", changes={"contact.flange.method": "node-to-surface"}, channels_of="StS")
+WHOLE_FLANGE = Setting("whole flange", changes={"precheck.enabled": False, "verification.pairs": FEW_PAIRS})
+M1, M2 = (Setting(f"M{n - 1}", coarsen=n, channels_of="StS") for n in (2, 3))
+PLAY = Setting("hooks with play", hook_play=0.2, channels_of="StS")
+FINE_STEP = Setting("StS, a quarter of the step near contact", changes={"time.substeps": 4}, channels_of="StS")
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Case:
     """The section of the page that it belongs to."""
     reduction: Mapping[str, Any] | None
     """The table [reduction]; None: the unreduced model."""
-    variant: Variant = StS
+    variant: Setting = StS
     loads: tuple[str, ...] = LOADS
     against: str = "Ref StS"
     """The unreduced case that it is compared with."""

@@ -198,7 +198,7 @@ def found_of(
 
     Parameters
     ----------
-    convergence : what `creak.studies.converge.variants` found, where it was looked at.
+    convergence : what `creak.studies.converge.repeats` found, where it was looked at.
     animation_bytes : what the motion around the hardest events may take of the report.
     sound : of `creak.studies.sound.heard`: places are ranked by it.
     """

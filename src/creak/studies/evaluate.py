@@ -75,7 +75,7 @@ def evaluate(
     found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else settle)
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
-    from creak.studies.converge.variants import converge as repeat
+    from creak.studies.converge.repeats import converge as repeat
     from creak.studies.results.followed import followed
     from creak.studies.results.places import find_places
     from creak.studies.results.summary import summarise

@@ -17,7 +17,7 @@ from creak.errors import InputError
 from creak.report.found import found_of
 from creak.report.html import report_text
 from creak.report.stored import VERSION
-from creak.studies.converge.variants import converge
+from creak.studies.converge.repeats import converge
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.results.summary import summarise

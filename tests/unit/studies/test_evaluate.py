@@ -14,7 +14,7 @@ from helpers_decks import STUDY, write_strips
 TOLD = {
     "creak.studies.sound.heard.hear": "sound",
     "creak.studies.cause.effects.causes_of": "causes",
-    "creak.studies.converge.variants.converge": "repeated runs",
+    "creak.studies.converge.repeats.converge": "repeated runs",
     "creak.studies.run.job.compare_lines": "E-lines",
     "creak.studies.run.job.compare_modes": "modes of both models",
     "creak.studies.run.job.compare_spectra": "spectra of both runs",
@@ -69,7 +69,7 @@ def test_a_run_is_kept_before_it_is_repeated(setup, tmp_path, monkeypatch):
     seen = []
     keep = tmp_path / "out"
     monkeypatch.setattr(
-        "creak.studies.converge.variants.converge", lambda *_: seen.append(sorted(os.listdir(keep))) or None
+        "creak.studies.converge.repeats.converge", lambda *_: seen.append(sorted(os.listdir(keep))) or None
     )
     result = creak.run_setup(setup, converge=True, first=lambda so_far: so_far.save(keep))
     assert seen == [["results.h5", "summary.json"]]

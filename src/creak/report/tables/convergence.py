@@ -57,7 +57,7 @@ def procedure(c: Convergence) -> str:
     deciding: list[str] = []
     others: list[str] = []
     for a, b in c.families.values():
-        (deciding if c.outcomes[b].variant.judged else others).append(f"from {a} to {b}")
+        (deciding if c.outcomes[b].repeat.judged else others).append(f"from {a} to {b}")
     if deciding:
         apart = c.finest in c.outcomes and (BASE, c.finest) not in c.families.values()
         less = f", and {c.finest} differs from the base run by no more" if apart else ""
@@ -70,7 +70,7 @@ def procedure(c: Convergence) -> str:
 
 def _difference(outcome: Outcome, of: Outcome) -> str:
     """What a repeated run took differently."""
-    v, base, said = outcome.variant, of.variant, list[str]()
+    v, base, said = outcome.repeat, of.repeat, list[str]()
     if v.refined != base.refined:
         said.append(f"contact resolved {tidy(v.refined / base.refined)} times as finely in time")
     elif v.step != base.step:
@@ -99,7 +99,7 @@ def run_table(c: Convergence, units: Units) -> Table:
     ]
     rows = []
     for name, o in c.outcomes.items():
-        v = o.variant
+        v = o.repeat
         rows.append(
             [
                 name,

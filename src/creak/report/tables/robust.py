@@ -11,9 +11,9 @@ import numpy as np
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
-from creak.studies.robust.bench import FAILED
 from creak.studies.robust.findings import SHOWN, Robustness
 from creak.studies.robust.job import saved_values
+from creak.studies.robust.shared_model import FAILED
 from creak.verify.odds import Odds
 
 

@@ -9,8 +9,8 @@ from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
 from creak.progress import Progress
 from creak.studies.converge.compared import assess
-from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Settling, Variant
-from creak.studies.converge.variants import outcome_of
+from creak.studies.converge.repeats import outcome_of
+from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Repeat, Settling
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
@@ -124,7 +124,7 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     ----------
     window : of the runs that is told, s.
     """
-    of = {name: Variant(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
+    of = {name: Repeat(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
     outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
     c = assess(outcomes, run.name, window, v.event_tolerance)
     if not all(_fits(t) for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):

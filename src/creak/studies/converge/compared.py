@@ -48,7 +48,7 @@ def assess(
     places : what is known of those of the base run beside their figures.
     """
     families = {name: pair for name, pair in LAST_TWO.items() if set(pair) <= outcomes.keys()}
-    told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].variant.judged)
+    told = tuple(name for name, pair in families.items() if not outcomes[pair[1]].repeat.judged)
     samples = {
         name: compare_statistics(outcomes[a].events, outcomes[b].events, window) for name, (a, b) in families.items()
     }
@@ -126,8 +126,8 @@ def _parted(events: tuple[EventSettling, ...]) -> bool:
 
 def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:
     """Runs without a partner of the event, and those that ended before it was over; of those that decide."""
-    early = [n for n, o in outcomes.items() if o.variant.judged and o.stopped and o.end < event.t_end + tolerance]
-    absent = [n for n, o in outcomes.items() if o.variant.judged and n not in same and n not in early]
+    early = [n for n, o in outcomes.items() if o.repeat.judged and o.stopped and o.end < event.t_end + tolerance]
+    absent = [n for n, o in outcomes.items() if o.repeat.judged and n not in same and n not in early]
     said = [f"absent with {', '.join(absent)}"] if absent else []
     said += [f"{', '.join(early)} stopped before"] if early else []
     return "; ".join(said)
@@ -159,7 +159,7 @@ def _totals(
         "impulse": lambda o: o.impulse,
         "force": lambda o: o.force,
     }
-    short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.variant.judged)
+    short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.repeat.judged)
     problem = f"{short} stopped early" if short else ""
     return {
         key: _settling(

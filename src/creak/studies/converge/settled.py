@@ -138,7 +138,7 @@ def _of_repeats(c: Convergence) -> Verdict:
     whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
     if c.unlooked:
         return Verdict(UNSETTLED, c.unlooked)
-    new = max((n for name, n in c.new.items() if c.outcomes[name].variant.judged), default=0)
+    new = max((n for name, n in c.new.items() if c.outcomes[name].repeat.judged), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
     few = (1.0 - ENOUGH) * len(c.events)
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
@@ -158,7 +158,7 @@ def _of_repeats(c: Convergence) -> Verdict:
 
 def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
     """Whether many events are alike as samples in all runs that decide: of chaotic motion, or with settled totals."""
-    judged = [s for family, s in c.statistics.items() if c.outcomes[c.families[family][1]].variant.judged]
+    judged = [s for family, s in c.statistics.items() if c.outcomes[c.families[family][1]].repeat.judged]
     if c.structure is not None and c.structure.samples is not None:
         judged.append(c.structure.samples)
     alike = bool(judged) and all(_alike(s) for s in judged)

@@ -51,7 +51,7 @@ SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "mo
 
 
 @dataclass(frozen=True)
-class Variant:
+class Repeat:
     """What one run takes differently."""
 
     name: str
@@ -96,7 +96,7 @@ class Followed:
 class Outcome:
     """What a run found: its events and the figures of the whole run."""
 
-    variant: Variant
+    repeat: Repeat
     events: tuple[Event, ...]
     impulse: float
     """Of all channels over the whole run, force s."""

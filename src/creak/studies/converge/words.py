@@ -173,7 +173,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
 
 
 def _outcome_dict(o: Outcome) -> dict[str, Any]:
-    v = o.variant
+    v = o.repeat
     return {
         "family": v.family,
         "step": v.step,

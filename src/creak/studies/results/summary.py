@@ -49,7 +49,7 @@ def summarise(
 
     Parameters
     ----------
-    convergence : of `creak.studies.converge.variants`, where it was looked at.
+    convergence : of `creak.studies.converge.repeats`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for.
     causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     """

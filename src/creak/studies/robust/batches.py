@@ -17,7 +17,7 @@ from creak.progress import silent
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
-from creak.studies.robust.bench import Bench, Draw, bench_of, march_draws
+from creak.studies.robust.shared_model import Draw, SharedModel, march_draws, shared_model
 from creak.studies.tasks.queue import Runner
 from creak.version import version
 
@@ -71,7 +71,7 @@ def batches(study: Study, draws: Sequence[Draw], of: FloatArray | Sequence[Draw]
     ]
 
 
-_made: dict[str, tuple[Bench, GapOperator]] = {}
+_made: dict[str, tuple[SharedModel, GapOperator]] = {}
 """The last model of this worker, by `Batch.id`."""
 
 
@@ -79,8 +79,8 @@ def run_batch(batch: Batch) -> Marched:
     """March the draws of a batch, one after the other; errors become part of the outcome."""
     records: list[tuple[int, FloatArray]] = []
     try:
-        bench, channels = _model(batch)
-        records += [(number, seen.record()) for number, seen in march_draws(bench, channels, batch.draws, 1)]
+        model, channels = _model(batch)
+        records += [(number, seen.record()) for number, seen in march_draws(model, channels, batch.draws, 1)]
     except CreakError as problem:
         return Marched(tuple(records), str(problem))
     except MemoryError:
@@ -90,13 +90,13 @@ def run_batch(batch: Batch) -> Marched:
     return Marched(tuple(records))
 
 
-def _model(batch: Batch) -> tuple[Bench, GapOperator]:
+def _model(batch: Batch) -> tuple[SharedModel, GapOperator]:
     if batch.id not in _made:
         _made.clear()
         _check(batch)
         setup = set_up(batch.study)
         channels = join([setup.contacts, setup.connectors])
-        _made[batch.id] = bench_of(setup, batch.of, silent, batch.store), channels
+        _made[batch.id] = shared_model(setup, batch.of, silent, batch.store), channels
     return _made[batch.id]
 
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.studies.robust.bench import FACTORS, FAILED, FIGURES, LEFT_OUT
 from creak.studies.robust.job import Draws, saved_values
+from creak.studies.robust.shared_model import FACTORS, FAILED, FIGURES, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
 from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread
 

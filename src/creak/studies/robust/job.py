@@ -19,9 +19,18 @@ from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.robust.batches import Batch, batches, march_batches
-from creak.studies.robust.bench import FACTORS, FIGURES, Bench, Draw, bench_of, drawn_study, march_draws, places_of
 from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
+from creak.studies.robust.shared_model import (
+    FACTORS,
+    FIGURES,
+    Draw,
+    SharedModel,
+    drawn_study,
+    march_draws,
+    places_of,
+    shared_model,
+)
 from creak.studies.tasks.queue import Runner
 from creak.studies.warned import Warned
 from creak.version import version
@@ -41,7 +50,7 @@ class Draws:
     values: tuple[FloatArray, ...]
     """Of each cause: (total,), or (total, m) of a field."""
     state: FloatArray
-    """(total,) 0, `bench.FAILED` or `bench.LEFT_OUT`."""
+    """(total,) 0, `shared_model.FAILED` or `shared_model.LEFT_OUT`."""
     figures: FloatArray
     """(total, n_place, 4)"""
     slack: FloatArray
@@ -117,21 +126,21 @@ def run_draws(
             notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
             progress(f"{len(models)} reductions, as {who} the model", 0, 1)
 
-        def bench(model: _Model) -> Bench:
+        def shared(model: _Model) -> SharedModel:
             if again:
-                return bench_of(set_up(model.study), model.draws, silent)
-            made = bench_of(setup, model.draws, progress, keep)
+                return shared_model(set_up(model.study), model.draws, silent)
+            made = shared_model(setup, model.draws, progress, keep)
             notes.extend(made.notes)
             return made
 
         def batched(model: _Model) -> list[Batch]:
-            of, store = (model.draws, None) if again else (bench(model).lowest, keep)
+            of, store = (model.draws, None) if again else (shared(model).lowest, keep)
             return batches(model.study, model.left, of, store)
 
         if runner is not None:
             marched = march_batches(runner, [batch for model in models for batch in batched(model)])
         else:
-            marched = _marched(models, bench, channels, threads)
+            marched = _marched(models, shared, channels, threads)
         if path is None:
             found.update(marched)
         else:
@@ -185,11 +194,11 @@ def _models(study: Study, draws: Sequence[Draw], missing: Set[int], again: Seque
 
 
 def _marched(
-    models: Sequence[_Model], bench: Callable[[_Model], Bench], channels: GapOperator, threads: int | None
+    models: Sequence[_Model], shared: Callable[[_Model], SharedModel], channels: GapOperator, threads: int | None
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw."""
     for model in models:
-        for number, seen in march_draws(bench(model), channels, model.left, threads):
+        for number, seen in march_draws(shared(model), channels, model.left, threads):
             yield number, seen.record()
 
 

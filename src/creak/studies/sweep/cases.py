@@ -33,7 +33,7 @@ TAKEN = ("sweep", "superelements", "references")
 
 
 @dataclass(frozen=True)
-class Variant:
+class Combination:
     """One combination of changes."""
 
     name: str
@@ -43,7 +43,7 @@ class Variant:
 
 @dataclass(frozen=True)
 class Case:
-    """A variant with the study that it makes."""
+    """A combination with the study that it makes."""
 
     name: str
     folder_name: str
@@ -68,7 +68,7 @@ class Case:
         return digest([self.study_hash, self.deck_hash, version(), *[self.converge] * (self.converge is not None)])
 
 
-def variants(sweep: SweepFile) -> list[Variant]:
+def combinations(sweep: SweepFile) -> list[Combination]:
     """Every case with every point of the grid and every seed, with unique names."""
     config = sweep.config
     _check_count(sweep)
@@ -82,9 +82,9 @@ def variants(sweep: SweepFile) -> list[Variant]:
         words = [] if case is None else [case.name or change_words(own, short)]
         words += [change_words(point, short)] if point else []
         words += [] if seed is None else [f"seed={seed}"]
-        out.append(Variant(",".join(words), {**own, **point}, seed))
+        out.append(Combination(",".join(words), {**own, **point}, seed))
     names = unique([v.name for v in out])
-    return [Variant(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
+    return [Combination(name, v.changes, v.seed) for name, v in zip(names, out, strict=True)]
 
 
 def _check_count(sweep: SweepFile) -> None:
@@ -139,14 +139,14 @@ def resolve(sweep: SweepFile, out: Path, converge: bool | None = None) -> list[C
             where=sweep.where("seeds"),
             fix="Leave out seeds.",
         )
-    found, contents = variants(sweep), Contents()
+    found, contents = combinations(sweep), Contents()
     folders = folder_names([v.name for v in found])
     cases = [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]
     return [replace(case, converge=converge) for case in cases]
 
 
-def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: Contents) -> Case:
-    data, config = checked(sweep, variant)
+def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: Contents) -> Case:
+    data, config = checked(sweep, one)
     base = sweep.base.parent.resolve()
     tables = map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out))
     text = f"# written by creak sweep\n{toml_text(tables)}"
@@ -161,37 +161,37 @@ def _case(sweep: SweepFile, variant: Variant, folder: str, out: Path, contents: 
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     values = {k: value_at(plain, k) for k in sweep.keys}
-    return Case(variant.name, folder, values, _seed(config.excitation), text, digest(content_of), deck_hash, key)
+    return Case(one.name, folder, values, _seed(config.excitation), text, digest(content_of), deck_hash, key)
 
 
-def checked(sweep: SweepFile, variant: Variant) -> tuple[dict[str, Any], StudyConfig]:
-    """The study of a variant, as tables and checked.
+def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyConfig]:
+    """The study of a combination, as tables and checked.
 
     Raises
     ------
     InputError : a change names a key that studies do not have, or a wrong value.
     """
     try:
-        data = changed(sweep.data, variant.changes, variant.seed)
+        data = changed(sweep.data, one.changes, one.seed)
         config = StudyConfig.model_validate(data)
         check_time(config.time, data.get("time", {}), lambda *key: key[0])
         return data, config
     except InputError as error:
-        problem, keys = error, [k for k in variant.changes if suspicious(k, sweep, variant)]
-        keys = keys or [k for k in variant.changes if overlap(k, error.where)]
+        problem, keys = error, [k for k in one.changes if suspicious(k, sweep, one)]
+        keys = keys or [k for k in one.changes if overlap(k, error.where)]
     except ValidationError as error:
         at = [".".join(str(k) for k in e["loc"]) for e in error.errors()]
         problem = explain(sweep.path, "", error)
-        keys = [k for k in variant.changes if any(_within(k, a) for a in at)]
+        keys = [k for k in one.changes if any(_within(k, a) for a in at)]
     where = sweep.where(keys[0]) if keys else str(sweep.path)
-    text = f"case {variant.name}: {problem.what}"
+    text = f"case {one.name}: {problem.what}"
     raise InputError(text, where=where, expected=problem.expected, fix=problem.fix)
 
 
-def suspicious(key: str, sweep: SweepFile, variant: Variant) -> bool:
+def suspicious(key: str, sweep: SweepFile, one: Combination) -> bool:
     """Whether this change alone cannot be made."""
     try:
-        changed(sweep.data, {key: variant.changes[key]}, None)
+        changed(sweep.data, {key: one.changes[key]}, None)
     except InputError:
         return True
     return False

@@ -7,7 +7,7 @@ import pytest
 from creak.api.study import run, run_setup
 from creak.errors import InputError
 from creak.progress import silent
-from creak.studies.converge import auto_band, variants
+from creak.studies.converge import auto_band, repeats
 from creak.studies.converge.settling import BASE, MORE_MODES
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
@@ -54,7 +54,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
         sizes.append((model.system.n, marching.resolution))
         return real(name, marching, observed, model, *rest, **options)
 
-    for module in (job, variants):
+    for module in (job, repeats):
         monkeypatch.setattr(module, "march_run", counted)
     found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     stages = found.summary["runs"]["reduced"]["stages"]

@@ -12,7 +12,7 @@ from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
-from creak.studies.converge.settling import BASE, FINER, Outcome, Variant
+from creak.studies.converge.settling import BASE, FINER, Outcome, Repeat
 from creak.verify.events import find_events
 from creak.verify.statistics import rate_interval
 from helpers_core import channels, system_of
@@ -31,14 +31,14 @@ def bounce(shake: float, loss: float, end: float, by: float) -> Outcome:
     h = simulate_flow(ball, gaps, loads, resolution=finer(RESOLUTION, by), observed=np.array([0]))
     impulse = float((h.weights @ h.force).sum())
     events = tuple(find_events(h, gaps))
-    return Outcome(Variant(FINER if by > 1.0 else BASE, "", STEP), events, impulse, 0.0, 0.0, h.time.size, end, 0.0)
+    return Outcome(Repeat(FINER if by > 1.0 else BASE, "", STEP), events, impulse, 0.0, 0.0, h.time.size, end, 0.0)
 
 
 @pytest.mark.parametrize(("shake", "loss", "begin", "word"), [(1.8, 0.6, 1.0, SETTLED), (6.0, 0.02, 0.0, STATISTICS)])
 def test_a_ball_on_a_shaken_table(shake, loss, begin, word):
     """Much loss: once in its orbit, the same two hits in each period, whatever the resolution. Little: no two resolutions
     agree for long."""
-    runs = {o.variant.name: o for o in (bounce(shake, loss, 2.0, by) for by in (1.0, 2.0))}
+    runs = {o.repeat.name: o for o in (bounce(shake, loss, 2.0, by) for by in (1.0, 2.0))}
     verdict = _of_convergence(assess(runs, "reduced", (begin, 2.0), 0.002))
     assert verdict.word == word
     if word == STATISTICS:

@@ -13,9 +13,10 @@ import pytest
 from creak.contact.laws.parameters import Curves
 from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
-from creak.studies.converge import variants as module
+from creak.studies.converge import repeats as module
 from creak.studies.converge.compared import assess
 from creak.studies.converge.figures import FIGURES, change
+from creak.studies.converge.repeats import converge, repeated_setup, scaled_contact
 from creak.studies.converge.settled import _of_convergence, is_chaotic
 from creak.studies.converge.settling import (
     BASE,
@@ -28,9 +29,8 @@ from creak.studies.converge.settling import (
     TENFOLD,
     TWICE,
     Outcome,
-    Variant,
+    Repeat,
 )
-from creak.studies.converge.variants import converge, repeated_setup, scaled_contact
 from creak.studies.converge.words import as_dict, csv_rows, findings
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
@@ -82,7 +82,7 @@ def outcomes(stopped=(), **events):
         name = names[key]
         early = key in stopped
         out[name] = Outcome(
-            Variant(name, family[name], 1e-3),
+            Repeat(name, family[name], 1e-3),
             tuple(found),
             sum(e.impulse for e in found),
             0.0,
@@ -141,7 +141,7 @@ def test_a_coarse_step_does_not_settle(tmp_path):
 def test_every_family_is_run_on_the_same_time_and_channels(strips, repeated):
     h = strips.setup.study.config.time.step
     assert list(repeated.outcomes) == [BASE, HALF, QUARTER, TWICE, TENFOLD, MORE_MODES]
-    made = {name: (o.variant.step / h, o.variant.stiffness, o.modes, o.steps) for name, o in repeated.outcomes.items()}
+    made = {name: (o.repeat.step / h, o.repeat.stiffness, o.modes, o.steps) for name, o in repeated.outcomes.items()}
     n, kept = strips.setup.loads.n_step, strips.reduced.modes
     more = sum(max(3, math.ceil(r.system.stats.modes / 2)) for r in strips.reduced.superelements)
     assert repeated.outcomes[MORE_MODES].modes >= kept + more
@@ -168,7 +168,7 @@ def test_the_base_run_is_that_of_the_study(strips, repeated):
 
 def test_refinement_changes_what_the_names_say(strips, repeated):
     """A run repeated at h/2 is that of a study with half the step and the base run's contact stiffness."""
-    setup = repeated_setup(strips.setup, Variant(HALF, "step", 2.5e-4, f_max=3000.0), 1)
+    setup = repeated_setup(strips.setup, Repeat(HALF, "step", 2.5e-4, f_max=3000.0), 1)
     again = running.march_run("again", setup.marching, setup.observed(strips.gaps), strips.reduced, strips.gaps, silent)
     assert tuple(again.events) == repeated.outcomes[HALF].events
     assert setup.loads.time[-1] == strips.setup.loads.time[-1]
@@ -197,8 +197,8 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
         gaps=replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf)),
         setup=replace(strips.setup, study=replace(strips.setup.study, config=config)),
     )
-    variants, notes = module.plan(hard)
-    assert [v.name for v in variants] == [HALF, QUARTER]
+    repeats, notes = module.plan(hard)
+    assert [v.name for v in repeats] == [HALF, QUARTER]
     for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness"):
         assert any(word in note for note in notes)
     assert "Guyan" in module.not_looked_at(hard)[0]
@@ -212,8 +212,8 @@ def test_only_a_stiffness_that_creak_chose_is_judged(given, own, strips):
     study = strips.setup.study
     table = study.config.contact["tip"].model_copy(update={"stiffness": "auto", **given})
     config = study.config.model_copy(update={"contact": {"tip": table}})
-    variants, notes = module.plan(replace(strips, setup=replace(strips.setup, study=replace(study, config=config))))
-    judged = {v.name: v.judged for v in variants}
+    repeats, notes = module.plan(replace(strips, setup=replace(strips.setup, study=replace(study, config=config))))
+    judged = {v.name: v.judged for v in repeats}
     assert judged[TWICE] is judged[TENFOLD] is not own
     assert judged[HALF]
     assert (module.GIVEN in notes) == own
@@ -377,7 +377,7 @@ def test_a_stiffness_that_the_study_gives_unsettles_nothing():
     runs = outcomes(**same, k10=other)
     for word, judged in (("unsettled", True), ("settled", False)):
         for name in (TWICE, TENFOLD):
-            runs[name] = replace(runs[name], variant=replace(runs[name].variant, judged=judged))
+            runs[name] = replace(runs[name], repeat=replace(runs[name].repeat, judged=judged))
         c = assess(runs, "reduced", (0.0, 60.0), 0.01)
         assert _of_convergence(c).word == word
         assert c.new[TENFOLD] == 1

@@ -9,7 +9,7 @@ import pytest
 
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED, Verdict, place_settled_to, verdict_of_runs
-from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, STIFFER, Followed, Outcome, Variant
+from creak.studies.converge.settling import BASE, FINER, LAST_TWO, MORE_MODES, STIFFER, Followed, Outcome, Repeat
 from creak.studies.converge.words import as_dict, findings
 from creak.verify.rubbing import Pressing, Rub, Rubbing
 
@@ -40,9 +40,9 @@ def convergence(told=(), **runs: Rub | tuple[Rub, ...]):
     outcomes = {}
     for key, rubs in runs.items():
         family = next((f for f, pair in LAST_TWO.items() if pair == (BASE, names[key])), "")
-        variant = Variant(names[key], family, 1e-3, judged=key not in told)
+        repeat = Repeat(names[key], family, 1e-3, judged=key not in told)
         every = rubs if isinstance(rubs, tuple) else (rubs,)
-        outcomes[names[key]] = Outcome(variant, (), 1.0, 0.0, 0.0, 100, END, 0.1, rubs=every)
+        outcomes[names[key]] = Outcome(repeat, (), 1.0, 0.0, 0.0, 100, END, 0.1, rubs=every)
     count = len(outcomes[BASE].rubs)
     places = [("belt", k + 1) for k in range(count)]
     return assess(outcomes, "reduced", (0.0, END), 0.002, places=Followed(rub_names=tuple(places)))

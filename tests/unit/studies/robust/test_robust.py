@@ -26,9 +26,9 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust import job
 from creak.studies.robust.batches import batches
-from creak.studies.robust.bench import FACTORS, Draw, bench_of, variant_of
 from creak.studies.robust.changes import changed_setup
 from creak.studies.robust.draws import field_shapes
+from creak.studies.robust.shared_model import FACTORS, Draw, shared_model, variant_of
 from creak.verify.odds import Index
 from helpers_decks import STUDY, write_strips
 
@@ -160,7 +160,7 @@ def test_draws_are_single_runs(found):
     study = draws.setup.study
     keys = [c.key for c in draws.design.causes]
     numbers = [Draw(k, {key: float(v[k]) for key, v in zip(keys, draws.values, strict=True)}, {}) for k in (3, 40, 60)]
-    bench = bench_of(draws.setup, numbers, lambda *_: None)
+    bench = shared_model(draws.setup, numbers, lambda *_: None)
     for draw in numbers:
         setup = set_up(with_changes(study, draw.values))
         variant = variant_of(bench, draw)

@@ -8,8 +8,8 @@ import pytest
 
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
+from creak.studies.converge.repeats import repeated_setup
 from creak.studies.converge.settling import BAND, BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER, UNREDUCED
-from creak.studies.converge.variants import repeated_setup
 from creak.studies.converge.words import REMEDIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps
@@ -111,7 +111,7 @@ def test_each_thing_that_may_matter_is_varied_once(found):
 def test_every_place_says_how_far_it_has_settled(found):
     """What is followed of a place is what a run of its own says of it, N5 included; the largest change is told."""
     before = found.found.setup
-    setup = repeated_setup(before, found.convergence.outcomes[FINER].variant, before.study.config.time.substeps)
+    setup = repeated_setup(before, found.convergence.outcomes[FINER].repeat, before.study.config.time.substeps)
     alone = setup.study.config.reference.model_copy(update={"run": False})
     finer = run_setup(setup.with_tables(reference=alone), converge=False)
     place, again = (r.summary["runs"]["reduced"]["places"][0] for r in (found, finer))

@@ -9,7 +9,7 @@ import pytest
 from creak.errors import InputError
 from creak.studies.file.changes import changed, short_keys, value_words
 from creak.studies.file.reader import read_study
-from creak.studies.sweep.cases import Case, folder_names, resolve, unique, variants
+from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import write_strips
 from helpers_refusal import refusal
@@ -205,4 +205,4 @@ def test_variants_need_no_files(tmp_path):
     write_strips(tmp_path)
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[[case]]\nname = "as it is"\n')
     (tmp_path / "strips.inp").unlink()
-    assert [v.name for v in variants(read_sweep(tmp_path / "sweep.toml"))] == ["as it is"]
+    assert [v.name for v in combinations(read_sweep(tmp_path / "sweep.toml"))] == ["as it is"]

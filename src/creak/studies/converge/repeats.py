@@ -24,7 +24,7 @@ from creak.studies.converge.settling import (
     Convergence,
     Followed,
     Outcome,
-    Variant,
+    Repeat,
 )
 from creak.studies.converge.structure import Structure
 from creak.studies.file.config import TimeTable
@@ -69,38 +69,38 @@ def converge(
     """
     base = result.runs.get("reduced") or result.runs["reference"]
     notes: list[str] = []
-    variants: list[Variant] = []
-    outcomes = {BASE: outcome_of(_base_variant(result), base, places.base, places.rubs)}
+    repeats: list[Repeat] = []
+    outcomes = {BASE: outcome_of(_base_run(result), base, places.base, places.rubs)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
         notes.append("convergence was not looked at: there is no channel that can press")
     else:
-        variants, notes = plan(result)
-        for variant in variants:
-            outcomes[variant.name] = _repeat(result, base, variant, places, progress)
-    if variants and result.reduced is not None and result.reduced.complete:
-        same = replace(_base_variant(result), name=MORE_MODES, family="modes")
-        outcomes[MORE_MODES] = replace(outcomes[BASE], variant=same, steps=0, wall_s=0.0)
+        repeats, notes = plan(result)
+        for repeat in repeats:
+            outcomes[repeat.name] = _repeat(result, base, repeat, places, progress)
+    if repeats and result.reduced is not None and result.reduced.complete:
+        same = replace(_base_run(result), name=MORE_MODES, family="modes")
+        outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
     unlooked = not_looked_at(result)
-    notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.variant.family)]
+    notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
     found = assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
     return replace(found, unlooked=unlooked)
 
 
-def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
+def plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
     """The runs to make, and what is to be said of those that are not."""
     if result.setup.study.config.time.exact:
         return _exact_plan(result)
-    base, notes = _base_variant(result), []
+    base, notes = _base_run(result), []
     h, quarter = base.step, 0.25 * base.step
-    variants = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
+    repeats = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
     softer, own = _scaled(result), _is_given(result)
     hard = int(np.isinf(result.gaps.stiffness).sum())
     if softer.size:
-        variants += [
+        repeats += [
             replace(base, name=name, family="stiffness", step=quarter, stiffness=factor, judged=not own)
             for name, factor in ((TWICE, 2.0), (TENFOLD, 10.0))
         ]
@@ -111,35 +111,35 @@ def plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
         notes.append("the stiffness of connectors is a figure of the study, no penalty: it stays in all runs")
     if not softer.size:
         notes.append("no contact has a stiffness to vary: settling with it was not looked at")
-    return _with_modes(result, variants, notes)
+    return _with_modes(result, repeats, notes)
 
 
-def _exact_plan(result: StudyResult) -> tuple[list[Variant], list[str]]:
+def _exact_plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
     """One run for each thing that the answer must not hang on."""
-    base, notes = _base_variant(result), []
-    variants = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
+    base, notes = _base_run(result), []
+    repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
     if _scaled(result).size:
         own = _is_given(result)
-        variants += [
+        repeats += [
             replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
             replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
         ]
         notes += [GIVEN] if own else []
-    return _with_modes(result, variants, notes)
+    return _with_modes(result, repeats, notes)
 
 
-def _with_modes(result: StudyResult, variants: list[Variant], notes: list[str]) -> tuple[list[Variant], list[str]]:
+def _with_modes(result: StudyResult, repeats: list[Repeat], notes: list[str]) -> tuple[list[Repeat], list[str]]:
     """The plan with the run with more modes, and what is to be said of parts that have no more."""
     reduced = result.reduced
     if reduced is None:
-        return variants, notes
+        return repeats, notes
     if reduced.complete:
-        return variants, [*notes, COMPLETE]
+        return repeats, [*notes, COMPLETE]
     full = [r.system.name for r in reduced.superelements if r.complete]
     notes += [f"complete, with all modes that there are: {listed(full)}"] if full else []
     if result.setup.study.config.reduction.method != "guyan":
-        variants.append(replace(_base_variant(result), name=MORE_MODES, family="modes"))
-    return variants, notes
+        repeats.append(replace(_base_run(result), name=MORE_MODES, family="modes"))
+    return repeats, notes
 
 
 def not_looked_at(result: StudyResult) -> tuple[str, ...]:
@@ -176,49 +176,49 @@ def _is_given(result: StudyResult) -> bool:
     return all(t.stiffness != "auto" or t.overclosure is not None for t in tables.values())
 
 
-def _base_variant(result: StudyResult) -> Variant:
+def _base_run(result: StudyResult) -> Repeat:
     c = result.setup.study.config
-    return Variant(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
+    return Repeat(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
 
 
-def _repeat(result: StudyResult, base: Run, variant: Variant, places: Followed, progress: Progress) -> Outcome:
+def _repeat(result: StudyResult, base: Run, repeat: Repeat, places: Followed, progress: Progress) -> Outcome:
     """One run; one that cannot be made has no events and says why."""
 
     def report(stage: str, done: int, total: int) -> None:
-        progress(stage if stage.startswith(variant.name) else f"{variant.name}: {stage}", done, total)
+        progress(stage if stage.startswith(repeat.name) else f"{repeat.name}: {stage}", done, total)
 
     try:
-        known = result.band.more if result.band is not None and variant.family == "modes" else None
+        known = result.band.more if result.band is not None and repeat.family == "modes" else None
         if known is not None:  # f_max = "auto" has made it
             gaps, system, run = result.gaps, known[0].system, known[1]
         else:
             substeps = _substeps(result.setup.study.config.time, base)
-            setup = repeated_setup(result.setup, variant, substeps)
+            setup = repeated_setup(result.setup, repeat, substeps)
             system, reduced = result.reference.system, result.reduced
-            if reduced is not None and variant.family == "modes":
+            if reduced is not None and repeat.family == "modes":
                 reduced = with_more_modes(setup, result.reference, result.gaps, reduced, report)
             if reduced is not None:
                 system = reduced.system
-            gaps = scaled_contact(result.gaps, _scaled(result), variant.stiffness)
+            gaps = scaled_contact(result.gaps, _scaled(result), repeat.stiffness)
             observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
-            run = march_run(variant.name, setup.marching, observed, reduced or result.reference, gaps, report)
+            run = march_run(repeat.name, setup.marching, observed, reduced or result.reference, gaps, report)
         rubs = places.rubs_of(gaps, run.history)
-        return outcome_of(variant, run, places.of(system, gaps, run.history), rubs)
+        return outcome_of(repeat, run, places.of(system, gaps, run.history), rubs)
     except CreakError as error:
-        return Outcome(variant, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{variant.name} was not run: {error}")
+        return Outcome(repeat, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{repeat.name} was not run: {error}")
 
 
-def repeated_setup(setup: Setup, variant: Variant, substeps: int) -> Setup:
+def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:
     """The setup over the same time with another step, its loads sampled anew; no fields are kept."""
     c, study = setup.study.config, setup.study
     end = float(setup.loads.time[-1])
     tables = {
-        "time": c.time.model_copy(update={"step": variant.step, "end": end, "periods": None, "substeps": substeps}),
+        "time": c.time.model_copy(update={"step": repeat.step, "end": end, "periods": None, "substeps": substeps}),
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
     study = replace(study, config=c.model_copy(update=tables))
     loads = loads_over(setup.model, study.driving, study.course)
-    return replace(setup, study=study, refined=variant.refined, loads=loads)
+    return replace(setup, study=study, refined=repeat.refined, loads=loads)
 
 
 def _substeps(table: TimeTable, base: Run) -> int:
@@ -230,12 +230,12 @@ def _substeps(table: TimeTable, base: Run) -> int:
 
 
 def outcome_of(
-    variant: Variant, run: Run, places: tuple[dict[str, float], ...] = (), rubs: tuple[Rub, ...] = ()
+    repeat: Repeat, run: Run, places: tuple[dict[str, float], ...] = (), rubs: tuple[Rub, ...] = ()
 ) -> Outcome:
     """What a run found."""
     h = run.history
     return Outcome(
-        variant,
+        repeat,
         tuple(run.events),
         float((h.weights @ h.force).sum()),
         h.energy_created,

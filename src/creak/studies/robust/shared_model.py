@@ -79,7 +79,7 @@ class Seen:
 
 
 @dataclass(frozen=True)
-class Bench:
+class SharedModel:
     """The model of a study, reduced once."""
 
     setup: Setup
@@ -119,7 +119,9 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
 
 
 @none_ignored()
-def bench_of(setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progress, keep: Path | None = None) -> Bench:
+def shared_model(
+    setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progress, keep: Path | None = None
+) -> SharedModel:
     """The model of a study with the channels that its draws need, and the arrays that they share.
 
     Parameters
@@ -167,11 +169,13 @@ def bench_of(setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progres
     window = setup.marching.window
     silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
     excursion = excursion_of(silent, window)
-    return Bench(before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest)
+    return SharedModel(
+        before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest
+    )
 
 
 def march_draws(
-    bench: Bench, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
+    model: SharedModel, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
 
@@ -181,26 +185,26 @@ def march_draws(
     """
     places = places_of(channels)
     place = {name: k for k, name in enumerate(channels.names)}
-    at = np.array([place[name] for name in bench.gaps.names])
-    v = bench.setup.study.config.verification
+    at = np.array([place[name] for name in model.gaps.names])
+    v = model.setup.study.config.verification
 
     def look(variant: Variant, history: History | Stopped) -> Seen:
         figures, impulse = np.zeros((len(places), len(FIGURES))), np.zeros(channels.m)
         if isinstance(history, Stopped):
             nothing = [np.full(shape, np.nan) for shape in (figures.shape, (len(places), len(FACTORS)), impulse.shape)]
             return Seen(FAILED, *nothing)
-        events = events_in(find_events(history, variant.gaps, v.merge, v.f_max), bench.window)
+        events = events_in(find_events(history, variant.gaps, v.merge, v.f_max), model.window)
         for event in events:
             own = figures[places.index(event.group)]
             own += 1.0, event.impulse, 0.0, 0.0
             own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
-        inside = counted_instants(history.time, events, bench.window)
+        inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = history.extremes is not None and history.extremes.gap.min(initial=1.0) <= 0.0
-        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(bench, variant, places), impulse)
+        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places), impulse)
 
-    variants = (variant_of(bench, draw) for draw in draws)
-    return march_many(bench.base, variants, look, threads)
+    variants = (variant_of(model, draw) for draw in draws)
+    return march_many(model.base, variants, look, threads)
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:
@@ -208,15 +212,15 @@ def places_of(channels: GapOperator) -> tuple[str, ...]:
     return tuple(dict.fromkeys(channels.group))
 
 
-def _slack(bench: Bench, variant: Variant, places: tuple[str, ...]) -> FloatArray:
+def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...]) -> FloatArray:
     gaps = variant.gaps
     slack = np.full((len(places), len(FACTORS)), np.inf)
     if gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any():
         return np.full_like(slack, np.nan)
-    excursion = bench.excursion
-    if variant.loads is not bench.base.loads or variant.system is not None:
-        alone = bench.silent.again(gaps.without_force(), variant.loads, variant.system)
-        excursion = excursion_of(alone, bench.window)
+    excursion = model.excursion
+    if variant.loads is not model.base.loads or variant.system is not None:
+        alone = model.silent.again(gaps.without_force(), variant.loads, variant.system)
+        excursion = excursion_of(alone, model.window)
     for k, place in enumerate(places):
         own = np.flatnonzero(gaps.of_groups({place}))
         if own.size:
@@ -231,18 +235,18 @@ def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
     return np.minimum(lowest_between(history.gap[inside]) - silent.gaps.gap0, 0.0)
 
 
-def variant_of(bench: Bench, draw: Draw) -> Variant:
+def variant_of(model: SharedModel, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
-    study = drawn_study(bench.setup.study, draw.values)
-    setup = changed_setup(bench.setup, study, draw.fields, draw.factors)
-    setup = started(setup, bench.reference, silent)
+    study = drawn_study(model.setup.study, draw.values)
+    setup = changed_setup(model.setup, study, draw.fields, draw.factors)
+    setup = started(setup, model.reference, silent)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
-    kept = [place[name] for name in bench.gaps.names if name in place]
+    kept = [place[name] for name in model.gaps.names if name in place]
     gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])
-    zeta, before = study.config.damping.modal, bench.setup.study.config.damping.modal
+    zeta, before = study.config.damping.modal, model.setup.study.config.damping.modal
     system = None
     if zeta != before and zeta is not None and before is not None:
-        system = with_damping(bench.system, zeta, before)
+        system = with_damping(model.system, zeta, before)
     return Variant(draw.number, gaps, setup.loads, system)
 
 
