@@ -3,6 +3,7 @@
 import io
 
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 from creak.report.figures.picture import Loaded, contact_picture, model_picture, standard_marks
@@ -50,6 +51,12 @@ def test_views_are_right_handed_and_look_at_the_outward_side():
         for v in (view, three_quarter(view)):
             np.testing.assert_allclose(v.matrix.T @ v.matrix, np.eye(3), atol=1e-15)
             np.testing.assert_allclose(np.linalg.det(v.matrix), 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize(("size", "up"), [((200.0, 150.0, 90.0), 2), ((200.0, 150.0, 20.0), 1), ((0.0, 0.0, 9.0), 2)])
+def test_z_is_up_but_on_what_lies_flat(size, up):
+    view = front(np.array([np.zeros(3), size]), np.zeros(3))
+    np.testing.assert_array_equal(view.matrix[:, 1], np.eye(3)[up])
 
 
 def test_pieces_of_a_facet_cover_it_exactly():

@@ -13,6 +13,8 @@ from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
 LINES = ("beam2", "beam3", "truss2", "spring2")
+FLAT = 0.25
+"""Extent along z over the lesser of the others, up to which a model is looked at from above."""
 EDGES_UP_TO = 8000
 """Facets up to which element edges are drawn."""
 
@@ -89,13 +91,14 @@ def lines_of(model: Mesh) -> IntArray:
 
 
 def front(coords: FloatArray, outward: FloatArray) -> View:
-    """Look along the shortest extent of the model, z up unless that is the shortest.
+    """Look along the shorter of x and y, z up; on a model that is flat along z from above, y up.
 
     Parameters
     ----------
     outward : (3,) roughly the way from the hidden to the facing side; zero where there is no such way.
     """
-    toward = int(np.argmin(np.ptp(coords, axis=0)))
+    extent = np.ptp(coords, axis=0)
+    toward = 2 if extent[2] <= FLAT * extent[:2].min() else int(np.argmin(extent[:2]))
     up = 2 if toward != 2 else 1
     axes = np.eye(3)
     sign = float(np.sign(outward[toward])) or (-1.0 if toward == 1 else 1.0)
