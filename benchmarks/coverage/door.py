@@ -16,8 +16,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from benchmarks.coverage.__main__ import known, line
 from benchmarks.coverage.study import held
 from benchmarks.coverage.table import lines, summary
@@ -90,7 +88,7 @@ def case(name: str, study: Study, until: float | None, store: Path) -> dict[str,
     impulse = sum(e.impulse for e in fine.events)
     return {
         "seed": name,
-        "words": f"door, {found.reference.free_dof:,} dofs, f_max {found.band.setup.f_max if found.band else np.nan:g}",
+        "words": f"door, {found.reference.free_dof:,} dofs, f_max {found.setup.band.f_max:g}",
         "verdict": told.get("verdict"),
         "reasons": told["reasons"],
         "own": {

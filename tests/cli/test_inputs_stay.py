@@ -5,10 +5,12 @@ import os
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
 from creak.cli.main import app
+from creak.formats.wav import write_wav
 from helpers_decks import STUDY, two_strips
 
 pytestmark = pytest.mark.slow
@@ -25,16 +27,27 @@ SHAKEN = (
     )
 )
 SHAKE = "time,value\n0,0\n0.01,0.5\n0.02,-0.5\n0.03,0.5\n0.06,0\n"
+TEST = "frequency_hz,sensor,direction,value\n93.2,4,z,0.06\n93.2,7,z,0.25\n93.2,10,z,0.56\n93.2,13,z,1.0\n"
 DECK, OWN = ("strips.inp", "lower.inp"), ("own.bdf",)
 STUDIED = ("study.toml", *DECK, "shake.csv")
 RESULTS = ("results/results.h5", "results/summary.json")
-READ = ("--superelements", "--tls-ca-file", "--tls-cert", "--tls-key")
+READ = (
+    "--beside",
+    "--calibrator",
+    "--sensors",
+    "--superelements",
+    "--test",
+    "--tls-ca-file",
+    "--tls-cert",
+    "--tls-key",
+)
 """Options that are paths and name what is read."""
 NAMED = [
     ("modes strips.inp --count 1 --json OUT", ".json", DECK),
     ("modes strips.inp --count 1 --vtk OUT", ".vtu", DECK),
     ("modes strips.inp --count 1 --uff OUT", ".unv", DECK),
     ("modes strips.inp --count 1 --pch OUT", ".pch", DECK),
+    ("modes strips.inp --count 9 --test test.csv --page OUT", ".html", (*DECK, "test.csv")),
     ("convert strips.inp OUT", ".inp", DECK),
     ("convert own.bdf OUT", ".bdf", OWN),
     ("convert own.inp OUT", ".inp", ("own.inp",)),
@@ -58,6 +71,7 @@ FOLDERS = [
     ("compare results --set reduction.f_max=2000", ("results.h5", "summary.json"), (*STUDIED, *RESULTS)),
     ("report results --out OUT/page.html", ("page.html",), RESULTS),
     ("listen results --out OUT", ("ear_all.wav", "ear_tip_1.wav"), RESULTS),
+    ("listen results --beside hiss.wav --out OUT", ("beside.png",), (*RESULTS, "hiss.wav")),
     ("robust study.toml --n 4 --no-indices --out OUT", ("robust.json", "draws.csv", "robust.html"), STUDIED),
     (
         "sweep sweep.toml --workers 1 --out OUT",
@@ -84,6 +98,8 @@ def made(tmp_path_factory):
     (folder / "lower.inp").write_text(f"*NODE\n1001, {lower}")
     (folder / "study.toml").write_text(SHAKEN)
     (folder / "shake.csv").write_text(SHAKE)
+    (folder / "test.csv").write_text(TEST)
+    write_wav(folder / "hiss.wav", 0.1 * np.random.default_rng(0).standard_normal(48_000))
     (folder / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"reduction.f_max" = [2000]\n')
     before = Path.cwd()
     os.chdir(folder)

@@ -102,11 +102,11 @@ def _pierced(
     from scipy.spatial import cKDTree  # see `model.projection.nearest_points`
 
     edge = edge[_meets(coords[edge], box)]
-    corners = np.concatenate([f[:, [0, 1, 2]], f[:, [0, 2, 3]]])
+    corners, border = np.concatenate([f[:, [0, 1, 2]], f[:, [0, 2, 3]]]), _border(f)
     half = np.tile(half, 2)
     keep = _meets(coords[corners], box)
     keep = keep[corners[keep, 1] != corners[keep, 2]]
-    corners, half = corners[keep], half[keep]
+    corners, border, half = corners[keep], border[keep], half[keep]
     if not edge.size or not corners.size:
         return np.zeros(0, dtype=np.int64), np.zeros(0)
     x, triangle = coords[edge], coords[corners]
@@ -119,11 +119,11 @@ def _pierced(
     for piece in np.array_split(np.arange(len(edge)), 1 + int(count.sum()) // PAIRS_AT_ONCE):
         e = np.repeat(piece, count[piece])
         t = np.concatenate([np.array(near[k], dtype=np.int64) for k in piece])
-        short, depth = _through(x[e], triangle[t], half[t], size[t])
+        short, depth = _through(x[e], triangle[t], border[t], half[t], size[t])
         hit = depth > 0.0
         # An edge that meets the border of two triangles is one edge.
         one, first = np.unique(e[hit], return_index=True)
-        node, deep = _from_within(edge[e], t, x[e], triangle[t], half[t])
+        node, deep = _from_within(edge[e], t, x[e], triangle[t], border[t], half[t])
         rows += [edge[one, short[hit][first]], node]
         depths += [depth[hit][first], deep]
     return np.concatenate(rows), np.concatenate(depths)
@@ -134,20 +134,39 @@ def _meets(points: FloatArray, box: tuple[FloatArray, FloatArray]) -> IntArray:
     return np.flatnonzero(((points.max(axis=1) >= box[0]) & (points.min(axis=1) <= box[1])).all(axis=1))
 
 
-def _through(x: FloatArray, triangle: FloatArray, half: FloatArray, size: FloatArray) -> tuple[IntArray, FloatArray]:
+def _border(f: IntArray) -> BoolArray:
+    """(2 n, 6) whether edges 01, 12, 20 of the triangles 012, then 023, of facets f (n, 4) are of one facet alone, and
+    whether their corners lie on such an edge."""
+    edge = np.sort(np.stack([f, np.roll(f, -1, axis=1)], axis=2), axis=2)
+    _, which, count = np.unique(edge.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
+    free = (count[which] == 1).reshape(f.shape)
+    flat = f[:, 2] == f[:, 3]
+    none = np.zeros(len(f), dtype=bool)
+    at = np.isin(f, edge[free])
+    return np.concatenate(
+        [
+            np.column_stack([free[:, 0], free[:, 1], flat & free[:, 3], at[:, [0, 1, 2]]]),
+            np.column_stack([none, free[:, 2], free[:, 3], at[:, [0, 2, 3]]]),
+        ]
+    )
+
+
+def _through(
+    x: FloatArray, triangle: FloatArray, border: BoolArray, half: FloatArray, size: FloatArray
+) -> tuple[IntArray, FloatArray]:
     """The shorter end (n,) of edges x (n, 2, 3), and its depth (n,) beyond the far face; 0: not pierced."""
     height, flat = _heights(x, triangle)
     span = height[:, 0] - height[:, 1]
     opposite = height[:, 0] * height[:, 1] < 0.0
     t = np.where(opposite, height[:, 0] / np.where(opposite, span, 1.0), 0.0)
-    inside = _over(x[:, 0] + t[:, None] * (x[:, 1] - x[:, 0]), triangle) & flat
+    inside = _over(x[:, 0] + t[:, None] * (x[:, 1] - x[:, 0]), triangle, border) & flat
     short = np.abs(height).argmin(axis=1)
     beyond = np.abs(height).min(axis=1) - half - np.where(half > 0.0, 0.0, SLIVER * size)
     return short, np.where(opposite & inside, np.maximum(beyond, 0.0), 0.0)
 
 
 def _from_within(
-    edge: IntArray, number: IntArray, x: FloatArray, triangle: FloatArray, half: FloatArray
+    edge: IntArray, number: IntArray, x: FloatArray, triangle: FloatArray, border: BoolArray, half: FloatArray
 ) -> tuple[IntArray, FloatArray]:
     """Outer ends (k,) of edges that leave a shell to both sides from one node within its thickness, and their depths.
 
@@ -160,7 +179,7 @@ def _from_within(
     inner = within.argmax(axis=1)
     every = np.arange(len(edge))
     leaves = flat & (within.sum(axis=1) == 1)
-    leaves[leaves] &= _over(x[every, inner][leaves], triangle[leaves])
+    leaves[leaves] &= _over(x[every, inner][leaves], triangle[leaves], border[leaves])
     k, inner = np.flatnonzero(leaves), inner[leaves]
     up, deep = height[k, 1 - inner], np.abs(height[k, 1 - inner]) - half[k]
     place, at = np.unique(np.column_stack([edge[k, inner], number[k]]), axis=0, return_inverse=True)
@@ -183,11 +202,16 @@ def _heights(x: FloatArray, triangle: FloatArray) -> tuple[FloatArray, BoolArray
     return height, area > 0.0
 
 
-def _over(points: FloatArray, triangle: FloatArray) -> BoolArray:
-    """(n,) whether points lie over triangles, seen along their normals."""
+def _over(points: FloatArray, triangle: FloatArray, border: BoolArray) -> BoolArray:
+    """(n,) whether points lie over triangles, seen along their normals, and not at a border of the surface.
+
+    What meets a border stands on it or ends at it, as the two legs of a T do.
+    """
     u, v, at = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0], points - triangle[:, 0]
     normal = np.cross(u, v)
     square = np.maximum(np.einsum("nx,nx->n", normal, normal), 1e-300)
     a = np.einsum("nx,nx->n", np.cross(at, v), normal) / square
     b = np.einsum("nx,nx->n", np.cross(u, at), normal) / square
-    return np.asarray((a >= -1e-9) & (b >= -1e-9) & (a + b <= 1.0 + 1e-9))
+    weight = np.column_stack([1.0 - a - b, a, b])
+    edges = weight[:, [2, 0, 1]] >= np.where(border[:, :3], SLIVER, -1e-9)
+    return np.asarray((edges & ~(border[:, 3:] & (weight > 1.0 - SLIVER))).all(axis=1))

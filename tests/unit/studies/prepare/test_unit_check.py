@@ -49,7 +49,7 @@ def test_steel_strips_in_millimetres_and_tonnes_are_plausible(model):
 @pytest.mark.parametrize(
     ("changes", "units", "words"),
     [
-        (SI, "mm-t-s", ["STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s", 'units = "m-kg-s"']),
+        (SI, "mm-t-s", ["STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s"]),
         ((), "m-kg-s", ["STEEL (E = 210000, density = 7.85e-09) is in mm-t-s, not in m-kg-s"]),
         ((("7.85e-9", "7850."),), "mm-t-s", ["of no solid in mm-t-s", "density lies between", "2.5e-08 t/mm^3"]),
         ((("210000., 0.3", "2.1e11, 0.3"),), "mm-t-s", ["of no solid in mm-t-s", "E lies between", "MPa"]),
