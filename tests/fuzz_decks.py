@@ -34,7 +34,7 @@ from creak.formats.nastran.reader import read_nastran, read_nastran_run
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.sweep.cases import checked, variants
+from creak.studies.sweep.cases import checked, combinations
 from creak.studies.sweep.file import read_sweep
 from fuzz_samples import ABAQUS, NASTRAN, STRIPS, STUDIES, SWEEPS
 from helpers_lsdyna import clamped_assembly
@@ -323,7 +323,7 @@ def _read_nastran(path: Path) -> str:
 
 def _read_sweep(path: Path) -> str:
     sweep = read_sweep(path)
-    for variant in variants(sweep)[:20]:
+    for variant in combinations(sweep)[:20]:
         checked(sweep, variant)
     return "sweep"
 

@@ -16,7 +16,7 @@ from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.text.bulk_data import ids_among
 from creak.studies.file.reader import read_study
 from creak.studies.file.tables import read_table
-from creak.studies.sweep.cases import MOST_CASES, changed, variants
+from creak.studies.sweep.cases import MOST_CASES, changed, combinations
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -103,7 +103,7 @@ def test_a_sweep_is_counted_before_it_is_built(tmp_path):
     keys = "".join(f'"contact.tip.k{i}" = {list(range(60))}\n' for i in range(8))
     (tmp_path / "sweep.toml").write_text(f'base = "study.toml"\n[grid]\n{keys}')
     with pytest.raises(InputError, match=rf"167,961,600,000,000 cases \(60 x .*at most {MOST_CASES:,}.*fewer values"):
-        variants(read_sweep(tmp_path / "sweep.toml"))
+        combinations(read_sweep(tmp_path / "sweep.toml"))
 
 
 def test_a_row_number_is_a_plain_number(tmp_path):
@@ -116,7 +116,7 @@ def test_a_row_number_is_a_plain_number(tmp_path):
             f'base = "study.toml"\n[grid]\n"connector.{row}.lower" = [-1.0, -2.0]\n', "utf-8"
         )
         sweep = read_sweep(tmp_path / "sweep.toml")
-        one = variants(sweep)[0]
+        one = combinations(sweep)[0]
         with pytest.raises(InputError, match=r"the study has 1 \[\[connector\]\]"):
             changed(sweep.data, one.changes, None)
 
