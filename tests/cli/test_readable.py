@@ -41,7 +41,8 @@ def test_a_deck_that_does_not_run_says_so_in_its_third_line(creak, strips):
 def test_sets_come_last_and_are_folded(creak, strips):
     lines = creak("info", strips).out.splitlines()
     sets = next(i for i, line in enumerate(lines) if line.startswith("node sets: "))
-    assert all(line.startswith(("element sets: ", "surfaces: ")) for line in lines[sets + 1 :])
+    assert all(line.startswith(("element sets: ", "surfaces: ")) for line in lines[sets + 1 : -1])
+    assert lines[-1].startswith("next: creak new ")
     assert "MORE_19" not in lines[sets]
     assert lines[sets].endswith(" more (--sets: all)")
     assert "MORE_19 (1)" in creak("info", strips, "--sets").out

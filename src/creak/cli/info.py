@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import asdict
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -40,6 +41,8 @@ def info(
         _print(output, facts, [units] if units else facts["units"], None if all_sets or verbose else SHOWN)
         for text in facts["warnings"]:
             output.warn(text)
+        if len(facts["parts"]) > 1:
+            output.command(f"next: creak new {quote(str(deck))}")
         output.result(facts)
 
 
