@@ -72,7 +72,7 @@ def case(name: str, study: Study, until: float | None, store: Path) -> dict[str,
     creak_s, v = time.process_time() - began, study.config.verification
     setup = found.setup
     if until is not None:
-        table = study.config.reference.model_copy(update={"until": until})
+        table = study.config.reference.model_copy(update={"run": "whole", "until": until})
         config = setup.study.config.model_copy(update={"reference": table})
         setup = replace(setup, study=replace(setup.study, config=config))
     began = time.process_time()

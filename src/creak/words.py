@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from itertools import islice
 
 ROUND_OFF = 1e-6
 """Per cent below which nothing is left but round-off."""
@@ -17,6 +18,12 @@ def percent(x: float, digits: int = 2) -> str:
 def listed(items: Sequence[str]) -> str:
     """`a, b and c`."""
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
+
+
+def first_few(items: Iterable[str], count: int, most: int) -> str:
+    """`a, b and 7 more`: the first `most` of `count` items."""
+    shown = ", ".join(islice(items, most))
+    return f"{shown} and {count - most} more" if count > most else shown
 
 
 def duration(seconds: float) -> str:

@@ -12,7 +12,7 @@ from creak.errors import InputError, suggest
 from creak.model.constraints import held_nodes
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
@@ -358,7 +358,7 @@ def _faces(
     """
     every = faces_of(block.kind, block.nodes_idx[element])
     x = model.nodes.coords[every]
-    areas = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2)
+    areas = facet_areas(x)
     of_face = face_numbers(block.kind)
     share = areas / np.maximum(areas @ (of_face[:, None] == of_face), 1e-300)
     rows = np.arange(element.size)

@@ -16,6 +16,7 @@ from creak.contact.search import Projection
 from creak.errors import InputError
 from creak.model.contact_law import BY_THE_ELEMENTS, ContactLaw
 from creak.model.mesh import Model
+from creak.words import first_few
 
 T = TypeVar("T")
 
@@ -250,8 +251,7 @@ def _without_overclosure(
 
 def listed(model: Model, rows: IntArray) -> str:
     """The first few nodes by their labels."""
-    names = ", ".join(model.nodes.label(int(i)) for i in rows[:SHOWN])
-    return names + (f" and {rows.size - SHOWN} more" if rows.size > SHOWN else "")
+    return first_few((model.nodes.label(int(i)) for i in rows), rows.size, SHOWN)
 
 
 def gap_normals(projection: Projection, sides: IntArray) -> tuple[FloatArray, FloatArray]:

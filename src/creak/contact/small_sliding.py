@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
+from creak.words import first_few
 
 SHARE = 0.5
 """Slip of this share of an element still leaves a point over or beside the facet that it was paired with."""
@@ -59,8 +60,7 @@ def _warning(
     gaps: GapOperator, size: FloatArray, share: FloatArray, far: IntArray, name: str, at: FloatArray | None
 ) -> str:
     worst = far[np.argsort(-share[far], kind="stable")]
-    names = ", ".join(gaps.names[i] for i in worst[:SHOWN])
-    names += f" and {worst.size - SHOWN} more" if worst.size > SHOWN else ""
+    names = first_few((gaps.names[i] for i in worst), worst.size, SHOWN)
     i = int(worst[0])
     when = "" if at is None else f" at t = {at[i]:.4g} s"
     return (

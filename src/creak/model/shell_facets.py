@@ -50,3 +50,9 @@ def normals_at_nodes(kind: str, nodes: IntArray, coords: FloatArray) -> FloatArr
 def unit(v: FloatArray) -> FloatArray:
     """Vectors (..., 3) of length one; zero where they are."""
     return np.asarray(v / np.maximum(np.linalg.norm(v, axis=-1), np.finfo(float).tiny)[..., None])
+
+
+def facet_areas(corners: FloatArray) -> FloatArray:
+    """(...,) areas of facets with corners (..., 4, 3); a triangle repeats its third."""
+    diagonals = corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :]
+    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1))

@@ -14,7 +14,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows
-from creak.formats.measured.modes import MeasuredModes
+from creak.formats.measured.modes import PER_METRE, MeasuredModes
 
 SEPARATORS = (";", "\t", ",")
 PLACE = ("x", "y", "z")
@@ -22,7 +22,6 @@ NEEDED = ("frequency_hz", "sensor", "direction")
 KNOWN = (*NEEDED, "mode", "damping", "damping_percent", *PLACE, "value", "real", "imag")
 HEADER = "frequency_hz,damping,sensor,x,y,z,direction,value (or real,imag instead of value)"
 UNIT = re.compile(r"\s*[\[(]\s*(mm|m|in)\s*[\])]\s*$", re.IGNORECASE)
-PER_METRE = {"mm": 1000.0, "m": 1.0, "in": 1.0 / 0.0254}
 AXIS = re.compile(r"([+-]?)([xyz])([+-]?)", re.IGNORECASE)
 HIGH = 0.2
 """Damping above this share of critical is seldom of a mode."""

@@ -7,6 +7,9 @@ from pathlib import Path
 
 from creak.arrays import ComplexArray, FloatArray
 
+PER_METRE = {"mm": 1000.0, "m": 1.0, "in": 1.0 / 0.0254}
+"""Units of length that files of tests are in -> how many are in 1 m."""
+
 
 @dataclass(frozen=True)
 class MeasuredModes:

@@ -6,6 +6,7 @@ import math
 
 from creak.report.words.text import NONE, fixed, number, plural
 from creak.studies.models.correlation import Correlation, ModePair
+from creak.words import first_few
 
 GOOD_MAC, GOOD_HZ = 0.9, 0.05
 """What fits: MAC from here on, and frequencies no farther apart than this share."""
@@ -28,11 +29,11 @@ def sentence(found: Correlation) -> str:
     extra = [f"{found.found.frequencies[k]:.6g} Hz" for k in found.alone_model]
     parts = [said]
     if off:
-        parts.append(f"not so {_listed(off)}")
+        parts.append(f"not so {first_few(off, len(off), NAMED)}")
     if alone:
-        parts.append(f"without partner in the model: {_listed(alone)}")
+        parts.append(f"without partner in the model: {first_few(alone, len(alone), NAMED)}")
     if extra:
-        parts.append(f"in the model alone: {_listed(extra)}")
+        parts.append(f"in the model alone: {first_few(extra, len(extra), NAMED)}")
     return "; ".join(parts) + "."
 
 
@@ -75,8 +76,3 @@ def _off(p: ModePair) -> str:
 def _signed(value: float) -> str:
     text = fixed(value, 1)
     return f"+{text}" if value > 0.0 and float(f"{value:.1f}") else text
-
-
-def _listed(words: list[str]) -> str:
-    left = len(words) - NAMED
-    return ", ".join(words[:NAMED]) + (f" and {left} more" if left > 0 else "")

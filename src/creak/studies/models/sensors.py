@@ -12,15 +12,13 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.measured.modes import MeasuredModes
+from creak.formats.measured.modes import PER_METRE, MeasuredModes
 from creak.model.mesh import Model
 from creak.model.units import METRES
 from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.tables import read_rows
 from creak.studies.prepare.unit_check import across, guessed_units
 
-LENGTHS = {"mm": 1000.0, "m": 1.0, "in": 1.0 / 0.0254}
-"""Units that a test can be in, per metre."""
 REACH = 0.02
 """Share of the model's size that a sensor may lie off its node, where elements are smaller: half a thickness, and how
 well places are measured."""
@@ -59,7 +57,7 @@ def locate(
 
     Parameters
     ----------
-    units : of the model where its materials leave them open. test_units : of the test's points, a key of `LENGTHS`;
+    units : of the model where its materials leave them open. test_units : of the test's points, a key of `PER_METRE`;
         None: those that its file tells, or those of the model.
     mapped : sensor -> row of a node, which goes before label and place.
 
@@ -126,7 +124,7 @@ def read_sensor_map(path: Path, model: Model, measured: MeasuredModes) -> dict[s
 
 def _scale(model: Model, measured: MeasuredModes, units: str, test_units: str | None) -> float:
     """Length of the model in one of the test."""
-    per_metre = LENGTHS[test_units] if test_units is not None else measured.per_metre
+    per_metre = PER_METRE[test_units] if test_units is not None else measured.per_metre
     if per_metre is None:
         return 1.0
     return 1.0 / (_length(model, units) * per_metre)
@@ -215,8 +213,8 @@ def _require_size(model: Model, measured: MeasuredModes, points: FloatArray, sca
 def _fitting_unit(model: Model, points: FloatArray, scale: float, units: str) -> str:
     """`times 25.4: say --test-units in`, of the units that put the points on the model best; empty: none does."""
     size, found = across(model), []
-    for a, b in itertools.permutations(LENGTHS, 2):
-        factor = LENGTHS[a] / LENGTHS[b]
+    for a, b in itertools.permutations(PER_METRE, 2):
+        factor = PER_METRE[a] / PER_METRE[b]
         if COVERED[0] <= factor * _span(points) / size <= COVERED[1]:
             off = _distances(model, points * factor).max()
             if off <= REACH * size:
@@ -234,7 +232,7 @@ def _distances(model: Model, points: FloatArray) -> FloatArray:
 
 def _unit(scale: float, model: Model, units: str) -> str:
     """The unit of a test of which one length is so many of the model's."""
-    return min(LENGTHS, key=lambda name: abs(math.log(scale * LENGTHS[name] * _length(model, units))))
+    return min(PER_METRE, key=lambda name: abs(math.log(scale * PER_METRE[name] * _length(model, units))))
 
 
 def _length(model: Model, units: str) -> float:

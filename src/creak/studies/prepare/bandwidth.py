@@ -13,6 +13,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.model.constraints import held_nodes
 from creak.model.materials import SolidSection
 from creak.model.mesh import Model
+from creak.model.shell_facets import facet_areas
 from creak.model.solid_faces import FACES, face_numbers, faces_of, volumes
 from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
@@ -74,7 +75,6 @@ def carried(model: Model, nodes_idx: IntArray) -> float:
 def _spacing(coords: FloatArray, kind: str, nodes: IntArray) -> FloatArray:
     """(n,) length: the least height of elements, from node to node."""
     x, face = coords[faces_of(kind, nodes)], face_numbers(kind)
-    areas = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2)
-    largest = (areas @ (face[:, None] == np.arange(1, face.max() + 1))).max(axis=1)
+    largest = (facet_areas(x) @ (face[:, None] == np.arange(1, face.max() + 1))).max(axis=1)
     middle = face.size > np.unique(face).size
     return np.abs(volumes(x)) / np.maximum(largest, 1e-300) / (2.0 if middle else 1.0)

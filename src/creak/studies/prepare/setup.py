@@ -240,7 +240,7 @@ def set_up_model(
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, study.config.support, places)
     model, clips, placed = with_clips(model, touching)
-    contacts, notes = _contacts(model, study.touching, store)
+    contacts, notes = _contacts(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
     study = with_flight_steps(study)
     c, course = study.config, study.course

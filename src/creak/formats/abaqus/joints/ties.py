@@ -21,6 +21,7 @@ from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, me
 from creak.model.constraints import Constraint
 from creak.model.mesh import Nodes
 from creak.model.solid_faces import FACES
+from creak.words import first_few
 
 ROUNDING = 1e-3
 """Share of the mean edge length within which nodes of a tied contact pair touch, whatever ADJUST says."""
@@ -198,8 +199,7 @@ def _tolerance(block: Block, main: MainSurface) -> float:
 
 
 def _listed(rows: IntArray, nodes: Nodes) -> str:
-    names = ", ".join(nodes.label(int(i)) for i in rows[:SHOWN])
-    return f"node {names}" + (f" and {rows.size - SHOWN} more" if rows.size > SHOWN else "")
+    return f"node {first_few((nodes.label(int(i)) for i in rows), rows.size, SHOWN)}"
 
 
 def _nothing_tied(block: Block, secondary: RawSurface, main: RawSurface, found: _Search, where: str) -> InputError:

@@ -14,7 +14,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facets_of_shells, sides_of_shells
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells, sides_of_shells
 from creak.model.solid_faces import FACES, face_numbers
 
 _SIDES = {"": 0, "SPOS": 1, "SNEG": -1, "POS": 1, "NEG": -1, "S1": -1, "S2": 1}
@@ -237,8 +237,7 @@ def _merged_sides(facets: Mapping[int, list[IntArray]]) -> tuple[IntArray, IntAr
 
 def tributary_areas(coords: FloatArray, corners: IntArray) -> tuple[IntArray, FloatArray]:
     """Nodes of facets and, at each, the sum of facet area / number of facet nodes."""
-    corner = coords[corners]
-    area = 0.5 * np.linalg.norm(np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]), axis=1)
+    area = facet_areas(coords[corners])
     real = np.ones(corners.shape, dtype=bool)
     real[:, 3] = corners[:, 3] != corners[:, 2]
     share = np.repeat((area / real.sum(axis=1))[:, None], 4, axis=1)

@@ -23,7 +23,7 @@ from creak.model.materials import (
     Structural,
     TrussSection,
 )
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, volumes
 
 UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
@@ -138,8 +138,7 @@ def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: Flo
         if kind in FACES:
             out[mine] = np.abs(volumes(coords[faces_of(str(kind), table)]))
         elif kind in SHELL_FACETS:
-            x = coords[facets_of_shells(str(kind), table)]
-            out[mine] = 0.5 * np.linalg.norm(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]), axis=2).sum(1)
+            out[mine] = facet_areas(coords[facets_of_shells(str(kind), table)]).sum(axis=1)
         elif kind == "beam3":
             out[mine] = np.linalg.norm(np.diff(coords[table[:, :3]], axis=1), axis=2).sum(axis=1)
         else:
