@@ -7,6 +7,7 @@ would part the two, whatever they do.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from itertools import permutations
 
 import numpy as np
@@ -38,6 +39,20 @@ class Crossing:
     """How far the deepest lies beyond the far face of the other, length."""
 
 
+@dataclass(frozen=True)
+class _Side:
+    """One part's skin."""
+
+    edge: IntArray
+    """(n_edge, 2) node rows, without those at links and ties."""
+    facets: IntArray
+    """(n, 4) node rows."""
+    border: BoolArray
+    """(2 n, 6) see `_edges`."""
+    half: FloatArray
+    """(n,) thickness."""
+
+
 def crossings(model: Model) -> list[Crossing]:
     """Of each pair of parts that pierce each other the one that reaches less deep, the deepest pair first.
 
@@ -51,13 +66,18 @@ def crossings(model: Model) -> list[Crossing]:
     half = _half(model, skin)
     parts = [np.flatnonzero(skin.part == i) for i in range(len(model.parts))]
     boxes = {i: _box(skin.corners[rows].reshape(-1, 3)) for i, rows in enumerate(parts) if rows.size}
+
+    @cache
+    def side(i: int) -> _Side:
+        f = skin.nodes_idx[parts[i]]
+        edge, border = _edges(f, model.nodes.count)
+        return _Side(edge[~tied[edge].any(axis=1)], f, border, half[parts[i]])
+
     for i, j in permutations(boxes, 2):
         box = np.maximum(boxes[i][0], boxes[j][0]), np.minimum(boxes[i][1], boxes[j][1])
         if (box[0] > box[1]).any():
             continue
-        edge = _edges(skin.nodes_idx[parts[i]])
-        edge = edge[~tied[edge].any(axis=1)]
-        nodes, depth = _pierced(model.nodes.coords, edge, skin.nodes_idx[parts[j]], half[parts[j]], box)
+        nodes, depth = _pierced(model.nodes.coords, side(i).edge, side(j), box)
         if nodes.size:
             order = np.argsort(-depth, kind="stable")
             labels = tuple(dict.fromkeys(model.nodes.label(int(row)) for row in nodes[order]))
@@ -73,10 +93,23 @@ def _box(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return x.min(axis=0), x.max(axis=0)
 
 
-def _edges(facets: IntArray) -> IntArray:
-    """(n, 2) node rows of the edges of facets (k, 4)."""
-    edge = np.stack([facets, np.roll(facets, -1, axis=1)], axis=2).reshape(-1, 2)
-    return np.unique(np.sort(edge[edge[:, 0] != edge[:, 1]], axis=1), axis=0)
+def _edges(f: IntArray, n_node: int) -> tuple[IntArray, BoolArray]:
+    """(n_edge, 2) node rows of the edges of facets f (n, 4); (2 n, 6) whether edges 01, 12, 20 of their triangles 012,
+    then 023, are of one facet alone, and whether their corners lie on such an edge."""
+    a, b = f, np.roll(f, -1, axis=1)
+    key, which, count = np.unique(np.minimum(a, b) * n_node + np.maximum(a, b), return_inverse=True, return_counts=True)
+    free = (count[which] == 1).reshape(f.shape) & (a != b)
+    on = np.zeros(n_node, dtype=bool)
+    on[a[free]], on[b[free]] = True, True
+    at, flat, none = on[f], f[:, 2] == f[:, 3], np.zeros(len(f), dtype=bool)
+    border = np.concatenate(
+        [
+            np.column_stack([free[:, 0], free[:, 1], flat & free[:, 3], at[:, [0, 1, 2]]]),
+            np.column_stack([none, free[:, 2], free[:, 3], at[:, [0, 2, 3]]]),
+        ]
+    )
+    edge = np.column_stack(np.divmod(key, n_node))
+    return edge[edge[:, 0] != edge[:, 1]], border
 
 
 def _half(model: Model, skin: Skin) -> FloatArray:
@@ -91,19 +124,19 @@ def _half(model: Model, skin: Skin) -> FloatArray:
 
 
 def _pierced(
-    coords: FloatArray, edge: IntArray, f: IntArray, half: FloatArray, box: tuple[FloatArray, FloatArray]
+    coords: FloatArray, edge: IntArray, other: _Side, box: tuple[FloatArray, FloatArray]
 ) -> tuple[IntArray, FloatArray]:
-    """Nodes (k,) at the shorter ends of the edges that pass through facets f (n, 4), and their depths beyond these.
+    """Nodes (k,) at the shorter ends of the edges that pass through the facets of a part, and their depths beyond it.
 
     Parameters
     ----------
-    half : (n,) thickness; box : that both parts share.
+    box : that both parts share.
     """
     from scipy.spatial import cKDTree  # see `model.projection.nearest_points`
 
     edge = edge[_meets(coords[edge], box)]
-    corners, border = np.concatenate([f[:, [0, 1, 2]], f[:, [0, 2, 3]]]), _border(f)
-    half = np.tile(half, 2)
+    corners = np.concatenate([other.facets[:, [0, 1, 2]], other.facets[:, [0, 2, 3]]])
+    border, half = other.border, np.tile(other.half, 2)
     keep = _meets(coords[corners], box)
     keep = keep[corners[keep, 1] != corners[keep, 2]]
     corners, border, half = corners[keep], border[keep], half[keep]
@@ -132,23 +165,6 @@ def _pierced(
 def _meets(points: FloatArray, box: tuple[FloatArray, FloatArray]) -> IntArray:
     """Rows of the (n, k, 3) points of which the box meets the box."""
     return np.flatnonzero(((points.max(axis=1) >= box[0]) & (points.min(axis=1) <= box[1])).all(axis=1))
-
-
-def _border(f: IntArray) -> BoolArray:
-    """(2 n, 6) whether edges 01, 12, 20 of the triangles 012, then 023, of facets f (n, 4) are of one facet alone, and
-    whether their corners lie on such an edge."""
-    edge = np.sort(np.stack([f, np.roll(f, -1, axis=1)], axis=2), axis=2)
-    _, which, count = np.unique(edge.reshape(-1, 2), axis=0, return_inverse=True, return_counts=True)
-    free = (count[which] == 1).reshape(f.shape)
-    flat = f[:, 2] == f[:, 3]
-    none = np.zeros(len(f), dtype=bool)
-    at = np.isin(f, edge[free])
-    return np.concatenate(
-        [
-            np.column_stack([free[:, 0], free[:, 1], flat & free[:, 3], at[:, [0, 1, 2]]]),
-            np.column_stack([none, free[:, 2], free[:, 3], at[:, [0, 2, 3]]]),
-        ]
-    )
 
 
 def _through(
