@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 import typer
 
@@ -19,6 +20,7 @@ from creak.cli.main import app
 from creak.formats.measured.uff import write_uff
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
+from helpers_frfs import function
 
 SRC = Path(creak.__file__).parent
 HOMES = (SRC, Path(creak_thesis.__file__).parent)
@@ -109,7 +111,11 @@ def folder(tmp_path_factory):
     write_strips(folder, study=SHORT)
     (folder / "scatter.toml").write_text(SCATTER)
     modes = creak.deck_modes(folder / "strips.inp", count=2)
-    write_uff(folder / "test.unv", modes.model, modes.frequencies, modes.translations())
+    test, tip = folder / "test.unv", int(np.abs(next(modes.translations())[:, 2]).argmax())
+    write_uff(test, modes.model, modes.frequencies, modes.translations())
+    end = (int(modes.model.nodes.ids[tip]), 3)
+    freq = np.linspace(0.1, 0.9, 9) * modes.frequencies[-1]
+    test.write_bytes(test.read_bytes() + function(np.ones(9) + 0j, end, end, freq=freq, labels=("mm/s^2", "N")))
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n')
     return folder
 

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from creak.api.bench import Bench, make_bench
     from creak.api.channels import gap_channels, join_gaps
     from creak.api.compare import compare
-    from creak.api.decks import correlate, deck_modes, read_deck, write_door
+    from creak.api.decks import compare_frfs, correlate, deck_modes, read_deck, write_door
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     from creak.studies.file.reader import Study
     from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
+    from creak.studies.models.frfs import FrfComparison
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
     from creak.studies.prepare.setup import Setup
@@ -85,7 +86,7 @@ _HOMES = {
     "api.bench": ("Bench", "make_bench"),
     "api.compare": ("compare",),
     "api.channels": ("gap_channels", "join_gaps"),
-    "api.decks": ("correlate", "deck_modes", "read_deck", "write_door"),
+    "api.decks": ("compare_frfs", "correlate", "deck_modes", "read_deck", "write_door"),
     "api.files": ("read_json", "write_json", "write_text"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
     "api.motion": ("make_loads", "simulate"),
@@ -120,6 +121,7 @@ _HOMES = {
     "sound.loudness": ("Loudness", "SteadyLoudness", "loudness", "steady_loudness"),
     "studies.models.correlation": ("Correlation",),
     "studies.models.deck_modes": ("DeckModes",),
+    "studies.models.frfs": ("FrfComparison",),
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
     "studies.prepare.setup": ("Setup",),
@@ -143,6 +145,7 @@ __all__ = [
     "Event",
     "EventMatch",
     "Events",
+    "FrfComparison",
     "GapOperator",
     "History",
     "InputError",
@@ -172,6 +175,7 @@ __all__ = [
     "acceleration_motion",
     "change_study",
     "compare",
+    "compare_frfs",
     "compare_sounds",
     "correlate",
     "couple",

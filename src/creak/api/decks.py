@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
+    from creak.studies.models.frfs import FrfComparison
 
 
 def read_deck(path: str | Path) -> Model:
@@ -87,9 +88,10 @@ def correlate(
     InputError : a file is wrong, sensors are not on the model, or no measured mode has a partner.
     NumericalError : the modes could not be found.
     """
-    from creak.studies.models.correlation import deck_beside_test
+    from creak.errors import InputError
+    from creak.studies.models.beside_test import deck_beside_test
 
-    return deck_beside_test(
+    found = deck_beside_test(
         Path(deck),
         Path(test),
         f_max=f_max,
@@ -97,7 +99,51 @@ def correlate(
         test_units=test_units,
         sensors=None if sensors is None else Path(sensors),
         ignore=ignore,
-    )
+    ).modes
+    if found is None:
+        raise InputError("no modes in it", where=test, expected="mode shapes", fix="Call creak.compare_frfs.")
+    return found
+
+
+def compare_frfs(
+    deck: str | Path,
+    test: str | Path,
+    *,
+    f_max: float | None = None,
+    test_units: str | None = None,
+    sensors: str | Path | None = None,
+    ignore: tuple[str, ...] = (),
+) -> FrfComparison:
+    """The frequency response functions of a deck beside measured ones: FRAC, level and phase of each.
+
+    Parameters
+    ----------
+    deck, test_units, sensors, ignore : as `correlate`. f_max : functions are compared up to it, Hz; None: all of them.
+    test : universal file (.unv, .uff) with data sets 58 of function type 4; of modes in it too the damping is taken.
+
+    Returns
+    -------
+    FrfComparison: pairs (measured function, model, frac, level, phase), error, notes; `as_dict()` for JSON.
+
+    Raises
+    ------
+    InputError : a file is wrong, it holds no such functions, or sensors are not on the model.
+    NumericalError : the modes could not be found.
+    """
+    from creak.errors import InputError
+    from creak.studies.models.beside_test import deck_beside_test
+
+    found = deck_beside_test(
+        Path(deck),
+        Path(test),
+        f_max=f_max,
+        test_units=test_units,
+        sensors=None if sensors is None else Path(sensors),
+        ignore=ignore,
+    ).frfs
+    if found is None:
+        raise InputError("no frequency response functions in it", where=test, fix="Call creak.correlate for its modes.")
+    return found
 
 
 def write_door(

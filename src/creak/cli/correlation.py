@@ -1,4 +1,4 @@
-"""What `creak modes --test` shows: pairs of modes, what fits, and the page."""
+"""What `creak modes --test` shows: pairs of modes, frequency response functions, what fits, and the page."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from creak.errors import InputError
 
 if TYPE_CHECKING:
     from creak.model.units import UnitsName
-    from creak.studies.models.correlation import Correlation
+    from creak.studies.models.beside_test import BesideTest
 
 
 def require_test(test: Path | None, test_units: str | None, sensors: Path | None, page: Path | None) -> None:
@@ -30,15 +30,20 @@ def require_test(test: Path | None, test_units: str | None, sensors: Path | None
         need_report("--json")
 
 
-def correlation_data(found: Correlation) -> dict[str, Any]:
+def test_data(found: BesideTest) -> dict[str, Any]:
     """For machines."""
-    from creak.report.words.correlation import sentence
+    from creak.report.words.correlation import frf_sentence, sentence
 
-    return {"sentence": sentence(found), **found.as_dict()}
+    data: dict[str, Any] = {}
+    if found.modes is not None:
+        data["correlation"] = {"sentence": sentence(found.modes), **found.modes.as_dict()}
+    if found.frfs is not None:
+        data["frfs"] = {"sentence": frf_sentence(found.frfs), **found.frfs.as_dict()}
+    return data
 
 
-def write_page(output: Output, found: Correlation, path: Path, units: UnitsName) -> None:
-    """MAC, shapes and table as one HTML file."""
+def write_page(output: Output, found: BesideTest, path: Path, units: UnitsName) -> None:
+    """MAC, shapes, functions and tables as one HTML file."""
     from creak.report.correlation_page import write_correlation
 
     with output.progress.phase("write the page"):
@@ -46,11 +51,16 @@ def write_page(output: Output, found: Correlation, path: Path, units: UnitsName)
     output.wrote(path)
 
 
-def print_correlation(output: Output, found: Correlation) -> None:
-    """The table, the sentence, and the notes."""
-    from creak.report.words.correlation import pair_rows, sentence
+def print_beside(output: Output, found: BesideTest) -> None:
+    """Tables, sentences and notes."""
+    from creak.report.words.correlation import frf_rows, frf_sentence, pair_rows, sentence
 
-    output.table(f"Modes of {found.measured.path.name} and their partners in the model", pair_rows(found))
-    output.say(sentence(found))
+    if found.modes is not None:
+        name = found.modes.measured.path.name
+        output.table(f"Modes of {name} and their partners in the model", pair_rows(found.modes))
+        output.say(sentence(found.modes))
+    if found.frfs is not None:
+        output.table(f"Functions of {found.frfs.measured.path.name} and of the model", frf_rows(found.frfs))
+        output.say(frf_sentence(found.frfs))
     for note in found.notes:
         output.say(f"note: {note}")

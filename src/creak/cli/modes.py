@@ -37,13 +37,13 @@ def modes(
     pch: Path | None = typer.Option(None, "--pch", help="Write the shapes here as a Nastran punch file (.pch)."),
     units: UnitsName = typer.Option("mm-t-s", "--units", help="Units named in the universal file."),
     test: Path | None = typer.Option(
-        None, "--test", metavar="MEASURED", help="Modes of a test, a universal file (55) or CSV: what fits?"
+        None, "--test", metavar="MEASURED", help="Modes or FRFs of a test, universal file (55, 58) or CSV: what fits?"
     ),
     test_units: LengthName | None = typer.Option(
         None, "--test-units", help="Length of the test's points; default: as its file says, or the deck's."
     ),
     sensors: Path | None = typer.Option(None, "--sensors", help="CSV with the columns sensor,node."),
-    page: Path | None = typer.Option(None, "--page", help="Write MAC, pairs and shapes beside the test as a page."),
+    page: Path | None = typer.Option(None, "--page", help="Write what fits, shapes and functions as a page."),
     ignore: list[str] = IGNORE,
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -53,9 +53,9 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
-    from creak.cli.correlation import correlation_data, print_correlation, require_test, write_page
+    from creak.cli.correlation import print_beside, require_test, test_data, write_page
     from creak.formats.deck.command_files import will_read
-    from creak.studies.models.correlation import deck_beside_test
+    from creak.studies.models.beside_test import deck_beside_test
     from creak.studies.models.deck_modes import deck_modes
 
     point = _point(about)
@@ -88,7 +88,7 @@ def modes(
                     progress=progress,
                 )
                 found = beside.found
-            data = _data(found) if beside is None else {**_data(found), "correlation": correlation_data(beside)}
+            data = _data(found) if beside is None else {**_data(found), **test_data(beside)}
             model_detail(output, found.model)
             for path in files:
                 path.parent.mkdir(parents=True, exist_ok=True)
@@ -98,7 +98,7 @@ def modes(
             if json_file is not None and not on_stdout:
                 _write_json(output, data, json_file)
         if beside is not None:
-            print_correlation(output, beside)
+            print_beside(output, beside)
             _print_checks(output, found)
         else:
             _print(output, found)

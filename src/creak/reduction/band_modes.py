@@ -212,18 +212,24 @@ class _Basis:
 
     def _taken(self, Y: FloatArray) -> FloatArray:
         """Shapes of all that is new in Y; Y in terms of all shapes."""
-        Y = Y / np.maximum(np.sqrt(np.abs(np.einsum("ij,ij->j", Y, self._mass @ Y))), np.finfo(float).tiny)
-        rest = Y
-        for _ in range(2):
-            rest = rest - self.V @ (self.V.T @ np.asarray(self._mass @ rest))
-        for _ in range(2):  # the second time for round-off alone
-            size, U = np.linalg.eigh(symmetric(rest.T @ np.asarray(self._mass @ rest)))
-            rest = rest @ (U[:, size > SAME] / np.sqrt(size[size > SAME]))
+        Y, rest = new_shapes(self.V, self._mass, Y)
         stiff = np.asarray(self._full @ rest)
         cross = self.V.T @ stiff
         self.K = np.block([[self.K, cross], [cross.T, rest.T @ stiff]])
         self.V = np.hstack([self.V, rest])
         return np.asarray(self.V.T @ np.asarray(self._mass @ Y))
+
+
+def new_shapes(V: FloatArray, M: Matrix, Y: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Y (n, k), each column scaled to y' M y = 1, and what is new in it beside V, V' M V = I, as orthonormal as V."""
+    Y = Y / np.maximum(np.sqrt(np.abs(np.einsum("ij,ij->j", Y, M @ Y))), np.finfo(float).tiny)
+    rest = Y
+    for _ in range(2):
+        rest = rest - V @ (V.T @ np.asarray(M @ rest))
+    for _ in range(2):  # the second time for round-off alone
+        size, U = np.linalg.eigh(symmetric(rest.T @ np.asarray(M @ rest)))
+        rest = rest @ (U[:, size > SAME] / np.sqrt(size[size > SAME]))
+    return Y, rest
 
 
 def _apart(found: ComplexArray, true: ComplexArray) -> float:

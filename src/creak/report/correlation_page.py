@@ -1,4 +1,4 @@
-"""The page of `creak modes --test`: MAC, pairs of modes over one another in 3-D, and the table."""
+"""The page of `creak modes --test`: MAC, pairs of modes over one another in 3-D, functions, and the tables."""
 
 from __future__ import annotations
 
@@ -9,31 +9,50 @@ import numpy as np
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.figures.correlated import correlated_scene
+from creak.report.figures.frfs import frf_figure
 from creak.report.figures.run import Figure, mac_heat
 from creak.report.html import file_parts, script_json
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.words.correlation import fits, pair_rows, sentence
+from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentence, pair_rows, sentence
+from creak.report.words.text import number
+from creak.studies.models.beside_test import BesideTest
 from creak.studies.models.correlation import Correlation
 from creak.version import version
 
 
-def write_correlation(found: Correlation, path: Path, units: str = "mm-t-s") -> None:
+def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s") -> None:
     """Write the page as one self-contained HTML file; it appears whole or not at all."""
-    shape, motions = correlated_scene(found)
-    rows = pair_rows(found)
-    good = {p.test for p in found.pairs if fits(p)}
-    drawn = {"mac": _mac(found), "auto": _auto(found)}
+    modes, frfs = found.modes, found.frfs
+    test = next(side.measured.path.name for side in (modes, frfs) if side is not None)
+    shape, motions = (None, []) if modes is None else correlated_scene(modes)
+    drawn = {} if modes is None else {"mac": _mac(modes), "auto": _auto(modes)}
+    choices: list[tuple[str, str]] = []
+    if frfs is not None:
+        drawn["frfs"], choices = frf_figure(frfs)
+    sentences, all_good = [], True
+    pairs = functions = None
+    if modes is not None:
+        rows, good = pair_rows(modes), {p.test for p in modes.pairs if fits(p)}
+        pairs = Table(rows[0], rows[1:], flags=["" if k in good else "missed" for k in range(len(rows) - 1)])
+        sentences, all_good = [sentence(modes)], len(good) == len(rows) - 1
+    if frfs is not None:
+        rows = frf_rows(frfs)
+        functions = Table(rows[0], rows[1:], flags=["" if frf_fits(p) else "missed" for p in frfs.pairs])
+        sentences, all_good = [*sentences, frf_sentence(frfs)], all_good and all(map(frf_fits, frfs.pairs))
     text = (
         page_templates("creak.report")
         .get_template("correlation.html.j2")
         .render(
             **file_parts(),
             version=version(),
-            title=f"{Path(found.found.model.source).name} beside {found.measured.path.name}",
-            sentence=sentence(found),
-            mark="good" if len(good) == len(rows) - 1 else "look",
-            pairs=Table(rows[0], rows[1:], flags=["" if k in good else "missed" for k in range(len(rows) - 1)]),
+            title=f"{Path(found.found.model.source).name} beside {test}",
+            sentences=sentences,
+            mark="good" if all_good else "look",
+            pairs=pairs,
+            functions=functions,
+            choices=choices,
+            error=None if frfs is None else number(frfs.error, 2),
             notes=[f"{note[:1].upper()}{note[1:]}." for note in found.notes],
             figures=drawn,
             specs=script_json({name: figure.spec for name, figure in drawn.items()}),

@@ -51,6 +51,14 @@ async function plot(name) {
   if (LINKED.includes(name)) link(name, at);
 }
 
+// A list that chooses which traces of a plot are shown, by their meta.
+for (const list of document.querySelectorAll("select[data-chooses]")) list.addEventListener("change", () => {
+  const name = list.dataset.chooses;
+  for (const trace of specs[name].data) trace.visible = trace.meta === Number(list.value);
+  specs[name].layout.yaxis.title.text = list.selectedOptions[0].dataset.title;
+  plot(name);
+});
+
 // Small screens: less margin, one panel above the other where two stood side by side.
 function narrowed(spec, name) {
   const l = spec.layout;

@@ -1,4 +1,4 @@
-"""Modal assurance criterion between the modes of two models, or of a model and a test, and which belong together."""
+"""Assurance criteria between the modes of two models, or of a model and a test, and which belong together."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
 ROUND_OFF = 1e-9
 """Of the highest frequency: what rigid modes may be apart."""
@@ -41,6 +41,16 @@ def mac_matrix(reference: FloatArray, reduced: FloatArray) -> FloatArray:
     cross = (reference.T @ reduced) ** 2
     size = np.outer((reference**2).sum(axis=0), (reduced**2).sum(axis=0))
     return np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0)
+
+
+def frac(test: ComplexArray, model: ComplexArray) -> float:
+    """Frequency response assurance criterion |H_t^H H_m|^2 / (|H_t|^2 |H_m|^2) of two functions (n_freq,), 0 to 1; nan
+    where one of them is zero.
+
+    Level and sign do not change it. Heylen and Lammens, Int. Conf. on Identification in Engineering Systems, 1996.
+    """
+    size = float(np.vdot(test, test).real) * float(np.vdot(model, model).real)
+    return float(abs(np.vdot(test, model)) ** 2) / size if size > 0.0 else float("nan")
 
 
 def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArray, shapes_red: FloatArray) -> ModePairs:

@@ -1,20 +1,33 @@
-"""Measured modes by the ending of their file."""
+"""Files of modal tests by their ending."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.measured.csv_modes import read_csv_modes
-from creak.formats.measured.modes import MeasuredModes
-from creak.formats.measured.uff_modes import read_uff_modes
+from creak.formats.measured.modes import MeasuredFrfs, MeasuredModes
+from creak.formats.measured.uff_frfs import read_uff_frfs
+from creak.formats.measured.uff_modes import MODE, read_uff_modes
+from creak.formats.measured.uff_sets import data_sets
 
 READERS: dict[str, Callable[[Path], MeasuredModes]] = {
     **dict.fromkeys((".unv", ".uff", ".u55"), read_uff_modes),
     **dict.fromkeys((".csv", ".txt"), read_csv_modes),
 }
 """Ending of a file -> its reader."""
+
+
+@dataclass(frozen=True)
+class ModalTest:
+    """What a file of a modal test holds, at least one of the two."""
+
+    path: Path
+    modes: MeasuredModes | None
+    frfs: MeasuredFrfs | None
 
 
 def read_measured_modes(path: Path) -> MeasuredModes:
@@ -24,11 +37,36 @@ def read_measured_modes(path: Path) -> MeasuredModes:
     ------
     InputError : no such file; it is cut short, holds no modes, or is not of its kind.
     """
+    with _reading(path):
+        return _reader(path)(path)
+
+
+def read_test(path: Path) -> ModalTest:
+    """The modes and the frequency response functions of a file; functions are in universal files alone.
+
+    Raises
+    ------
+    InputError : as `read_measured_modes`, or it holds neither modes nor such functions.
+    """
+    with _reading(path):
+        read_modes = _reader(path)
+        frfs = read_uff_frfs(path) if read_modes is read_uff_modes else None
+        has_modes = frfs is None or any(one.number == MODE for one in data_sets(path))
+        return ModalTest(path, read_modes(path) if has_modes else None, frfs)
+
+
+def _reader(path: Path) -> Callable[[Path], MeasuredModes]:
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         raise InputError(f"measured modes in {path.name}", expected=f"a file that ends in {', '.join(READERS)}")
+    return reader
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    """What the system says about a file, as an InputError."""
     try:
-        return reader(path)
+        yield
     except FileNotFoundError as error:
         raise InputError(f"no such file: {path}", fix="Check the path.") from error
     except UnicodeDecodeError as error:

@@ -1,14 +1,37 @@
-"""Modes of a test, as files of the trade hold them: universal files (data set 55) and CSV."""
+"""Modes and frequency response functions of a test, as files of the trade hold them: universal files and CSV."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Protocol
 
 from creak.arrays import ComplexArray, FloatArray
 
 PER_METRE = {"mm": 1000.0, "m": 1.0, "in": 1.0 / 0.0254}
 """Units of length that files of tests are in -> how many are in 1 m."""
+
+
+class Measured(Protocol):
+    """What sensors measured, whatever it is. A channel is one direction at one point."""
+
+    @property
+    def path(self) -> Path: ...
+    @property
+    def sensors(self) -> tuple[str, ...]:
+        """(n_channel,) name of the point of each."""
+
+    @property
+    def points(self) -> FloatArray:
+        """(n_channel, 3) in the axes and the length of the file; nan where it does not tell."""
+
+    @property
+    def directions(self) -> FloatArray:
+        """(n_channel, 3) unit vectors in global axes."""
+
+    @property
+    def per_metre(self) -> float | None:
+        """Units of length in 1 m, where the file tells."""
 
 
 @dataclass(frozen=True)
@@ -34,3 +57,47 @@ class MeasuredModes:
     """Names of points that are joined in drawings."""
     notes: tuple[str, ...] = ()
     """What was left out or taken for granted."""
+
+
+RECEPTANCE, MOBILITY, ACCELERANCE = 0, 1, 2
+"""Displacement, velocity or acceleration over force: times so many i omega a receptance."""
+QUANTITIES = {
+    RECEPTANCE: ("receptance", "m/N"),
+    MOBILITY: ("mobility", "m/s/N"),
+    ACCELERANCE: ("accelerance", "m/s^2/N"),
+}
+
+
+@dataclass(frozen=True)
+class MeasuredFrf:
+    """A frequency response function: motion along one channel over the force along another."""
+
+    name: str
+    """`17 Z / 1 -X`"""
+    where: str
+    """file:line"""
+    response: int
+    """Row of the channel."""
+    reference: int
+    order: int
+    """A key of `QUANTITIES`."""
+    freq: FloatArray
+    """(n,) Hz, rising, above 0."""
+    values: ComplexArray
+    """(n,) in m, s and N; in length, s and force of the model where `has_units` is False."""
+    has_units: bool
+    coherence: FloatArray | None = None
+    """(n,) 0 to 1."""
+
+
+@dataclass(frozen=True)
+class MeasuredFrfs:
+    """Frequency response functions of one test; channels as in `MeasuredModes`."""
+
+    path: Path
+    functions: tuple[MeasuredFrf, ...]
+    sensors: tuple[str, ...]
+    points: FloatArray
+    directions: FloatArray
+    per_metre: float | None = None
+    notes: tuple[str, ...] = ()

@@ -1,4 +1,4 @@
-"""Data set 58 of universal files: time responses, evenly sampled, real, as text.
+"""Data set 58 of universal files: functions of time and of frequency, as text or binary (58b).
 
 Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati).
 """
@@ -6,22 +6,142 @@ Source: Universal File Formats for Modal Analysis Testing (SDRC; University of C
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.measured.channel import Channel
-from creak.formats.measured.uff_sets import data_sets
+from creak.formats.measured.uff_sets import BINARY, DataSet, data_sets
 
 FUNCTION = "58"
 HEAD = 11
 """Lines before the values."""
-WIDTHS = {2: 13, 4: 20}
-"""Ordinate type -> characters of a number: real, single and double precision."""
+REAL, COMPLEX = (2, 4), (5, 6)
+"""Ordinate types, single and double precision."""
+SINGLE, DOUBLE = 13, 20
+"""Characters of a number; an abscissa has 13."""
+LINE = 80
 TIME = 17
 AXES = {1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ", 0: ""}
+
+
+@dataclass(frozen=True)
+class Axis:
+    """What an axis of a function counts."""
+
+    kind: int
+    """0: unknown, 8: displacement, 9: reaction force, 11: velocity, 12: acceleration, 13: excitation force, 17: time,
+    18: frequency."""
+    unit: str
+
+
+@dataclass(frozen=True)
+class MeasuredFunction:
+    """One data set 58, its values not read yet."""
+
+    of: DataSet
+    title: str
+    kind: int
+    """1: time response, 4: frequency response, 6: coherence."""
+    response: tuple[int, int]
+    """Node and direction, 1 to 6 with a sign; 0: none."""
+    reference: tuple[int, int]
+    data: int
+    """A key of `REAL` or `COMPLEX`."""
+    count: int
+    even: bool
+    start: float
+    step: float
+    abscissa: Axis
+    ordinate: Axis
+    denominator: Axis
+
+    @property
+    def name(self) -> str:
+        """`1017 Z`, or `1017 Z / 1 -X` of a response and its reference."""
+        response, reference = _place(self.response), _place(self.reference)
+        return f"{response} / {reference}" if self.reference[1] else response
+
+    def where(self) -> str:
+        """file:line"""
+        return self.of.where()
+
+    def values(self) -> tuple[FloatArray, Any]:
+        """Abscissa (n,) and values (n,), complex where the file's are.
+
+        Raises
+        ------
+        InputError : a value is no number, or there are fewer than the head says.
+        """
+        parts = 2 if self.data in COMPLEX else 1
+        wide = self.data in (REAL[1], COMPLEX[1])
+        columns = parts + (not self.even)
+        if self.of.number == BINARY:
+            flat = self._unpacked(columns, wide)
+        else:
+            widths = [DOUBLE if wide else SINGLE] * parts
+            flat = self._numbers(widths if self.even else [SINGLE, *widths])
+        if flat.size < self.count * columns or self.count < 2:
+            raise _short(self.of)
+        table = flat[: self.count * columns].reshape(self.count, columns)
+        x = self.start + self.step * np.arange(self.count) if self.even else table[:, 0]
+        if not (np.diff(x) > 0.0).all():
+            raise InputError("a function whose abscissa does not rise", where=self.where(), fix="Export it again.")
+        y = table[:, -parts:]
+        return np.asarray(x, dtype=np.float64), y[:, 0] + 1j * y[:, 1] if parts == 2 else y[:, 0]
+
+    def _unpacked(self, columns: int, wide: bool) -> FloatArray:
+        """Numbers of a binary set; an uneven abscissa has four bytes, or as many as a value, as some programs write."""
+        data, order = self.of.data, self.of.order
+        dtype = np.dtype(f"{order}f{8 if wide else 4}")
+        if wide and not self.even:
+            short = np.dtype([("x", f"{order}f4"), ("y", dtype, (columns - 1,))])
+            if len(data) < self.count * columns * dtype.itemsize and len(data) >= self.count * short.itemsize:
+                rows = np.frombuffer(data, short, self.count)
+                return np.column_stack([rows["x"], rows["y"]]).astype(np.float64).ravel()
+        found = np.frombuffer(data, dtype, min(self.count * columns, len(data) // dtype.itemsize)).astype(np.float64)
+        if not np.isfinite(found).all():
+            raise InputError("a sample is no number", where=self.where(), fix="Export the file again.")
+        return found
+
+    def _numbers(self, widths: list[int]) -> FloatArray:
+        """Numbers of fixed width, `widths` in turn, as many of them as a line of 80 characters holds."""
+        edges = [0]
+        while edges[-1] + sum(widths) <= LINE:
+            edges += np.cumsum([edges[-1], *widths])[1:].tolist()
+        found = []
+        for k, line in enumerate(self.of.lines[HEAD:], start=HEAD):
+            text = line.rstrip()
+            for a, b in pairwise(edges):
+                if a >= len(text):
+                    break
+                try:
+                    found.append(float(text[a:b].replace("D", "E")))
+                except ValueError:
+                    found.append(math.nan)
+                if not math.isfinite(found[-1]):
+                    raise InputError(f"{text[a:b].strip()!r} is no number", where=self.of.where(k), expected="a sample")
+        return np.array(found, dtype=np.float64)
+
+
+def functions(sets: list[DataSet]) -> Iterator[MeasuredFunction]:
+    """The functions of a file's data sets.
+
+    Raises
+    ------
+    InputError : one is cut short, or its head cannot be read.
+    """
+    for one in sets:
+        if one.number in (FUNCTION, BINARY):
+            if not one.ended or len(one.lines) < HEAD:
+                raise _short(one)
+            yield _function(one)
 
 
 def read_uff_functions(path: Path) -> list[Channel]:
@@ -29,69 +149,51 @@ def read_uff_functions(path: Path) -> list[Channel]:
 
     Raises
     ------
-    InputError : no such function in it, a binary one, one that is complex or unevenly sampled, or cut short.
+    InputError : no such function in it, one that is complex or unevenly sampled, or cut short.
     """
-    found = []
-    for one in data_sets(path):
-        if one.number.startswith("58b"):
-            raise InputError("a binary function (58b)", where=one.where(-1), fix="Export it as text (58).")
-        if one.number == FUNCTION:
-            if not one.ended:
-                raise _short(path, one.at - 3)
-            channel = _function(path, one.lines, one.at)
-            if channel is not None:
-                found.append(channel)
+    found = [_channel(f) for f in functions(data_sets(path)) if f.abscissa.kind == TIME]
     if not found:
         raise InputError("no function of time (data set 58) in it", where=path, expected="abscissa in s (type 17)")
     return found
 
 
-def _function(path: Path, lines: list[str], at: int) -> Channel | None:
-    if len(lines) < HEAD:
-        raise _short(path, at)
-    try:
-        kind, count, even = (int(lines[6][a : a + 10]) for a in (0, 10, 20))
-        start, step = (float(lines[6][a : a + 13]) for a in (30, 43))
-        abscissa = int(lines[7][:10])
-    except ValueError as error:
-        raise InputError("a function whose sixth and seventh records cannot be read", where=f"{path}:{at}") from error
-    if abscissa != TIME:
-        return None
-    if kind not in WIDTHS or even != 1:
+def _channel(f: MeasuredFunction) -> Channel:
+    if f.data not in REAL or not f.even:
         raise InputError(
             "a function that is complex or unevenly sampled",
-            where=f"{path}:{at}",
+            where=f.where(),
             expected="real values at even steps",
             fix="Export it so.",
         )
-    values = _values(path, lines[HEAD:], WIDTHS[kind], at + HEAD)
-    if values.size < count or count < 2 or not step > 0.0:
-        raise _short(path, at)
-    title, unit = lines[0].strip(), lines[8][47:67].strip()
-    return Channel(title if title not in ("", "NONE") else _place(lines[5]), unit, start, step, values[:count])
+    if not f.step > 0.0:
+        raise _short(f.of)
+    node, direction = f.response
+    title = f.title if f.title not in ("", "NONE") else _place((node, abs(direction)))
+    return Channel(title, f.ordinate.unit, f.start, f.step, f.values()[1])
 
 
-def _values(path: Path, lines: list[str], width: int, at: int) -> FloatArray:
-    found = []
-    for k, line in enumerate(lines):
-        for a in range(0, len(line.rstrip()), width):
-            try:
-                found.append(float(line[a : a + width].replace("D", "E")))
-            except ValueError:
-                found.append(math.nan)
-            if not math.isfinite(found[-1]):
-                text = line[a : a + width].strip()
-                raise InputError(f"{text!r} is no number", where=f"{path}:{at + k}", expected="a sample")
-    return np.array(found, dtype=np.float64)
-
-
-def _place(line: str) -> str:
-    """`1017 Z` of the response."""
+def _function(one: DataSet) -> MeasuredFunction:
+    lines = one.lines
     try:
-        return f"{int(line[41:51])} {AXES.get(abs(int(line[51:55])), '')}".strip()
-    except ValueError:
-        return "NONE"
+        data, count, even = (int(lines[6][a : a + 10]) for a in (0, 10, 20))
+        start, step = (float(lines[6][a : a + 13].replace("D", "E")) for a in (30, 43))
+        axes = [Axis(int(line[:10].strip() or 0), line[47:67].strip()) for line in lines[7:10]]
+        numbers = [int(lines[5][a:b].strip() or 0) for a, b in ((0, 5), (41, 51), (51, 55), (66, 76), (76, 80))]
+    except ValueError as error:
+        raise InputError("a function whose sixth and seventh records cannot be read", where=one.where()) from error
+    if data not in (*REAL, *COMPLEX):
+        raise InputError(f"a function of data type {data}", where=one.where(6), expected="2, 4 (real), 5, 6 (complex)")
+    response, reference = (numbers[1], numbers[2]), (numbers[3], numbers[4])
+    return MeasuredFunction(
+        one, lines[0].strip(), numbers[0], response, reference, data, count, even == 1, start, step, *axes
+    )
 
 
-def _short(path: Path, at: int) -> InputError:
-    return InputError("a function is cut short: it has fewer samples than it says", where=f"{path}:{at + 1}")
+def _place(of: tuple[int, int]) -> str:
+    """`1017 Z`"""
+    node, direction = of
+    return f"{node} {'-' * (direction < 0)}{AXES.get(abs(direction), '')}".strip()
+
+
+def _short(one: DataSet) -> InputError:
+    return InputError("a function is cut short: it has fewer samples than it says", where=one.where())

@@ -1,7 +1,6 @@
 """Data set 55 of universal files: measured modes, real or complex, with their points, frames and units.
 
-Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati), data sets 15, 55, 82, 164,
-2411, 2420.
+Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati).
 """
 
 from __future__ import annotations
@@ -9,17 +8,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray
+from creak.arrays import ComplexArray
 from creak.errors import InputError
 from creak.formats.measured.modes import MeasuredModes
-from creak.formats.measured.uff_frames import Frame, frame_axes, read_frames
+from creak.formats.measured.uff_points import read_points, require_ended
 from creak.formats.measured.uff_sets import DataSet, data_sets
 
+MODE = "55"
 NORMAL, COMPLEX = (2,), (3, 7)
 """Analysis types: normal modes; complex ones of first and second order."""
 VALUES = {2: 3, 3: 6}
@@ -43,12 +42,6 @@ class _Mode:
     """Node -> its three translations."""
 
 
-@dataclass(frozen=True)
-class _Point:
-    place: FloatArray
-    frame: int
-
-
 def read_uff_modes(path: Path) -> MeasuredModes:
     """The modes of a universal file, at every axis in which a node moves in any of them.
 
@@ -59,13 +52,9 @@ def read_uff_modes(path: Path) -> MeasuredModes:
     InputError : no modes in it; a data set is cut short or cannot be read; other frames than Cartesian and cylindrical.
     """
     sets = data_sets(path)
-    for one in sets:
-        if one.number in ("15", "55", "82", "164", "2411", "2420") and not one.ended:
-            raise one.short()
+    require_ended(sets, MODE)
     notes: list[str] = []
-    frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
-    points = {label: p for one in sets for label, p in _points(one, frames)}
-    modes = [m for one in sets if one.number == "55" if (m := _mode(one, notes)) is not None]
+    modes = [m for one in sets if one.number == MODE if (m := _mode(one, notes)) is not None]
     if not modes:
         other = "; ".join(dict.fromkeys(notes))
         raise InputError(
@@ -83,66 +72,20 @@ def read_uff_modes(path: Path) -> MeasuredModes:
     rows, axes = np.nonzero(moved)
     if not rows.size:
         raise InputError("nothing moves in any mode", where=path, fix="Export the mode shapes again.")
-    nowhere = _Point(np.full(3, np.nan), 0)
-    at = [points.get(node, nowhere) for node in nodes]
-    turned = np.stack([frame_axes(frames, p.frame, p.place, path, notes) for p in at])
+    at = read_points(sets, path, notes)
+    places, turned = (np.stack([f(node) for node in nodes]) for f in (at.place, at.axes))
     return MeasuredModes(
         path,
         frequencies[order],
         np.array([m.damping for m in modes])[order],
         values[order][:, rows, axes].T,
         tuple(str(nodes[r]) for r in rows),
-        np.stack([p.place for p in at])[rows],
+        places[rows],
         turned[rows, axes],
-        _per_metre(sets),
-        tuple((str(a), str(b)) for one in sets for a, b in _lines(one)),
+        None if at.units is None else at.units[0],
+        at.lines,
         tuple(dict.fromkeys(notes)),
     )
-
-
-def _points(one: DataSet, frames: dict[int, Frame]) -> Iterator[tuple[int, _Point]]:
-    """Nodes: those of data set 15 in the frame that defines them, those of 2411 in the axes of the whole."""
-    if one.number == "15":
-        for row, line in enumerate(one.lines):
-            if line.strip():
-                label, defined, moved, _ = one.integers(row, 4)
-                place = _three(one, row, 40, 13)
-                yield label, _Point(frames[defined].place(place, one.where(row)) if defined in frames else place, moved)
-    if one.number == "2411":
-        for row in range(0, len(one.lines) - 1, 2):
-            label, _, moved, _ = one.integers(row, 4)
-            yield label, _Point(_three(one, row + 1, 0, 25), moved)
-
-
-def _three(one: DataSet, row: int, start: int, width: int) -> FloatArray:
-    values = one.numbers(row, start, width)
-    if len(values) != 3:
-        raise InputError("a node without three coordinates", where=one.where(row), fix="Export the file again.")
-    return np.array(values)
-
-
-def _lines(one: DataSet) -> Iterator[tuple[int, int]]:
-    """Ends of trace lines; node 0 lifts the pen."""
-    row = 0
-    while one.number == "82" and row < len(one.lines) and one.lines[row].strip():
-        count = one.integers(row, 2)[1]
-        nodes: list[int] = []
-        row += 2
-        while len(nodes) < count:
-            nodes += one.integers(row)
-            row += 1
-        yield from ((a, b) for a, b in pairwise(nodes) if a and b)
-
-
-def _per_metre(sets: list[DataSet]) -> float | None:
-    """Units of length in 1 m: values are divided by it to be in m."""
-    for one in sets:
-        if one.number == "164":
-            factor = one.numbers(1, 0, 25)[0]
-            if not factor > 0.0:
-                raise InputError(f"a length factor of {factor:g}", where=one.where(1), expected="a positive number")
-            return factor
-    return None
 
 
 def _mode(one: DataSet, notes: list[str]) -> _Mode | None:

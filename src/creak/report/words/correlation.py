@@ -1,15 +1,20 @@
-"""What fits between a model and a test, in one sentence and as rows."""
+"""What fits between a model and a test, modes and frequency response functions, in a sentence and as rows."""
 
 from __future__ import annotations
 
 import math
 
+from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.report.words.text import NONE, fixed, number, plural
 from creak.studies.models.correlation import Correlation, ModePair
+from creak.studies.models.frfs import FrfComparison, FrfPair
 from creak.words import first_few
 
 GOOD_MAC, GOOD_HZ = 0.9, 0.05
 """What fits: MAC from here on, and frequencies no farther apart than this share."""
+GOOD_FRAC, GOOD_DB, GOOD_DEGREES = 0.8, 3.0, 30.0
+"""The same of a function: FRAC, and level and phase of the factor between test and model."""
+SHORT = {RECEPTANCE: "x/F", MOBILITY: "v/F", ACCELERANCE: "a/F"}
 NAMED = 6
 """Modes that a sentence names."""
 
@@ -66,6 +71,36 @@ def pair_rows(found: Correlation) -> list[list[str]]:
                 fixed(real, 3),
             ]
         )
+    return rows
+
+
+def frf_fits(p: FrfPair) -> bool:
+    """Whether shape, level and phase of two functions fit."""
+    return p.frac >= GOOD_FRAC and abs(p.level) <= GOOD_DB and abs(p.phase) <= GOOD_DEGREES
+
+
+def frf_sentence(found: FrfComparison) -> str:
+    """Which functions fit and which do not."""
+    count = plural(len(found.pairs), "frequency response function")
+    bar = f"FRAC of {GOOD_FRAC:g} or more, level within {GOOD_DB:g} dB, phase within {GOOD_DEGREES:g} degrees"
+    off = [
+        f"{p.measured.name} (FRAC {p.frac:.2f}, {_signed(p.level)} dB, {fixed(p.phase, 0)} degrees)"
+        for p in found.pairs
+        if not frf_fits(p)
+    ]
+    more = f"; not so {first_few(off, len(off), NAMED)}" if off else ""
+    return f"{len(found.pairs) - len(off)} of {count} fit ({bar}){more}."
+
+
+def frf_rows(found: FrfComparison) -> list[list[str]]:
+    """Header, and a row for each function."""
+    coherent = any(p.measured.coherence is not None for p in found.pairs)
+    rows = [["function", "kind", "from Hz", "to Hz", "FRAC", "dB", "phase", *(["coh."] if coherent else [])]]
+    for p in found.pairs:
+        f, coherence = p.measured.freq, p.measured.coherence
+        mean = NONE if coherence is None else fixed(float(coherence.mean()), 3)
+        ends = [f"{f[0]:.5g}", f"{f[-1]:.5g}", fixed(p.frac, 3), _signed(p.level), fixed(p.phase, 0)]
+        rows.append([p.measured.name, SHORT[p.measured.order], *ends, *([mean] if coherent else [])])
     return rows
 
 

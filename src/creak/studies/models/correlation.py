@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,18 +12,15 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import common_rayleigh, is_damped, loose_system, part_system
+from creak.assembly.system import System
 from creak.errors import InputError
-from creak.formats.measured.mode_files import read_measured_modes
-from creak.formats.measured.modes import MeasuredModes
-from creak.progress import Progress, silent
-from creak.studies.models.deck_modes import DeckModes, deck_modes
-from creak.studies.models.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate, read_sensor_map
+from creak.formats.measured.modes import Measured, MeasuredModes
+from creak.studies.models.deck_modes import DeckModes
+from creak.studies.models.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate
 from creak.studies.prepare.unit_check import across
 from creak.verify.mac import mac_matrix, pair_measured
 from creak.verify.real_modes import phase_collinearity, real_shapes
 
-ABOVE = 1.3
-"""Modes of the model are sought up to this multiple of the highest measured frequency."""
 REAL = 0.9
 """Phase collinearity below which a mode is told to be complex."""
 COMPLEX = 0.5
@@ -142,39 +138,6 @@ class Correlation:
         }
 
 
-def deck_beside_test(
-    deck: Path,
-    test: Path,
-    *,
-    f_max: float | None = None,
-    count: int | None = None,
-    about: Sequence[float] = (0.0, 0.0, 0.0),
-    units: str = "mm-t-s",
-    test_units: str | None = None,
-    sensors: Path | None = None,
-    ignore: Sequence[str] = (),
-    progress: Progress = silent,
-) -> Correlation:
-    """The modes of a deck beside those of a test.
-
-    Parameters
-    ----------
-    f_max, count, about, ignore : as `deck_modes`; without f_max and count up to `ABOVE` times the highest measured
-        frequency.
-    sensors : CSV file with the header sensor,node. units, test_units : as `sensors.locate`.
-
-    Raises
-    ------
-    InputError : a file is wrong, or as `correlate`. NumericalError : the modes could not be found.
-    """
-    measured = read_measured_modes(test)
-    if f_max is None and count is None:
-        f_max = ABOVE * float(measured.frequencies.max())
-    found = deck_modes(deck, f_max=f_max, count=count, about=about, ignore=ignore, progress=progress)
-    mapped = read_sensor_map(sensors, found.model, measured) if sensors is not None else {}
-    return correlate(found, measured, units=units, test_units=test_units, mapped=mapped)
-
-
 def correlate(
     found: DeckModes,
     measured: MeasuredModes,
@@ -207,25 +170,32 @@ def correlate(
         _pair(measured, test, model, matrix, f, damping, k, j) for k, j in enumerate(partner.tolist()) if j >= 0
     )
     autos = mac_matrix(test, test), mac_matrix(model[:, found.rigid :], model[:, found.rigid :])
-    notes = (*measured.notes, *_sensor_notes(found, measured, sensors), *_shape_notes(measured, collinearity, autos[0]))
+    notes = (*measured.notes, *sensor_notes(found, measured, sensors), *_shape_notes(measured, collinearity, autos[0]))
     return Correlation(measured, found, sensors, test, model, matrix, *autos, collinearity, pairs, notes)
 
 
 def model_damping(found: DeckModes) -> FloatArray:
     """(n_mode,) phi' C phi / (2 omega) of the damping that the deck tells, share of critical; nan without, and of rigid
     modes."""
-    nothing, model = np.full(len(found.frequencies), np.nan), found.model
-    if not is_damped(model) or found.prestress is not None:
+    nothing, system = np.full(len(found.frequencies), np.nan), damped_system(found)
+    if system is None:
         return nothing
-    common = common_rayleigh(model)
-    parts = [part_system(model, i, common) for i in range(len(model.parts))]
-    loose = loose_system(model, common)
-    system = couple([*parts, loose] if loose else parts, model, Driven({}), common)
     omega = 2.0 * np.pi * np.array(found.frequencies)
     C = system.damping
     other = np.asarray(C.other(found.shapes)) * np.ones_like(found.shapes)
     damped = C.alpha + C.beta * omega**2 + (found.shapes * other).sum(axis=0)
     return np.divide(damped, 2.0 * omega, out=nothing, where=omega > 0.0)
+
+
+def damped_system(found: DeckModes) -> System | None:
+    """The assembly of the modes with the damping that the deck tells; None: it tells none, or a stress stiffens it."""
+    model = found.model
+    if not is_damped(model) or found.prestress is not None:
+        return None
+    common = common_rayleigh(model)
+    parts = [part_system(model, i, common) for i in range(len(model.parts))]
+    loose = loose_system(model, common)
+    return couple([*parts, loose] if loose else parts, model, Driven({}), common)
 
 
 def _pair(
@@ -276,7 +246,7 @@ def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArra
     )
 
 
-def _sensor_notes(found: DeckModes, measured: MeasuredModes, sensors: Sensors) -> Iterator[str]:
+def sensor_notes(found: DeckModes, measured: Measured, sensors: Sensors) -> Iterator[str]:
     first = {s: k for k, s in reversed(list(enumerate(measured.sensors)))}
     by = [sensors.how[k] for k in first.values()]
     ways = [

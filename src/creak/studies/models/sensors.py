@@ -12,12 +12,11 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.measured.modes import PER_METRE, MeasuredModes
+from creak.formats.measured.modes import PER_METRE, Measured
 from creak.model.mesh import Model
-from creak.model.units import METRES
 from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.tables import read_rows
-from creak.studies.prepare.unit_check import across, guessed_units
+from creak.studies.prepare.unit_check import across, likely_units
 
 REACH = 0.02
 """Share of the model's size that a sensor may lie off its node, where elements are smaller: half a thickness, and how
@@ -50,9 +49,7 @@ class Sensors:
     """Length of the model in one of the test."""
 
 
-def locate(
-    model: Model, measured: MeasuredModes, units: str, test_units: str | None, mapped: Mapping[str, int]
-) -> Sensors:
+def locate(model: Model, measured: Measured, units: str, test_units: str | None, mapped: Mapping[str, int]) -> Sensors:
     """The node of each channel.
 
     Parameters
@@ -99,7 +96,7 @@ def locate(
     return Sensors(rows, shown, distance, tuple(how), scale)
 
 
-def read_sensor_map(path: Path, model: Model, measured: MeasuredModes) -> dict[str, int]:
+def read_sensor_map(path: Path, model: Model, measured: Measured) -> dict[str, int]:
     """Sensor -> node row of a CSV file with the header sensor,node.
 
     Raises
@@ -122,12 +119,12 @@ def read_sensor_map(path: Path, model: Model, measured: MeasuredModes) -> dict[s
     return found
 
 
-def _scale(model: Model, measured: MeasuredModes, units: str, test_units: str | None) -> float:
+def _scale(model: Model, measured: Measured, units: str, test_units: str | None) -> float:
     """Length of the model in one of the test."""
     per_metre = PER_METRE[test_units] if test_units is not None else measured.per_metre
     if per_metre is None:
         return 1.0
-    return 1.0 / (_length(model, units) * per_metre)
+    return 1.0 / (likely_units(model, units).length * per_metre)
 
 
 def _used_nodes(model: Model) -> IntArray:
@@ -157,7 +154,7 @@ def _reach(model: Model, nodes_idx: IntArray, size: float) -> FloatArray:
 
 
 def _off_the_model(
-    model: Model, measured: MeasuredModes, points: FloatArray, off: FloatArray, nearest: IntArray, hint: str
+    model: Model, measured: Measured, points: FloatArray, off: FloatArray, nearest: IntArray, hint: str
 ) -> InputError:
     """The message for sensors that are off the model, `off` 0 for the others."""
     worst = int(off.argmax())
@@ -198,7 +195,7 @@ def _span(points: FloatArray) -> float:
     return float(np.linalg.norm(np.ptp(points, axis=0)))
 
 
-def _require_size(model: Model, measured: MeasuredModes, points: FloatArray, scale: float, units: str) -> None:
+def _require_size(model: Model, measured: Measured, points: FloatArray, scale: float, units: str) -> None:
     """Raise InputError where points lie together on a spot, and all over the model in other units."""
     if unit := _fitting_unit(model, points, scale, units):
         raise InputError(
@@ -232,13 +229,7 @@ def _distances(model: Model, points: FloatArray) -> FloatArray:
 
 def _unit(scale: float, model: Model, units: str) -> str:
     """The unit of a test of which one length is so many of the model's."""
-    return min(PER_METRE, key=lambda name: abs(math.log(scale * PER_METRE[name] * _length(model, units))))
-
-
-def _length(model: Model, units: str) -> float:
-    """m in the length of the model: what its materials and size tell, or the named units."""
-    lengths = {s.length for s in guessed_units(model)}
-    return lengths.pop() if len(lengths) == 1 else METRES[units]
+    return min(PER_METRE, key=lambda name: abs(math.log(scale * PER_METRE[name] * likely_units(model, units).length)))
 
 
 def _words(x: FloatArray) -> str:

@@ -62,6 +62,11 @@ class UnitSystem:
         """kg"""
         return self.density * self.length**3
 
+    @property
+    def force(self) -> float:
+        """N"""
+        return self.stress * self.length**2
+
 
 SYSTEMS = {
     name: UnitSystem(
@@ -126,6 +131,12 @@ def guessed_units(model: Model) -> list[UnitSystem]:
     if not known:
         return []
     return [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
+
+
+def likely_units(model: Model, units: str) -> UnitSystem:
+    """The named units where materials and size are plausible in them or leave it open, else the first that fits."""
+    found = guessed_units(model)
+    return SYSTEMS[units] if not found or SYSTEMS[units] in found else found[0]
 
 
 def named_systems(names: Iterable[str]) -> list[UnitSystem]:

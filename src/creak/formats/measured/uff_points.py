@@ -1,0 +1,121 @@
+"""Points of a universal file: data sets 15 and 2411, their frames (2420), lines (82) and units (164).
+
+Source: Universal File Formats for Modal Analysis Testing (SDRC; University of Cincinnati).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.formats.measured.uff_frames import Frame, frame_axes, read_frames
+from creak.formats.measured.uff_sets import DataSet
+
+
+@dataclass(frozen=True)
+class _Point:
+    place: FloatArray
+    frame: int
+
+
+NOWHERE = _Point(np.full(3, np.nan), 0)
+
+
+@dataclass(frozen=True)
+class Points:
+    """Where the nodes of a file are, and along what they move."""
+
+    path: Path
+    points: dict[int, _Point]
+    frames: dict[int, Frame]
+    units: tuple[float, float] | None
+    """Units of length in 1 m and of force in 1 N, where the file tells."""
+    lines: tuple[tuple[str, str], ...]
+    """Nodes joined in drawings."""
+    notes: list[str]
+
+    def place(self, node: int) -> FloatArray:
+        """(3,) in global axes; nan where the file does not tell."""
+        return self.points.get(node, NOWHERE).place
+
+    def axes(self, node: int) -> FloatArray:
+        """(3, 3) unit vectors of its motion, a row each.
+
+        Raises
+        ------
+        InputError : its frame is not in the file, or needs a place.
+        """
+        p = self.points.get(node, NOWHERE)
+        return frame_axes(self.frames, p.frame, p.place, self.path, self.notes)
+
+
+def require_ended(sets: list[DataSet], *more: str) -> None:
+    """Raise InputError where a data set of points, or one of `more`, is cut short."""
+    for one in sets:
+        if one.number in ("15", "82", "164", "2411", "2420", *more) and not one.ended:
+            raise one.short()
+
+
+def read_points(sets: list[DataSet], path: Path, notes: list[str]) -> Points:
+    """The points of a file; what was taken for granted is added to the notes when axes are asked for.
+
+    Raises
+    ------
+    InputError : a data set cannot be read, or a frame is none that creak knows.
+    """
+    frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
+    points = {label: p for one in sets for label, p in _points(one, frames)}
+    lines = tuple((str(a), str(b)) for one in sets for a, b in _lines(one))
+    return Points(path, points, frames, _units(sets), lines, notes)
+
+
+def _points(one: DataSet, frames: dict[int, Frame]) -> Iterator[tuple[int, _Point]]:
+    """Nodes: those of data set 15 in the frame that defines them, those of 2411 in the axes of the whole."""
+    if one.number == "15":
+        for row, line in enumerate(one.lines):
+            if line.strip():
+                label, defined, moved, _ = one.integers(row, 4)
+                place = _three(one, row, 40, 13)
+                yield label, _Point(frames[defined].place(place, one.where(row)) if defined in frames else place, moved)
+    if one.number == "2411":
+        for row in range(0, len(one.lines) - 1, 2):
+            label, _, moved, _ = one.integers(row, 4)
+            yield label, _Point(_three(one, row + 1, 0, 25), moved)
+
+
+def _three(one: DataSet, row: int, start: int, width: int) -> FloatArray:
+    values = one.numbers(row, start, width)
+    if len(values) != 3:
+        raise InputError("a node without three coordinates", where=one.where(row), fix="Export the file again.")
+    return np.array(values)
+
+
+def _lines(one: DataSet) -> Iterator[tuple[int, int]]:
+    """Ends of trace lines; node 0 lifts the pen."""
+    row = 0
+    while one.number == "82" and row < len(one.lines) and one.lines[row].strip():
+        count = one.integers(row, 2)[1]
+        nodes: list[int] = []
+        row += 2
+        while len(nodes) < count:
+            nodes += one.integers(row)
+            row += 1
+        yield from ((a, b) for a, b in pairwise(nodes) if a and b)
+
+
+def _units(sets: list[DataSet]) -> tuple[float, float] | None:
+    """Values are divided by these to be in m and N."""
+    for one in sets:
+        if one.number == "164":
+            factors = one.numbers(1, 0, 25)
+            for name, factor in zip(("length", "force"), factors, strict=False):
+                if not factor > 0.0:
+                    raise InputError(f"a {name} factor of {factor:g}", where=one.where(1), expected="a positive number")
+            return factors[0], factors[1] if len(factors) > 1 else 1.0
+    return None

@@ -1,0 +1,235 @@
+"""Frequency response functions of a deck beside measured ones: at the same points, along the same directions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import ComplexArray, FloatArray
+from creak.errors import InputError
+from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
+from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.progress import Progress, silent
+from creak.reduction.transfer_modes import TransferModel, receptances, transfer_model
+from creak.studies.models.correlation import Correlation, damped_system, sensor_notes
+from creak.studies.models.deck_modes import DeckModes
+from creak.studies.models.sensors import Sensors, locate
+from creak.studies.prepare.unit_check import likely_units
+from creak.verify.mac import frac
+
+ALIKE = 0.8
+"""FRAC from which a difference in level or sign is looked for a reason."""
+FACTORS = {
+    1000.0: "metres and millimetres",
+    9.80665: "g and m/s^2",
+    25.4: "inches and millimetres",
+    4.44822: "lbf and N",
+}
+NEAR = 0.05
+"""Relative difference up to which a factor is one of these."""
+OPPOSITE = 150.0
+"""Degrees from which two functions have opposite signs."""
+
+
+@dataclass(frozen=True)
+class FrfPair:
+    """A measured function with that of the model, over the frequencies that both have."""
+
+    measured: MeasuredFrf
+    """Its values in m, s and N."""
+    model: ComplexArray
+    """(n,) the same of the model."""
+    frac: float
+    """Frequency response assurance criterion, 0 to 1; nan where one of them is zero."""
+    level: float
+    """Level of the model above the test, dB: of the factor that fits best."""
+    phase: float
+    """Degrees of that factor, -180 to 180."""
+
+
+@dataclass(frozen=True)
+class FrfComparison:
+    """A model's frequency response functions beside a test's."""
+
+    measured: MeasuredFrfs
+    sensors: Sensors
+    pairs: tuple[FrfPair, ...]
+    error: float
+    """Of the functions of the model, against the unreduced model at a frequency that was not fitted."""
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON: magnitudes in m, s and N, phases in degrees."""
+        functions = [
+            {
+                "function": p.measured.name,
+                "quantity": QUANTITIES[p.measured.order][0],
+                "unit": QUANTITIES[p.measured.order][1],
+                "frac": p.frac,
+                "level_db": p.level,
+                "phase": p.phase,
+                "frequency": p.measured.freq.tolist(),
+                "test": {"magnitude": np.abs(p.measured.values).tolist(), "phase": _degrees(p.measured.values)},
+                "model": {"magnitude": np.abs(p.model).tolist(), "phase": _degrees(p.model)},
+                "coherence": None if p.measured.coherence is None else p.measured.coherence.tolist(),
+            }
+            for p in self.pairs
+        ]
+        return {"functions": functions, "error": self.error, "notes": list(self.notes)}
+
+
+def _degrees(values: ComplexArray) -> list[float]:
+    return np.degrees(np.angle(values)).tolist()
+
+
+def compare_frfs(
+    found: DeckModes,
+    measured: MeasuredFrfs,
+    top: float,
+    *,
+    modes: Correlation | None = None,
+    units: str = "mm-t-s",
+    test_units: str | None = None,
+    mapped: Mapping[str, int] | None = None,
+    progress: Progress = silent,
+) -> FrfComparison:
+    """The functions of the model at the sensors of a test, up to `top` Hz.
+
+    Parameters
+    ----------
+    found : the modes of the deck up to somewhat above `top`. modes : those of the same test, whose damping is taken.
+    units, test_units, mapped : as `sensors.locate`; the functions have the units that their file tells, else those of
+        `test_units` and N, else the model's.
+
+    Raises
+    ------
+    InputError : the sensors are not on the model, or supports hold one; no function has two frequencies up to `top`.
+    """
+    sensors = locate(found.model, measured, units, test_units, mapped or {})
+    kept = [cut for f in measured.functions if (cut := _up_to(f, top)) is not None]
+    if not kept:
+        raise InputError(
+            f"no function has two frequencies between 0 and {top:g} Hz", where=measured.path, fix="Raise --f-max."
+        )
+    zeta, told = (None, "") if modes is None else modal_damping(modes, len(found.frequencies))
+    damped = None if zeta is not None else damped_system(found)
+    rows = _rows(found, measured, sensors)
+    response, reference = (np.array([getattr(f, end) for f in kept]) for end in ("response", "reference"))
+    loads = min(np.unique(reference), np.unique(response), key=len)  # H = H': forces at the fewer ones
+    omega2 = (2.0 * np.pi * np.array(found.frequencies)) ** 2
+    modal = transfer_model(damped or found.system, (omega2, found.shapes), rows, loads, top, progress)
+    if zeta is not None:
+        modal = _with_damping(modal, zeta)
+    elif damped is None:
+        told = "neither test nor deck tells damping: the functions of the model have none"
+    system = likely_units(found.model, units)
+    length, force = (1.0 / PER_METRE[test_units], 1.0) if test_units else (system.length, system.force)
+    scales = 1.0, length / force
+    pairs = [
+        _pair(replace(f, values=f.values * scales[not f.has_units]), H * (system.length / system.force))
+        for f, H in zip(kept, _synthesised(modal, kept), strict=True)
+    ]
+    notes = (
+        *measured.notes,
+        *sensor_notes(found, measured, sensors),
+        told or "damping is that of the deck",
+        *_unit_notes(kept, test_units),
+        *_level_notes(pairs),
+    )
+    return FrfComparison(measured, sensors, tuple(pairs), modal.error, notes)
+
+
+def _up_to(f: MeasuredFrf, top: float) -> MeasuredFrf | None:
+    """The function without what is above the frequency; None where less than two are left."""
+    n = int(np.searchsorted(f.freq, top * (1.0 + 1e-9)))
+    coherence = None if f.coherence is None else f.coherence[:n]
+    return replace(f, freq=f.freq[:n], values=f.values[:n], coherence=coherence) if n > 1 else None
+
+
+def _rows(found: DeckModes, measured: MeasuredFrfs, sensors: Sensors) -> Any:
+    """(n_channel, n) motion of every channel by the coordinates of the system."""
+    system, count = found.system, len(measured.sensors)
+    labels = node_dofs(sensors.nodes_idx, TRANSLATIONS)
+    moves = np.isin(labels, system.labels)
+    along = sp.csr_array(
+        (measured.directions.ravel()[moves], (np.repeat(np.arange(count), 3)[moves], np.arange(moves.sum()))),
+        shape=(count, int(moves.sum())),
+    )
+    rows = sp.csr_array(along @ system.rows(labels[moves])[0])
+    still = np.flatnonzero(abs(rows).sum(axis=1) == 0.0)
+    if still.size:
+        k = int(still[0])
+        raise InputError(
+            f"node {found.model.nodes.label(int(sensors.nodes_idx[k]))} of sensor {measured.sensors[k]} cannot move "
+            "along the direction of its function",
+            where=next(f.where for f in measured.functions if k in (f.response, f.reference)),
+            expected="a node that supports leave free there",
+            fix="Correct node or direction, or the supports of the deck.",
+        )
+    return rows
+
+
+def modal_damping(modes: Correlation, count: int) -> tuple[FloatArray | None, str]:
+    """(count,) measured damping of the model's modes, share of critical: of their partners, else the mean of these.
+
+    None where no partner has damping.
+    """
+    known = {p.model: p.damping_test for p in modes.pairs if math.isfinite(p.damping_test)}
+    if not known:
+        return None, ""
+    mean = float(np.mean([*known.values()]))
+    zeta = np.array([known.get(k, mean) for k in range(count)])
+    return zeta, f"damping is measured: {len(known)} modes have that of their partners, others their mean, {mean:.3g}"
+
+
+def _with_damping(modal: TransferModel, zeta: FloatArray) -> TransferModel:
+    """The model with shares of critical damping; those of shapes beyond the modes are the last one's."""
+    every = np.concatenate([zeta, np.full(modal.omega2.size - zeta.size, zeta.mean() if zeta.size else 0.0)])
+    return replace(modal, C=np.diag(2.0 * every * np.sqrt(modal.omega2)))
+
+
+def _synthesised(modal: TransferModel, kept: list[MeasuredFrf]) -> list[ComplexArray]:
+    """The functions in the units of the model, those of the same frequencies together."""
+    found: dict[int, ComplexArray] = {}
+    alike: dict[bytes, list[int]] = {}
+    for k, f in enumerate(kept):
+        alike.setdefault(f.freq.tobytes(), []).append(k)
+    for rows in alike.values():
+        freq = kept[rows[0]].freq
+        response, reference = (np.array([getattr(kept[k], end) for k in rows]) for end in ("response", "reference"))
+        H = receptances(modal, freq, response, reference)
+        found |= {k: H[:, j] * (2j * np.pi * freq) ** kept[k].order for j, k in enumerate(rows)}
+    return [found[k] for k in range(len(kept))]
+
+
+def _pair(f: MeasuredFrf, model: ComplexArray) -> FrfPair:
+    size = float(np.vdot(f.values, f.values).real)
+    factor = complex(np.vdot(f.values, model)) / size if size else math.nan
+    level = 20.0 * math.log10(abs(factor)) if abs(factor) > 0.0 else math.nan
+    return FrfPair(f, model, frac(f.values, model), level, float(np.degrees(np.angle(factor))))
+
+
+def _unit_notes(kept: list[MeasuredFrf], test_units: str | None) -> Iterator[str]:
+    if not all(f.has_units for f in kept):
+        yield f"the file tells no units of its functions: they are taken in {test_units or 'the units of the deck'}"
+
+
+def _level_notes(pairs: list[FrfPair]) -> Iterator[str]:
+    """What a common factor or a sign may come from."""
+    alike = [p for p in pairs if p.frac >= ALIKE]
+    if alike:
+        level = float(np.median([p.level for p in alike]))
+        ratio = 10.0 ** (abs(level) / 20.0)
+        for factor, what in FACTORS.items():
+            if abs(ratio / factor - 1.0) <= NEAR:
+                side = "above" if level > 0.0 else "below"
+                yield f"the model is {abs(level):.1f} dB {side} the test, a factor of {factor:g}: are {what} mixed up?"
+    turned = [p.measured.name for p in alike if abs(p.phase) >= OPPOSITE]
+    if turned:
+        more = f" and {len(turned) - 1} more" if len(turned) > 1 else ""
+        yield f"test and model have opposite signs at {turned[0]}{more}: is the sign of the direction right?"
