@@ -55,7 +55,7 @@ def setup_detail(output: Output, setup: Setup) -> None:
     steps = f"{loads.n_step // time.substeps:,} steps of {time.step:g} s to {loads.time[-1]:g} s"
     output.detail(f"time: {steps}, {f'accuracy {time.accuracy}' if time.exact else time.integrator}")
     damping = config.damping
-    kind = "modal" if damping.modal is not None else "rayleigh" if damping.rayleigh is not None else "the deck's"
+    kind = next((name for name, given in damping if given is not None), "the deck's").replace("from_test", "measured")
     output.detail(f"damping: {kind}; sparse solver: {'MKL PARDISO' if has_pardiso() else 'SuperLU'}")
 
 

@@ -24,6 +24,44 @@ ROUND_OFF = 1e-9
 """Modal damping below this share of that of the highest mode is none."""
 
 
+SAME_MODE = 0.05
+"""Relative distance up to which the mode of one model is that of another, reduced one."""
+
+
+@dataclass(frozen=True)
+class ModalShares:
+    """Shares of critical damping by mode: those near some frequencies, and one of all others."""
+
+    freq: FloatArray
+    """(k,) Hz, rising."""
+    zeta: FloatArray
+    """(k,)"""
+    other: float
+
+    def at(self, omega2: FloatArray) -> FloatArray:
+        """(n_mode,) share of each mode: of the frequency that is nearest, within `SAME_MODE`, each taken once."""
+        freq, found = np.sqrt(np.maximum(omega2, 0.0)) / (2.0 * np.pi), np.full(omega2.size, self.other)
+        off = np.abs(freq[:, None] / self.freq - 1.0)
+        while off.size and off.min() <= SAME_MODE:
+            k, j = np.unravel_index(int(off.argmin()), off.shape)
+            found[k] = self.zeta[j]
+            off[k], off[:, j] = np.inf, np.inf
+        return found
+
+    def times(self, factor: float, most: float) -> ModalShares:
+        """All shares times a factor, up to a largest one."""
+        return ModalShares(self.freq, np.minimum(factor * self.zeta, most), min(factor * self.other, most))
+
+
+ModalDamping = float | ModalShares
+"""Share of critical damping: of all modes, or of each."""
+
+
+def one_share(zeta: ModalDamping | None) -> float | None:
+    """One share for all modes."""
+    return zeta.other if isinstance(zeta, ModalShares) else zeta
+
+
 @dataclass(frozen=True)
 class Residual:
     """What the modes leave over of static answers: Z' K Z = I, Z' M Z = diag(mu), Z' M Phi = 0, Z' K Phi = 0."""
@@ -110,20 +148,21 @@ def modal_system(system: System, modes: Modes, R: FloatArray, static: FloatArray
     return riding_system(system, modes, R, residual_shapes(system, modes, rest, energy), name)
 
 
-def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float, beyond: bool = False) -> System:
+def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: ModalDamping, beyond: bool = False) -> System:
     """C = beta K + M Phi diag(2 zeta omega - beta omega^2) Phi' M on the motion relative to the supports.
 
-    Dashpots stay. Every computed mode has the fraction zeta of critical; those that were not computed are undamped,
+    Dashpots stay. Every computed mode has its fraction zeta of critical; those that were not computed are undamped,
     beta = 0, unless asked for.
 
     Parameters
     ----------
     beyond : damp what was not computed in proportion to its stiffness, beta = 2 zeta / omega_b, omega_b the highest
-        computed frequency: zeta omega / omega_b of critical, which goes on from zeta without a step.
+        computed frequency: zeta omega / omega_b of critical, which goes on from zeta without a step. Of fractions by
+        mode zeta is there the one of all others.
     """
     W = np.asarray(system.M @ modes.shapes)
     beta, d = modal_values(modes.omega2, zeta, beyond)
-    keep = d > 0.0
+    keep = d != 0.0
     damping = Damping(0.0, beta, system.damping.extra, W[:, keep], d[keep])
     relative = R.T @ W[:, keep]
     sup = system.supports
@@ -135,10 +174,11 @@ def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: float,
     return replace(system, damping=damping, supports=supports)
 
 
-def modal_values(omega2: FloatArray, zeta: float, beyond: bool) -> tuple[float, FloatArray]:
+def modal_values(omega2: FloatArray, zeta: ModalDamping, beyond: bool) -> tuple[float, FloatArray]:
     """beta, and 2 zeta omega - beta omega^2 of each mode, 0 where it is round-off; see `with_modal_damping`."""
     omega = np.sqrt(omega2)
     top = float(omega.max(initial=0.0))
-    beta = 2.0 * zeta / top if beyond and top > 0.0 else 0.0
-    d = 2.0 * zeta * omega - beta * omega2
-    return beta, np.where(d > ROUND_OFF * zeta * top, d, 0.0)
+    each, most = (zeta.at(omega2), zeta.zeta.max()) if isinstance(zeta, ModalShares) else (zeta, zeta)
+    beta = 2.0 * (one_share(zeta) or 0.0) / top if beyond and top > 0.0 else 0.0
+    d = 2.0 * each * omega - beta * omega2
+    return beta, np.where(np.abs(d) > ROUND_OFF * most * top, d, 0.0)

@@ -143,6 +143,8 @@ def _damping(result: Found) -> str:
     table, r = result.setup.study.config.damping, result.setup.rayleigh
     if table.modal is not None:
         return f"modal, {share(table.modal)} of critical"
+    if table.from_test is not None:
+        return f"modal, measured: {table.from_test}"
     source = "" if table.rayleigh is not None else " (deck)"
     if not (r.alpha or r.beta):
         return f"none{source}"

@@ -19,6 +19,7 @@ from creak.model.skin import skin_of
 from creak.model.solid_faces import FACES
 from creak.model.units import METRES
 from creak.reduction.health.estimate import error_bound
+from creak.reduction.modal import one_share
 from creak.studies.advise.contact import (
     Bounce,
     StepAdvice,
@@ -213,7 +214,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
             kept = _by_parts(found, reduction.band.f_max, f, step, eigen_cube_s())
             columns = min(step.rows, MOST_FORCES) + max(1, len(c.listener))
             most = SHARE * solves_for(kept.retained, kept.modes)
-            beyond = beyond_cost(reference.system, setup.structure.modal, columns, (modes_end, band), most)
+            beyond = beyond_cost(reference.system, one_share(setup.structure.modal), columns, (modes_end, band), most)
         sound = _sound(setup.model, METRES[c.model.units], band, option, modes_end, beyond)
     return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
 

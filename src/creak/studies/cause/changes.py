@@ -23,6 +23,7 @@ from creak.model.materials import NodalMatrices
 from creak.model.mesh import ElementBlock, Model
 from creak.model.units import UNITS, UnitsName
 from creak.reduction.diagonal import diagonalise
+from creak.reduction.modal import ModalShares
 from creak.studies.cause.decompose import Cause
 from creak.studies.cause.fasteners import nearest_fastener, part_of, translations, without_fastener
 from creak.studies.models.reduced import coupled_again, with_damping
@@ -35,6 +36,8 @@ GAP = 0.1
 """Share of the clearance by which a gap is opened."""
 SOFTER = 0.1
 """Of the contact's stiffness: a pad between the parts."""
+MOST = 0.99
+"""Share of critical damping that a change goes up to."""
 DAMPING = 2.0
 """Of all modes."""
 MASS = 0.01
@@ -138,7 +141,8 @@ def _more_damping(structure: Structure) -> Change:
 
     def whole(s: Structure) -> Structure:
         if zeta is not None:
-            return replace(s, modal=min(DAMPING * zeta, 0.99))
+            more = zeta.times(DAMPING, MOST) if isinstance(zeta, ModalShares) else min(DAMPING * zeta, MOST)
+            return replace(s, modal=more)
         return replace(s, rayleigh=ray, override_damping=True)
 
     return Change("damping", f"{DAMPING:.0f} times the damping of all modes", _same, of, whole)

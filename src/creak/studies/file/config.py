@@ -58,11 +58,15 @@ class DampingTable(Table):
     proportion to its stiffness."""
     rayleigh: RayleighTable | None = None
     """C = alpha M + beta K of all parts."""
+    from_test: str | None = None
+    """File of measured modes with damping (.unv, .uff, .csv), relative to the study file. Modes of the model, contact
+    left out, take the damping of their partners by MAC, all others the mean of these; else as modal."""
 
     @model_validator(mode="after")
     def _one_of(self) -> DampingTable:
-        if self.modal is not None and self.rayleigh is not None:
-            raise ValueError("give either modal or rayleigh, not both")
+        given = [name for name in ("modal", "rayleigh", "from_test") if getattr(self, name) is not None]
+        if len(given) > 1:
+            raise ValueError(f"give either {given[0]} or {given[1]}, not both")
         return self
 
 

@@ -22,6 +22,7 @@ PLACES = (
     ("background", "file"),
     ("clips",),
     ("static", "*", "temperature"),
+    ("damping", "from_test"),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths."""

@@ -11,10 +11,8 @@ from creak.progress import Progress, silent
 from creak.studies.models.correlation import Correlation, correlate
 from creak.studies.models.deck_modes import DeckModes, deck_modes
 from creak.studies.models.frfs import FrfComparison, compare_frfs
-from creak.studies.models.sensors import read_sensor_map
-
-ABOVE = 1.3
-"""Modes of the model are sought up to this multiple of the highest measured frequency."""
+from creak.studies.prepare.measured_damping import ABOVE
+from creak.studies.prepare.sensors import read_sensor_map
 
 
 @dataclass(frozen=True)

@@ -9,22 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import common_rayleigh, is_damped, loose_system, part_system
 from creak.assembly.system import System
-from creak.errors import InputError
 from creak.formats.measured.modes import Measured, MeasuredModes
 from creak.studies.models.deck_modes import DeckModes
-from creak.studies.models.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate
+from creak.studies.prepare.measured_damping import PairedShapes, pair_shapes
+from creak.studies.prepare.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate
 from creak.studies.prepare.unit_check import across
-from creak.verify.mac import mac_matrix, pair_measured
-from creak.verify.real_modes import phase_collinearity, real_shapes
+from creak.verify.mac import mac_matrix
 
 REAL = 0.9
 """Phase collinearity below which a mode is told to be complex."""
-COMPLEX = 0.5
-"""Below it no real mode stands for it: points move on ellipses, as where a wave travels."""
 EXACT = 1e-5
 """Share of the model's size up to which a sensor is at its node: files have six digits."""
 TWINS = 0.9
@@ -157,18 +154,11 @@ def correlate(
     InputError : the sensors are not on the model, the modes are complex through and through, or none has a partner.
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
-    collinearity = phase_collinearity(measured.shapes)
-    _require_real(measured, collinearity)
-    test = real_shapes(measured.shapes)
-    rows = [(u[sensors.nodes_idx] * measured.directions).sum(axis=1) for u in found.translations()]
-    model = np.stack(rows, axis=1) if rows else np.zeros((test.shape[0], 0))
-    matrix, f = mac_matrix(test, model), np.array(found.frequencies)
-    partner = pair_measured(matrix, measured.frequencies, f)
-    _require_pairs(measured, matrix[:, found.rigid :], partner)
+    freq = np.array(found.frequencies)
+    both = pair_shapes(measured, sensors, found.system, found.shapes, freq)
+    test, model, matrix, collinearity = both.test, both.model, both.mac, both.collinearity
     damping = model_damping(found)
-    pairs = tuple(
-        _pair(measured, test, model, matrix, f, damping, k, j) for k, j in enumerate(partner.tolist()) if j >= 0
-    )
+    pairs = tuple(_pair(measured, both, freq, damping, k, j) for k, j in enumerate(both.partner.tolist()) if j >= 0)
     autos = mac_matrix(test, test), mac_matrix(model[:, found.rigid :], model[:, found.rigid :])
     notes = (*measured.notes, *sensor_notes(found, measured, sensors), *_shape_notes(measured, collinearity, autos[0]))
     return Correlation(measured, found, sensors, test, model, matrix, *autos, collinearity, pairs, notes)
@@ -198,51 +188,17 @@ def damped_system(found: DeckModes) -> System | None:
     return couple([*parts, loose] if loose else parts, model, Driven({}), common)
 
 
-def _pair(
-    measured: MeasuredModes,
-    test: FloatArray,
-    model: FloatArray,
-    matrix: FloatArray,
-    f: FloatArray,
-    damping: FloatArray,
-    k: int,
-    j: int,
-) -> ModePair:
-    x, y = test[:, k], model[:, j]
+def _pair(measured: MeasuredModes, both: PairedShapes, f: FloatArray, damping: FloatArray, k: int, j: int) -> ModePair:
+    x, y = both.test[:, k], both.model[:, j]
     return ModePair(
         k,
         j,
         float(measured.frequencies[k]),
         float(f[j]),
-        float(matrix[k, j]),
+        float(both.mac[k, j]),
         float(measured.damping[k]),
         float(damping[j]),
         float(x @ y / (x @ x)),
-    )
-
-
-def _require_real(measured: MeasuredModes, collinearity: FloatArray) -> None:
-    turning = np.flatnonzero(collinearity < COMPLEX)
-    if 2 * turning.size > collinearity.size:
-        k = int(turning[0])
-        raise InputError(
-            f"{turning.size} of {collinearity.size} modes are complex: at {measured.frequencies[k]:g} Hz the phase "
-            f"collinearity is {collinearity[k]:.2f}, where 1 is a real mode",
-            where=measured.path,
-            expected="modes of a structure at rest, whose points move in phase or against it",
-            fix="Modes of a rotating frame, or travelling waves, have no real partner. Else look at the phases.",
-        )
-
-
-def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray) -> None:
-    if (partner >= 0).any():
-        return
-    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else "the model has none in reach"
-    raise InputError(
-        f"none of the {partner.size} measured modes has a partner among the model's: {best}",
-        where=measured.path,
-        expected="modes of the same structure, within an octave of the model's",
-        fix="Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?",
     )
 
 

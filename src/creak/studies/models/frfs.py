@@ -8,17 +8,17 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import ComplexArray, FloatArray
+from creak.arrays import ComplexArray
 from creak.errors import InputError
 from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
-from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.progress import Progress, silent
+from creak.reduction.modal import ModalShares
 from creak.reduction.transfer_modes import TransferModel, receptances, transfer_model
 from creak.studies.models.correlation import Correlation, damped_system, sensor_notes
 from creak.studies.models.deck_modes import DeckModes
-from creak.studies.models.sensors import Sensors, locate
+from creak.studies.prepare.measured_damping import channel_rows, damping_note, damping_shares
+from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.unit_check import likely_units
 from creak.verify.mac import frac
 
@@ -116,15 +116,15 @@ def compare_frfs(
         raise InputError(
             f"no function has two frequencies between 0 and {top:g} Hz", where=measured.path, fix="Raise --f-max."
         )
-    zeta, told = (None, "") if modes is None else modal_damping(modes, len(found.frequencies))
-    damped = None if zeta is not None else damped_system(found)
+    shares, told = _measured_damping(modes), "damping is that of the deck"
+    damped = None if shares is not None else damped_system(found)
     rows = _rows(found, measured, sensors)
     response, reference = (np.array([getattr(f, end) for f in kept]) for end in ("response", "reference"))
     loads = min(np.unique(reference), np.unique(response), key=len)  # H = H': forces at the fewer ones
     omega2 = (2.0 * np.pi * np.array(found.frequencies)) ** 2
     modal = transfer_model(damped or found.system, (omega2, found.shapes), rows, loads, top, progress)
-    if zeta is not None:
-        modal = _with_damping(modal, zeta)
+    if shares is not None:
+        modal, told = _with_damping(modal, shares), damping_note(shares, measured.path)
     elif damped is None:
         told = "neither test nor deck tells damping: the functions of the model have none"
     system = likely_units(found.model, units)
@@ -137,7 +137,7 @@ def compare_frfs(
     notes = (
         *measured.notes,
         *sensor_notes(found, measured, sensors),
-        told or "damping is that of the deck",
+        told,
         *_unit_notes(kept, test_units),
         *_level_notes(pairs),
     )
@@ -152,15 +152,8 @@ def _up_to(f: MeasuredFrf, top: float) -> MeasuredFrf | None:
 
 
 def _rows(found: DeckModes, measured: MeasuredFrfs, sensors: Sensors) -> Any:
-    """(n_channel, n) motion of every channel by the coordinates of the system."""
-    system, count = found.system, len(measured.sensors)
-    labels = node_dofs(sensors.nodes_idx, TRANSLATIONS)
-    moves = np.isin(labels, system.labels)
-    along = sp.csr_array(
-        (measured.directions.ravel()[moves], (np.repeat(np.arange(count), 3)[moves], np.arange(moves.sum()))),
-        shape=(count, int(moves.sum())),
-    )
-    rows = sp.csr_array(along @ system.rows(labels[moves])[0])
+    """(n_channel, n) motion of every channel, each of which can move."""
+    rows = channel_rows(found.system, measured, sensors)
     still = np.flatnonzero(abs(rows).sum(axis=1) == 0.0)
     if still.size:
         k = int(still[0])
@@ -174,23 +167,17 @@ def _rows(found: DeckModes, measured: MeasuredFrfs, sensors: Sensors) -> Any:
     return rows
 
 
-def modal_damping(modes: Correlation, count: int) -> tuple[FloatArray | None, str]:
-    """(count,) measured damping of the model's modes, share of critical: of their partners, else the mean of these.
-
-    None where no partner has damping.
-    """
-    known = {p.model: p.damping_test for p in modes.pairs if math.isfinite(p.damping_test)}
-    if not known:
-        return None, ""
-    mean = float(np.mean([*known.values()]))
-    zeta = np.array([known.get(k, mean) for k in range(count)])
-    return zeta, f"damping is measured: {len(known)} modes have that of their partners, others their mean, {mean:.3g}"
+def _measured_damping(modes: Correlation | None) -> ModalShares | None:
+    """The damping that the modes of the test tell; None: they tell none."""
+    if modes is None:
+        return None
+    partner = np.full(modes.measured.frequencies.size, -1, dtype=np.int64)
+    partner[[p.test for p in modes.pairs]] = [p.model for p in modes.pairs]
+    return damping_shares(modes.measured, partner, np.array(modes.found.frequencies))
 
 
-def _with_damping(modal: TransferModel, zeta: FloatArray) -> TransferModel:
-    """The model with shares of critical damping; those of shapes beyond the modes are the last one's."""
-    every = np.concatenate([zeta, np.full(modal.omega2.size - zeta.size, zeta.mean() if zeta.size else 0.0)])
-    return replace(modal, C=np.diag(2.0 * every * np.sqrt(modal.omega2)))
+def _with_damping(modal: TransferModel, shares: ModalShares) -> TransferModel:
+    return replace(modal, C=np.diag(2.0 * shares.at(modal.omega2) * np.sqrt(modal.omega2)))
 
 
 def _synthesised(modal: TransferModel, kept: list[MeasuredFrf]) -> list[ComplexArray]:

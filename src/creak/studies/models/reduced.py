@@ -24,7 +24,7 @@ from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.interface.characteristic import second_level
-from creak.reduction.modal import support_motion
+from creak.reduction.modal import ModalDamping, support_motion
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
@@ -338,7 +338,7 @@ def _count(table: InterfaceTable, size: int) -> int:
     return min(int(table.n or size), size)
 
 
-def with_damping(zeta: float | None, band: Band, system: System) -> System:
+def with_damping(zeta: ModalDamping | None, band: Band, system: System) -> System:
     """A diagonal or sparse reduced System with modal damping, share of critical; None: there is none."""
     if zeta is None:
         return system

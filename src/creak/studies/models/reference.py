@@ -17,7 +17,7 @@ from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.progress import Progress
-from creak.reduction.modal import modal_system, support_motion, with_modal_damping
+from creak.reduction.modal import ModalDamping, modal_system, support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.setup import Setup
@@ -152,7 +152,7 @@ def held_factor(system: System) -> Factor:
     return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
 
 
-def damped(zeta: float | None, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
+def damped(zeta: ModalDamping | None, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
     """The System with modal damping.
 
     Parameters

@@ -24,6 +24,7 @@ from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
 from creak.model.mesh import Model
+from creak.reduction.modal import ModalDamping
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.heat import check_heat
@@ -50,6 +51,7 @@ from creak.studies.prepare.exterior import Exterior, Watch
 from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.marching import Marching, Observed
+from creak.studies.prepare.measured_damping import measured_damping
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
@@ -95,14 +97,15 @@ class Setup:
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
+    modal: ModalDamping | None = None
+    """Share of critical damping of every mode, where the study says it or a test."""
     raised: int = 0
     """How often [reduction] f_max = "auto" has gone half as high again."""
 
     @property
     def structure(self) -> Structure:
         """What stiffness, mass and damping depend on."""
-        of_study = self.study.config.damping.modal
-        return Structure(self.model, self.driven, self.rayleigh, self.override_damping, self.superelements, of_study)
+        return Structure(self.model, self.driven, self.rayleigh, self.override_damping, self.superelements, self.modal)
 
     @cached_property
     def band(self) -> Band:
@@ -112,7 +115,7 @@ class Setup:
         reach = partial(excitation_of, self.study.driving, self.loads, v.mac_f_max)
         first = first_f_max(c.reduction.f_max, reach, self.study.course.end)
         assembly = max(1.1 * v.mac_f_max, PRECHECK_BAND * excited if c.precheck.enabled else 0.0)
-        damped = None if c.damping.modal is None else v.f_max
+        damped = None if self.modal is None else v.f_max
         return Band(first, self.raised, auto, c.time.exact or auto, excited, assembly, damped)
 
     @property
@@ -182,10 +185,10 @@ class Setup:
 
     def with_structure(self, changed: Structure) -> Setup:
         """The same setup with another linear structure."""
-        s, modal = changed, self.study.config.damping.modal
-        setup = self if s.modal == modal else self.with_tables(damping=DampingTable(modal=s.modal))
+        s = changed
         return replace(
-            setup,
+            self,
+            modal=s.modal,
             model=s.model,
             driven=s.driven,
             rayleigh=s.rayleigh,
@@ -267,6 +270,12 @@ def set_up_model(
     pairs = _pairs(model, c.verification.pairs, places)
     notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
     check_reduction(model, c.reduction, places)
+    modal: ModalDamping | None = c.damping.modal
+    if c.damping.from_test is not None:
+        linear = Structure(model, driven, rayleigh, override, superelements, None)
+        test, where = places.sibling(c.damping.from_test), places.where("damping", "from_test")
+        modal, said = measured_damping(linear, test, c.model.units, where)
+        notes.append(said)
     return Setup(
         study,
         model,
@@ -281,6 +290,7 @@ def set_up_model(
         notes,
         superelements,
         elines=make_elines(model, study.lines, contacts),
+        modal=modal,
     )
 
 
@@ -367,6 +377,6 @@ def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, places: Pl
 def _damping(model: Model, table: DampingTable) -> tuple[Rayleigh, bool]:
     if table.rayleigh is not None:
         return Rayleigh(table.rayleigh.alpha, table.rayleigh.beta), True
-    if table.modal is not None:
+    if table.modal is not None or table.from_test is not None:
         return Rayleigh(0.0, 0.0), True
     return common_rayleigh(model), False

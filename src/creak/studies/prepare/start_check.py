@@ -89,7 +89,7 @@ def undamped_warnings(
     model: Model, damping: DampingTable, touching: Touching, superelements: Sequence[System]
 ) -> list[str]:
     """A model in which nothing damps: neither the deck nor the study says how, nor that nothing does."""
-    said = damping.modal is not None or damping.rayleigh is not None
+    said = any(given is not None for given in (damping.modal, damping.rayleigh, damping.from_test))
     laws = [*(t.damping for t in touching.connectors), *(t.damping for t in touching.contacts.values())]
     if said or any(laws) or is_damped(model) or any(s.damping.extra is not None for s in superelements):
         return []

@@ -9,6 +9,7 @@ from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import System
 from creak.model.mesh import Model
+from creak.reduction.modal import ModalDamping
 
 
 @dataclass(frozen=True)
@@ -22,8 +23,8 @@ class Structure:
     """Whether the numbers of `rayleigh` replace all damping of the deck."""
     superelements: tuple[System, ...]
     """Parts that came as matrices."""
-    modal: float | None
-    """Share of critical damping of every mode, where the study says it."""
+    modal: ModalDamping | None
+    """Share of critical damping of every mode, where the study says it or a test."""
 
     def part(self, k: int, model: Model | None = None) -> System:
         """System of part k of the model, or of another one that it was cut into."""

@@ -162,7 +162,7 @@ def _damped(structure: Structure, omega2: FloatArray, kept: dict[str, FloatArray
     zeta, damping = structure.modal, Damping(structure.rayleigh.alpha, structure.rayleigh.beta)
     if zeta is not None:
         beta, d = modal_values(omega2, zeta, beyond=True)
-        damping = Damping(0.0, beta, None, kept["W"][:, d > 0.0], d[d > 0.0])
+        damping = Damping(0.0, beta, None, kept["W"][:, d != 0.0], d[d != 0.0])
     side = {name: kept[name] for name in SIDES}
     still = {"C_qs": np.zeros((n, len(names))), "C_ss": np.zeros((len(names), len(names)))}
 

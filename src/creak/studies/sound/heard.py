@@ -15,6 +15,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.model.units import METRES
+from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
 from creak.sound.forced import LOWEST, without_clicks
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
@@ -166,7 +167,7 @@ def _further(
     end = replace(band, modes=np.inf).high
     if result.reduced is None or not source.channel.size or end < WORTH * band.modes:
         return ""
-    most, zeta = SHARE * result.reduced.solves, result.setup.structure.modal
+    most, zeta = SHARE * result.reduced.solves, one_share(result.setup.structure.modal)
     ends = band.modes, end
     return beyond_modes(result.reference, zeta, source, result.gaps, listeners, metre, ends, most)
 

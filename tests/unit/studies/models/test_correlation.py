@@ -14,7 +14,7 @@ from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.uff import write_uff
 from creak.studies.models.correlation import correlate
-from creak.studies.models.sensors import read_sensor_map
+from creak.studies.prepare.sensors import read_sensor_map
 from helpers_modal import (
     COUNT,
     complex_mode,

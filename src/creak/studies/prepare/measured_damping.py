@@ -1,0 +1,175 @@
+"""Measured modes and those of a linear structure: which belong together, and the damping taken from them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.part import Rayleigh, loose_system
+from creak.assembly.system import System
+from creak.errors import InputError
+from creak.formats.measured.mode_files import read_measured_modes
+from creak.formats.measured.modes import Measured, MeasuredModes
+from creak.linalg.factor import regular_factor
+from creak.linalg.modes import modes
+from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.reduction.modal import ModalShares
+from creak.studies.prepare.sensors import Sensors, locate
+from creak.studies.prepare.structure import Structure
+from creak.verify.mac import mac_matrix, pair_measured
+from creak.verify.real_modes import phase_collinearity, real_shapes
+
+ABOVE = 1.3
+"""Modes of the model are sought up to this multiple of the highest measured frequency."""
+COMPLEX = 0.5
+"""Phase collinearity below which no real mode stands for one: points move on ellipses, as where a wave travels."""
+UNDAMPED = Rayleigh(0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class PairedShapes:
+    """Measured shapes and those of the model at the channels of the test."""
+
+    test: FloatArray
+    """(n_channel, n_test) real"""
+    model: FloatArray
+    """(n_channel, n_model) along the directions of the channels."""
+    mac: FloatArray
+    """(n_test, n_model)"""
+    partner: IntArray
+    """(n_test,) column of the partner, -1 for none."""
+    collinearity: FloatArray
+    """(n_test,) modal phase collinearity, 1: real."""
+
+
+def pair_shapes(
+    measured: MeasuredModes, sensors: Sensors, system: System, shapes: FloatArray, freq: FloatArray
+) -> PairedShapes:
+    """Which measured mode belongs to which of a System.
+
+    Parameters
+    ----------
+    shapes : (n, n_mode) in the coordinates of the System. freq : (n_mode,) Hz, 0 for rigid ones.
+
+    Raises
+    ------
+    InputError : the modes are complex through and through, or none has a partner.
+    """
+    collinearity = phase_collinearity(measured.shapes)
+    _require_real(measured, collinearity)
+    test, model = real_shapes(measured.shapes), np.asarray(channel_rows(system, measured, sensors) @ shapes)
+    matrix = mac_matrix(test, model)
+    partner = pair_measured(matrix, measured.frequencies, freq)
+    _require_pairs(measured, matrix[:, freq > 0.0], partner)
+    return PairedShapes(test, model, matrix, partner, collinearity)
+
+
+def channel_rows(system: System, measured: Measured, sensors: Sensors) -> Any:
+    """(n_channel, n) sparse: motion of every channel by the coordinates of a System, 0 where supports hold it."""
+    labels, count = node_dofs(sensors.nodes_idx, TRANSLATIONS), len(measured.sensors)
+    moves = np.isin(labels, system.labels)
+    rows, columns = np.repeat(np.arange(count), len(TRANSLATIONS))[moves], np.arange(int(moves.sum()))
+    along = sp.csr_array((measured.directions.ravel()[moves], (rows, columns)), shape=(count, columns.size))
+    return sp.csr_array(along @ system.rows(labels[moves])[0])
+
+
+def damping_shares(measured: MeasuredModes, partner: IntArray, freq: FloatArray) -> ModalShares | None:
+    """The damping of measured modes as that of their partners, of others the mean of these; None: no partner has any.
+
+    Parameters
+    ----------
+    partner : (n_test,) mode of the model of each, -1 for none. freq : (n_mode,) Hz of the model.
+    """
+    known = sorted(
+        (float(freq[j]), zeta)
+        for j, zeta in zip(partner.tolist(), measured.damping.tolist(), strict=True)
+        if j >= 0 and math.isfinite(zeta)
+    )
+    if not known:
+        return None
+    at, zeta = np.array(known).T
+    return ModalShares(at, zeta, float(zeta.mean()))
+
+
+def damping_note(shares: ModalShares, path: Path) -> str:
+    """What was taken."""
+    return (
+        f"damping is measured: {shares.freq.size} modes of the model have that of their partners in {path.name}, all "
+        f"others its mean, {100.0 * shares.other:.3g} % of critical"
+    )
+
+
+def measured_damping(structure: Structure, path: Path, units: str, where: str) -> tuple[ModalShares, str]:
+    """The damping that a structure takes from the modes of a test, and a note about it.
+
+    Modes of the structure, contact left out, are paired with the measured ones by MAC.
+
+    Parameters
+    ----------
+    units : of the model. where : what names the file, for messages.
+
+    Raises
+    ------
+    InputError : the file is wrong or holds no damping, or as `sensors.locate` and `pair_shapes`.
+    NumericalError : the modes of the structure could not be found.
+    """
+    measured = read_measured_modes(path)
+    known = measured.damping[np.isfinite(measured.damping)]
+    if not known.size:
+        raise _no_damping(path, where, "no mode in it has damping")
+    if known.max() >= 1.0:
+        raise InputError(
+            f"{path.name} has a mode with damping of {known.max():g} of critical", where=where, expected="below 1"
+        )
+    sensors = locate(structure.model, measured, units, None, {})
+    loose = loose_system(structure.model, UNDAMPED)
+    system = structure.joined([structure.part(k) for k in range(len(structure.model.parts))], loose)
+    regular = regular_factor(system.K)
+    top = ABOVE * float(measured.frequencies.max())
+    found = modes(system.K, system.M, f_max=top, free=regular is None, stiffness_factor=regular)
+    freq = np.array(found.frequencies)
+    partner = pair_shapes(measured, sensors, system, found.shapes, freq).partner
+    shares = damping_shares(measured, partner, freq)
+    if shares is None:
+        raise _no_damping(path, where, "no mode in it that has a partner in the model has damping")
+    return shares, damping_note(shares, path)
+
+
+def _no_damping(path: Path, where: str, what: str) -> InputError:
+    return InputError(
+        f"from_test = {path.name!r}: {what}",
+        where=where,
+        expected="measured modes with damping: data sets 55, or a table with the column damping",
+        fix="Export the modes with their damping, or say modal = 0.02 for 2 % of critical in every mode.",
+    )
+
+
+def _require_real(measured: MeasuredModes, collinearity: FloatArray) -> None:
+    turning = np.flatnonzero(collinearity < COMPLEX)
+    if 2 * turning.size > collinearity.size:
+        k = int(turning[0])
+        raise InputError(
+            f"{turning.size} of {collinearity.size} modes are complex: at {measured.frequencies[k]:g} Hz the phase "
+            f"collinearity is {collinearity[k]:.2f}, where 1 is a real mode",
+            where=measured.path,
+            expected="modes of a structure at rest, whose points move in phase or against it",
+            fix="Modes of a rotating frame, or travelling waves, have no real partner. Else look at the phases.",
+        )
+
+
+def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray) -> None:
+    if (partner >= 0).any():
+        return
+    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else "the model has none in reach"
+    raise InputError(
+        f"none of the {partner.size} measured modes has a partner among the model's: {best}",
+        where=measured.path,
+        expected="modes of the same structure, within an octave of the model's",
+        fix="Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?",
+    )
