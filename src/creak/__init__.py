@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from creak.api.bench import Bench, make_bench
     from creak.api.channels import gap_channels, join_gaps
-    from creak.api.compare import compare
+    from creak.api.compare import compare, compare_records
     from creak.api.decks import compare_frfs, correlate, deck_modes, read_deck, write_door
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
@@ -73,6 +73,7 @@ if TYPE_CHECKING:
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
     from creak.studies.prepare.setup import Setup
+    from creak.studies.results.beside_records import RecordComparison
     from creak.studies.run.one_run import Run
     from creak.verify.events import Event, find_events
     from creak.verify.mac import mac_matrix
@@ -84,7 +85,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "api.bench": ("Bench", "make_bench"),
-    "api.compare": ("compare",),
+    "api.compare": ("compare", "compare_records"),
     "api.channels": ("gap_channels", "join_gaps"),
     "api.decks": ("compare_frfs", "correlate", "deck_modes", "read_deck", "write_door"),
     "api.files": ("read_json", "write_json", "write_text"),
@@ -125,6 +126,7 @@ _HOMES = {
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
     "studies.prepare.setup": ("Setup",),
+    "studies.results.beside_records": ("RecordComparison",),
     "studies.run.one_run": ("Run",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),
@@ -157,6 +159,7 @@ __all__ = [
     "Multisine",
     "NumericalError",
     "Record",
+    "RecordComparison",
     "ReducedModel",
     "Result",
     "RigidLink",
@@ -176,6 +179,7 @@ __all__ = [
     "change_study",
     "compare",
     "compare_frfs",
+    "compare_records",
     "compare_sounds",
     "correlate",
     "couple",

@@ -11,6 +11,7 @@ from creak.errors import InputError
 
 if TYPE_CHECKING:
     from creak.report.tables.comparison import Comparison, Side
+    from creak.studies.results.beside_records import RecordComparison
 
 
 def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | SavedResult) -> Comparison:
@@ -37,6 +38,30 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
     elif names[0] == names[1]:
         names = [f"{name} ({which})" for name, which in zip(names, ("first", "second"), strict=True)]
     return compare_results(_side(names[0], a), _side(names[1], b))
+
+
+def compare_records(results: str | Path, test: str | Path, run: str | None = None) -> RecordComparison:
+    """Time histories of a test over those of a run, aligned by one shift in time.
+
+    Parameters
+    ----------
+    results : folder that `creak run` wrote.
+    test : CSV with a column for each channel, universal file (58) or RPC III. Channels are named as what they measure:
+        `1017 Z`, `flange gap`, `flange force`, `flange:3 normal force`.
+    run : reduced or reference; None: the reduced one where there are both.
+
+    Returns
+    -------
+    RecordComparison: shift, pairs (name, unit, fit), notes; `as_dict()` for JSON.
+
+    Raises
+    ------
+    InputError : a file is wrong, or no channel is one that the run computed.
+    """
+    from creak.studies.results import beside_records
+
+    f_max = open_result(results).found.setup.study.config.verification.f_max
+    return beside_records.compare_records(Path(results), Path(test), f_max, run)
 
 
 def _side(name: str, result: str | Path | Result | SavedResult) -> Side:

@@ -1,4 +1,4 @@
-"""`creak compare`: two results side by side."""
+"""`creak compare`: two results side by side, or a result and time histories of a test."""
 
 from __future__ import annotations
 
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 def compare(
     first: Path = typer.Argument(..., metavar="A", help="Folder that `creak run` wrote."),
-    second: Path | None = typer.Argument(None, metavar="[B]", help="Another one; or give --set."),
+    second: Path | None = typer.Argument(
+        None, metavar="[B]", help="Another one, or a file of time histories of a test; or give --set."
+    ),
     changes: list[str] = typer.Option(
         [],
         "--set",
@@ -33,10 +35,13 @@ def compare(
 ) -> None:
     """Put two results side by side: settings, events, force, impulse, gaps and relative motion, place by place.
 
+    With a file of time histories of a test as B: measured over computed courses, aligned in time.
+
     Example: creak compare door/results --set contact.flange.clearance=3.2
     """
     from creak.api.compare import compare as compare_results
     from creak.api.extras import missing_for_report, no_report_text
+    from creak.studies.results.beside_records import holds_records
 
     if (second is None) == (not changes):
         raise InputError(
@@ -47,6 +52,9 @@ def compare(
     page = out if out is not None else first.parent / "comparison.html"
     writable_file(page)
     with Output(quiet, verbose, as_json) as output:
+        if second is not None and holds_records(second):
+            _with_test(first, second, page, output)
+            return
         if second is None:
             second = _run_changed(first, changes, output)
         found = compare_results(first, second)
@@ -60,6 +68,28 @@ def compare(
             output.wrote(page)
         output.tell_written()
         output.result({**found.as_dict(), "written": [str(path) for path in output.written]})
+
+
+def _with_test(results: Path, test: Path, page: Path, output: Output) -> None:
+    """The time histories of a test over those of a result."""
+    from creak.api.compare import compare_records
+    from creak.api.extras import missing_for_report, no_report_text
+    from creak.report.words.records import record_rows, record_sentence
+
+    found = compare_records(results, test)
+    output.table(f"{test.name} over the {found.run} run of {results.name}", record_rows(found))
+    output.say(record_sentence(found))
+    for note in found.notes:
+        output.say(f"note: {note}")
+    if missing_for_report():
+        output.warn(no_report_text())
+    else:
+        from creak.report.records_page import write_records
+
+        write_records(found, page)
+        output.wrote(page)
+    output.tell_written()
+    output.result({**found.as_dict(), "written": [str(path) for path in output.written]})
 
 
 def _print(output: Output, found: Comparison) -> None:

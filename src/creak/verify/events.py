@@ -113,6 +113,15 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
 
 
+def contact_stretches(time: FloatArray, pressing: BoolArray, f_max: float) -> tuple[tuple[float, float], ...]:
+    """Start and end of the events of one signal that presses at some instants, merged as `find_events` merges them.
+
+    A signal that presses from the start rests until it lets go.
+    """
+    touches = [_Touch(a, b, float(time[a]), float(time[b]), 0) for a, b in stretches(pressing) if a > 0]
+    return tuple((chain[0].start, chain[-1].end) for chain, _ in _own_scale(touches, f_max))
+
+
 def events_in(events: Iterable[Event], window: tuple[float, float]) -> list[Event]:
     """Events that count in a time window: those that touch at any time of it, each with all of its figures.
 

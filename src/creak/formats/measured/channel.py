@@ -21,6 +21,8 @@ class Channel:
     """s"""
     values: FloatArray
     """(n,)"""
+    at: tuple[int, int] = (0, 0)
+    """Node and direction, 1 to 6 with a sign, where the file tells them; 0: none."""
 
     @property
     def time(self) -> FloatArray:

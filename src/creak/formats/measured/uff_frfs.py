@@ -6,7 +6,6 @@ Source: Universal File Formats for Modal Analysis Testing (SDRC; University of C
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, func
 from creak.formats.measured.uff_modes import MODE
 from creak.formats.measured.uff_points import Points, read_points, require_ended
 from creak.formats.measured.uff_sets import data_sets
+from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 
 FREQUENCY = 18
 FRF, COHERENCE = 4, 6
@@ -36,15 +36,6 @@ KINDS = {
 ORDERS = {8: RECEPTANCE, 11: MOBILITY, 12: ACCELERANCE}
 FORCES = (9, 13)
 UNKNOWN = 0
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
-MOTIONS = {
-    **{name: (RECEPTANCE, m) for name, m in METRES.items()},
-    **{f"{name}/s": (MOBILITY, m) for name, m in METRES.items()},
-    **{f"{name}/s^2": (ACCELERANCE, m) for name, m in METRES.items()},
-    "g": (ACCELERANCE, 9.80665),
-}
-"""Label of a unit -> what it counts, and what it is in m and s."""
-NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605, "lb": 4.4482216152605}
 SAME = 1e-3
 """Relative difference up to which two factors are one."""
 
@@ -186,14 +177,8 @@ def _units(f: MeasuredFunction, told: tuple[float, float] | None) -> tuple[int, 
 
 def _labels(f: MeasuredFunction) -> tuple[tuple[int, float] | None, float | None]:
     """Motion and force by the units written beside the axes, each None where no unit that is known is there."""
-    motion, force = _plain(f.ordinate.unit), NEWTONS.get(_plain(f.denominator.unit))
+    motion, force = plain_unit(f.ordinate.unit), NEWTONS.get(plain_unit(f.denominator.unit))
     for name, newtons in NEWTONS.items():
         if motion.endswith(f"/{name}"):
             motion, force = motion.removesuffix(f"/{name}"), newtons if force is None else force
     return MOTIONS.get(motion), force
-
-
-def _plain(unit: str) -> str:
-    """`(m/sec**2)/N` as `m/s^2/n`."""
-    text = re.sub(r"[\s()\[\]]", "", unit.lower()).replace("**", "^").replace("sec", "s").replace("µ", "u")
-    return re.sub(r"s2$|s2(?=/)", "s^2", text.replace("²", "^2"))

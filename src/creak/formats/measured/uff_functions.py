@@ -169,7 +169,7 @@ def _channel(f: MeasuredFunction) -> Channel:
         raise _short(f.of)
     node, direction = f.response
     title = f.title if f.title not in ("", "NONE") else _place((node, abs(direction)))
-    return Channel(title, f.ordinate.unit, f.start, f.step, f.values()[1])
+    return Channel(title, f.ordinate.unit, f.start, f.step, f.values()[1], f.response)
 
 
 def _function(one: DataSet) -> MeasuredFunction:

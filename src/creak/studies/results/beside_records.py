@@ -1,0 +1,211 @@
+"""Time histories of a test over those of a run: displacement, acceleration, gap and force by name."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.errors import InputError, suggest
+from creak.formats.measured.channel import Channel
+from creak.formats.measured.files import is_measured, read_channels
+from creak.formats.measured.histories import AXES, Histories, read_histories
+from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
+from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
+from creak.model.units import UNITS
+from creak.signals.omega_arithmetic import integrate_twice
+from creak.studies.file.tables import read_header, read_signal
+from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
+from creak.words import first_few
+
+ALIKE = 0.5
+"""Correlation below which the shift in time means little."""
+SLOW = 3.0
+"""Periods in the record of the slowest motion that is kept where an acceleration is integrated."""
+NAMED = 8
+TABLES = (".csv", ".txt")
+
+
+@dataclass(frozen=True)
+class _Computed:
+    name: str
+    course: Course
+    kind: Kind
+
+
+@dataclass(frozen=True)
+class RecordPair:
+    """One channel of a test over what the run computed."""
+
+    name: str
+    unit: str
+    fit: RecordFit
+
+
+@dataclass(frozen=True)
+class RecordComparison:
+    """A test's time histories over a run's."""
+
+    results: Path
+    test: Path
+    run: str
+    shift: float
+    """s that are added to the times of the test."""
+    pairs: tuple[RecordPair, ...]
+    notes: tuple[str, ...]
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON."""
+        return {
+            "results": str(self.results),
+            "test": self.test.name,
+            "run": self.run,
+            "shift": self.shift,
+            "channels": [
+                {
+                    "name": p.name,
+                    "unit": p.unit,
+                    "fit": p.fit.fit,
+                    "correlation": p.fit.correlation,
+                    "rms_test": p.fit.rms[0],
+                    "rms_model": p.fit.rms[1],
+                    "events_test": None if p.fit.events is None else [list(e) for e in p.fit.events[0]],
+                    "events_model": None if p.fit.events is None else [list(e) for e in p.fit.events[1]],
+                }
+                for p in self.pairs
+            ],
+            "notes": list(self.notes),
+        }
+
+
+def holds_records(path: Path) -> bool:
+    """Whether a path is a file of time histories by its ending, and no folder."""
+    return (is_measured(path) or path.suffix.lower() in TABLES) and not path.is_dir()
+
+
+def compare_records(results: Path, test: Path, f_max: float, run: str | None = None) -> RecordComparison:
+    """The time histories of a file over those of a run, aligned by one shift in time.
+
+    Channels are named as what they measure: `1017 Z` a node's displacement (or its acceleration, by the unit),
+    `flange gap` and `flange force` the smallest gap and the whole force of a contact, `flange:3 gap` and
+    `flange:3 normal force` those of a channel. Functions of universal files go by node and direction.
+
+    Parameters
+    ----------
+    results : folder that a run wrote. test : CSV, universal file (58) or RPC III. f_max : of the run's
+        verification, Hz, by which contacts are merged into events. run : as `read_histories`.
+
+    Raises
+    ------
+    InputError : a file is wrong; no channel is one of the run's, or its unit is of another quantity.
+    """
+    histories = read_histories(results / "results.h5", run)
+    computed = {c.name.lower(): c for c in _computed(histories)}
+    channels = [*_channels(test)]
+    found: list[tuple[_Computed, Course, bool]] = []
+    notes: list[str] = []
+    for channel in channels:
+        name, sign = _name(channel)
+        if (c := computed.get(name)) is None:
+            notes.append(f"channel {channel.name!r} is nothing that the run computed and is left out")
+        else:
+            found.append((c, *_measured(channel, sign, c, histories, test)))
+    if not found:
+        told = first_few([c.name for c in computed.values()], len(computed), NAMED)
+        names = [c.name for c in channels]
+        raise InputError(
+            f"none of its {len(names)} channels is one that the run computed",
+            where=test,
+            expected=f"names as {told}",
+            fix=suggest(names[0], [c.name for c in computed.values()]) if names else "Name its columns so.",
+        )
+    models = [_filtered(c.course, course) if rough else c.course for c, course, rough in found]
+    shift = shift_between([(course, model) for (_, course, _), model in zip(found, models, strict=True)])
+    units = UNITS[histories.units]
+    pairs = []
+    for (c, course, rough), model in zip(found, models, strict=True):
+        fit = fitted(course, model, shift, kind=c.kind, f_max=f_max)
+        if fit is None:
+            raise InputError(f"channel {c.name} and the run have fewer than four instants in common", where=test)
+        pairs.append(RecordPair(c.name, units.force if c.kind == "force" else units.length, fit))
+        if rough:
+            notes.append(
+                f"{c.name} is an acceleration: both are compared as displacement above {_lowest(course):.3g} Hz"
+            )
+    known = [p.fit.correlation for p in pairs if np.isfinite(p.fit.correlation)]
+    alike = float(np.mean(known)) if known else 0.0
+    notes.insert(0, f"{shift:+.6g} s are added to the times of the test, where the mean correlation is {alike:.2f}")
+    if alike < ALIKE:
+        notes.insert(1, "test and run are hardly alike: the shift in time means little")
+    return RecordComparison(results, test, histories.run, shift, tuple(pairs), tuple(notes))
+
+
+def _computed(h: Histories) -> Iterator[_Computed]:
+    for k, name in enumerate(h.node_names):
+        for axis in range(3):
+            yield _Computed(f"{name} {AXES[axis]}", Course(h.time, h.displacement[:, k, axis]), "motion")
+    groups: dict[str, list[int]] = {}
+    for k, name in enumerate(h.channels):
+        groups.setdefault(name.rpartition(":")[0] or name, []).append(k)
+        yield _Computed(f"{name} gap", Course(h.time, h.gap[:, k]), "gap")
+        yield _Computed(f"{name} normal force", Course(h.time, h.normal_force[:, k]), "force")
+    for group, rows in groups.items():
+        yield _Computed(f"{group} gap", Course(h.time, h.gap[:, rows].min(axis=1)), "gap")
+        yield _Computed(f"{group} force", Course(h.time, h.normal_force[:, rows].sum(axis=1)), "force")
+
+
+def _channels(path: Path) -> Iterator[Channel]:
+    if is_measured(path):
+        yield from read_channels(path)
+        return
+    for column in read_header(path, "", "table")[0][1:]:
+        time, values = read_signal(path, column, "")
+        name, _, unit = column.partition("[")
+        step = float(np.diff(time).min())
+        at = np.arange(time[0], time[-1] + 0.5 * step, step)
+        yield Channel(name.strip(), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
+
+
+def _name(channel: Channel) -> tuple[str, float]:
+    """What the run would call it, in small letters, and the sign of its direction."""
+    node, direction = channel.at
+    if node and 1 <= abs(direction) <= 3:
+        return f"{node} {AXES[abs(direction) - 1]}".lower(), float(np.sign(direction))
+    return re.sub(r"\s+", " ", channel.name.strip().lower()), 1.0
+
+
+def _measured(channel: Channel, sign: float, c: _Computed, h: Histories, path: Path) -> tuple[Course, bool]:
+    """The channel in the units of the run, and whether it was an acceleration."""
+    unit, values = plain_unit(channel.unit), sign * channel.values
+    if unit in ("", "none"):
+        return Course(channel.time, values), False
+    order, size = MOTIONS.get(unit, (None, 1.0))
+    if c.kind == "force" and unit in NEWTONS:
+        return Course(channel.time, NEWTONS[unit] * values), False
+    if c.kind != "force" and order == RECEPTANCE:
+        return Course(channel.time, size * UNITS[h.units].per_metre * values), False
+    if c.kind == "motion" and order == ACCELERANCE:
+        course = Course(channel.time, size * UNITS[h.units].per_metre * values)
+        return Course(course.time, integrate_twice(course.values, channel.step, _lowest(course))[0]), True
+    raise InputError(
+        f"channel {channel.name!r} is in {channel.unit}",
+        where=path,
+        expected="a force, as N" if c.kind == "force" else "a length or an acceleration, as mm or m/s^2",
+        fix="Correct its unit or its name.",
+    )
+
+
+def _lowest(course: Course) -> float:
+    return SLOW / float(course.time[-1] - course.time[0])
+
+
+def _filtered(model: Course, test: Course) -> Course:
+    """The displacement of the model without what is below the lowest frequency of an integrated acceleration."""
+    spectrum, freq = np.fft.rfft(model.values), np.fft.rfftfreq(model.time.size, float(np.diff(model.time).mean()))
+    kept: FloatArray = np.fft.irfft(np.where(freq >= _lowest(test), spectrum, 0.0), model.time.size)
+    return Course(model.time, kept)

@@ -1,0 +1,118 @@
+"""A measured course in time over a computed one: the shift that aligns them, and how far they agree."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.signals.resampling import cell_means
+from creak.verify.events import contact_stretches
+from creak.verify.nrmse import nrmse_fit
+
+Kind = Literal["motion", "gap", "force"]
+LEAST = 0.5
+"""Share of the shorter record that overlaps at any shift."""
+PRESSED = 0.05
+"""Share of the largest force above which a force presses: below it a sensor may be noisy."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A quantity over time."""
+
+    time: FloatArray
+    """(n,) s, rising."""
+    values: FloatArray
+    """(n,)"""
+
+
+@dataclass(frozen=True)
+class RecordFit:
+    """A measured and a computed course at the same instants."""
+
+    time: FloatArray
+    """(n,) s of the run."""
+    test: FloatArray
+    model: FloatArray
+    fit: float
+    """1 - |test - model| / |test - mean(test)|, 1: the same."""
+    correlation: float
+    """Of the two without their means, -1 to 1; nan where one is constant."""
+    freq: FloatArray
+    """(k,) Hz"""
+    spectra: tuple[FloatArray, FloatArray]
+    """Amplitudes of test and model, (k,) each."""
+    events: tuple[tuple[tuple[float, float], ...], tuple[tuple[float, float], ...]] | None = None
+    """Start and end of each contact in the test and in the model, s; None: it is motion."""
+
+    @property
+    def rms(self) -> tuple[float, float]:
+        """Root mean square of test and model."""
+        test, model = (float(np.sqrt(np.mean(x**2))) for x in (self.test, self.model))
+        return test, model
+
+
+def shift_between(pairs: Sequence[tuple[Course, Course]]) -> float:
+    """What is added to the times of all measured courses so that they lie over the computed ones, s.
+
+    The sum of the normalised cross-correlations of all pairs (test, model) is largest; a parabola through it and its
+    neighbours gives the fraction of a step.
+
+    Parameters
+    ----------
+    pairs : the models at the same even instants; of the tests what all of them cover is taken.
+    """
+    time = pairs[0][1].time
+    step = float(np.diff(time).mean())
+    start, end = max(float(t.time[0]) for t, _ in pairs), min(float(t.time[-1]) for t, _ in pairs)
+    at = start + step * np.arange(int((end - start) / step + 1e-6) + 1)
+    n = at.size + time.size - 1
+    lag = np.arange(n) - (at.size - 1)
+    total: FloatArray = np.zeros(n)
+    for test, model in pairs:
+        a, b = cell_means(test.time, test.values[:, None], np.minimum(at, end))[:, 0], model.values
+        a, b = a - a.mean(), b - b.mean()
+        size = float(np.linalg.norm(a) * np.linalg.norm(b)) or 1.0
+        cross = np.fft.irfft(np.fft.rfft(b, n) * np.conj(np.fft.rfft(a, n)), n) / size
+        total = total + np.roll(cross, at.size - 1)
+    overlap = np.minimum(at.size, time.size - lag) - np.maximum(0, -lag)
+    total = np.where(overlap >= LEAST * min(at.size, time.size), total, -np.inf)
+    k, share = int(total.argmax()), 0.0
+    if 0 < k < n - 1 and np.isfinite(total[k - 1 : k + 2]).all():
+        left, here, right = total[k - 1 : k + 2].tolist()
+        bend = left - 2.0 * here + right
+        share = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+    return float(time[0]) - start + step * (float(lag[k]) + share)
+
+
+def fitted(test: Course, model: Course, shift: float, *, kind: Kind, f_max: float) -> RecordFit | None:
+    """Both at the instants of the model that the shifted test covers; None where fewer than four are left.
+
+    Parameters
+    ----------
+    kind : a force presses above `PRESSED` of the largest, a gap at 0 or below; contacts are merged into events by the
+        rules of `verify.events` with `f_max`, Hz.
+    """
+    time = test.time + shift
+    inside = (model.time >= time[0]) & (model.time <= time[-1])
+    if inside.sum() < 4:
+        return None
+    t, y = model.time[inside], model.values[inside]
+    x = cell_means(time, test.values[:, None], t)[:, 0]
+    spread = float(np.std(x) * np.std(y))
+    correlation = float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread else float("nan")
+    freq = np.asarray(np.fft.rfftfreq(t.size, float(np.diff(t).mean())), dtype=np.float64)
+    window = np.hanning(t.size)
+    spectra = [np.abs(np.fft.rfft((v - v.mean()) * window)) * (2.0 / window.sum()) for v in (x, y)]
+    events = None
+    if kind != "motion":
+        bar = PRESSED * max(float(x.max()), float(y.max()))
+        test_events, model_events = (
+            contact_stretches(t, v > bar if kind == "force" else v <= 0.0, f_max) for v in (x, y)
+        )
+        events = test_events, model_events
+    return RecordFit(t, x, y, nrmse_fit(x, y), correlation, freq, (spectra[0], spectra[1]), events)

@@ -1,0 +1,170 @@
+"""Time histories of a test over those of a run: what is the run's own, shifted, scaled or turned, is found again."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import creak
+from creak.errors import InputError
+from creak.formats.measured.histories import read_histories
+from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
+from creak.studies.file.reader import read_study
+from creak.verify.events import contact_stretches
+from creak.verify.records import Course, fitted, shift_between
+from helpers_decks import STUDY, write_strips
+
+LATE = 0.73123
+"""s by which the clock of the test is ahead: no whole number of steps."""
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("records")
+    creak.run(read_study(write_strips(folder, study=STUDY))).save(folder / "out")
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def run(results):
+    return read_histories(results / "results.h5")
+
+
+def table(path, time, **columns):
+    rows = [",".join(["time", *columns])] + [
+        ",".join(f"{x:.9g}" for x in row) for row in zip(time, *columns.values(), strict=True)
+    ]
+    path.write_text("\n".join(rows), encoding="utf-8")
+    return path
+
+
+def hardest(h):
+    return h.channels[int(h.normal_force.max(axis=0).argmax())]
+
+
+def columns(h):
+    name = h.node_names[0]
+    return {
+        f"{name} Z [mm]": h.displacement[:, 0, 2],
+        "tip force [N]": h.normal_force.sum(axis=1),
+        "tip gap [mm]": h.gap.min(axis=1),
+        f"{hardest(h)} normal force [N]": h.normal_force[:, h.channels.index(hardest(h))],
+    }
+
+
+def test_the_run_itself_is_found_at_its_shift(results, run, tmp_path):
+    test = table(tmp_path / "test.csv", run.time[70:700] + LATE, **{k: v[70:700] for k, v in columns(run).items()})
+    found = creak.compare_records(results, test)
+    assert isinstance(found, creak.RecordComparison)
+    assert found.shift == pytest.approx(-LATE, abs=0.01 * (run.time[1] - run.time[0]))
+    assert [p.name for p in found.pairs] == [
+        f"{run.node_names[0]} Z",
+        "tip force",
+        "tip gap",
+        f"{hardest(run)} normal force",
+    ]
+    assert [p.unit for p in found.pairs] == ["mm", "N", "mm", "N"]
+    for p in found.pairs:
+        assert p.fit.fit > 0.99
+        assert p.fit.correlation == pytest.approx(1.0, abs=1e-5)
+        assert p.fit.rms[0] == pytest.approx(p.fit.rms[1], rel=5e-3)
+    events = found.pairs[1].fit.events
+    assert len(events[0]) == len(events[1]) > 5
+    assert found.pairs[0].fit.events is None
+
+
+def test_units_and_signs_are_those_of_the_file(results, run, tmp_path):
+    """-Z in m, force in kN, of a universal file."""
+    name, label = run.node_names[0], int(run.node_ids[0])
+    write_functions(
+        tmp_path / "test.unv",
+        [
+            Function("NONE", label, -3, DISPLACEMENT, "", "m", run.time, -1e-3 * run.displacement[:, 0, 2]),
+            Function("tip force", 0, 0, REACTION_FORCE, "", "kN", run.time, 1e-3 * run.normal_force.sum(axis=1)),
+        ],
+    )
+    found = creak.compare_records(results, tmp_path / "test.unv")
+    assert [p.name for p in found.pairs] == [f"{name} Z", "tip force"]
+    assert found.shift == pytest.approx(0.0, abs=1e-9)
+    assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+def test_an_acceleration_is_compared_as_displacement(results, run, tmp_path):
+    """That of the run, differentiated in the frequency domain, comes back above the lowest frequency."""
+    u, n = run.displacement[:, 0, 2], run.time.size
+    freq = np.fft.rfftfreq(n, run.time[1] - run.time[0])
+    a = np.fft.irfft(-((2.0 * np.pi * freq) ** 2) * np.fft.rfft(u), n)
+    test = table(tmp_path / "test.csv", run.time, **{f"{run.node_names[0]} z [m/s^2]": 1e-3 * a})
+    (pair,) = creak.compare_records(results, test).pairs
+    assert pair.fit.fit == pytest.approx(1.0, abs=1e-6)
+    assert np.abs(pair.fit.test).max() > 0.3 * np.abs(u).max()
+
+
+def test_what_disagrees_is_measured(results, run, tmp_path):
+    """90 % of the force: a fit of 1 - .1 |F| / |F - mean|, all events; another signal does not fit."""
+    force = run.normal_force.sum(axis=1)
+    test = table(tmp_path / "test.csv", run.time, **{"tip force": force / 0.9})
+    (pair,) = creak.compare_records(results, test).pairs
+    x = force / 0.9
+    assert pair.fit.fit == pytest.approx(1.0 - np.linalg.norm(x - force) / np.linalg.norm(x - x.mean()), rel=1e-5)
+    assert len(pair.fit.events[0]) == len(pair.fit.events[1])
+    noise = np.random.default_rng(4).normal(size=force.size)
+    odd = creak.compare_records(results, table(tmp_path / "odd.csv", run.time, **{"tip force": noise}))
+    assert odd.pairs[0].fit.fit < 0.2
+    assert any("hardly alike" in note for note in odd.notes)
+
+
+@pytest.mark.parametrize("step", [2e-4, 1e-3, 3.3e-3])
+def test_courses_of_other_steps_are_aligned(step):
+    """A pulse, sampled finer and coarser than the model."""
+
+    def pulse(t):
+        return np.exp(-(((t - 0.6) / 0.02) ** 2))
+
+    model, time = Course(np.arange(0.0, 2.0, 1e-3), pulse(np.arange(0.0, 2.0, 1e-3))), np.arange(5.2, 6.4, step)
+    test = Course(time, pulse(time - 5.0))
+    shift = shift_between([(test, model), (test, model)])
+    assert shift == pytest.approx(-5.0, abs=2e-4)
+    assert fitted(test, model, shift, kind="motion", f_max=500.0).fit > 0.96
+    assert fitted(test, model, 50.0, kind="motion", f_max=500.0) is None
+
+
+def test_spectrum_is_the_amplitude_of_a_line():
+    t = np.arange(1000) * 1e-3
+    test, model = Course(t, 3.0 * np.sin(2.0 * np.pi * 50.0 * t)), Course(t, np.sin(2.0 * np.pi * 50.0 * t))
+    fit = fitted(test, model, 0.0, kind="motion", f_max=500.0)
+    at = int(np.abs(fit.freq - 50.0).argmin())
+    assert [s[at] for s in fit.spectra] == pytest.approx([3.0, 1.0], rel=1e-2)
+
+
+def test_contacts_are_merged_as_events_of_a_run():
+    """Less than half a period of f_max apart: one blow; one that rests from the start is none."""
+    t = np.arange(20) * 1.0
+    pressing = np.isin(t, [0.0, 4.0, 6.0, 15.0])
+    assert contact_stretches(t, pressing, 0.2) == ((4.0, 6.0), (15.0, 15.0))
+    assert contact_stretches(t, pressing, 10.0) == ((4.0, 4.0), (6.0, 6.0), (15.0, 15.0))
+
+
+def test_a_channel_that_never_moves_has_no_correlation(results, run, tmp_path):
+    still = dict.fromkeys(["tip force", "tip gap"], np.zeros(run.time.size))
+    found = creak.compare_records(results, table(tmp_path / "test.csv", run.time, **still))
+    assert np.isnan([p.fit.correlation for p in found.pairs]).all()
+    assert any("hardly alike" in note for note in found.notes)
+
+
+WRONG = {
+    "no channel of the run": ("time,tip foce\n0,1\n1,2\n", "none of its 1 channels is one that the run computed"),
+    "a force in mm": ("time,tip force [mm]\n0,1\n1,2\n", "'tip force' is in mm; expected a force"),
+    "a gap in m/s^2": ("time,tip gap [m/s^2]\n0,1\n1,2\n", "'tip gap' is in m/s\\^2; expected a length"),
+    "a word": ("time,tip force\n0,1\n1,much\n", "test.csv:3"),
+    "times that fall": ("time,tip force\n1,1\n0,2\n", "does not increase"),
+    "one row": ("time,tip force\n1,1\n", "two or more"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_files(results, tmp_path, name):
+    text, words = WRONG[name]
+    (tmp_path / "test.csv").write_text(text)
+    with pytest.raises(InputError, match=words):
+        creak.compare_records(results, tmp_path / "test.csv")
