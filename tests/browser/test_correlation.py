@@ -1,10 +1,14 @@
-"""The page of modes beside a test as a reader sees it."""
+"""The pages of modes, functions and time histories beside a test as a reader sees them."""
 
 import numpy as np
 import pytest
 
+import creak
+from creak.formats.measured.histories import read_histories
 from creak.report.correlation_page import write_correlation
+from creak.report.records_page import write_records
 from creak.studies.models.beside_test import deck_beside_test
+from helpers_decks import write_strips
 from helpers_frfs import function
 from helpers_modal import COUNT, every_mode, measured_strip, points_15, strip_deck
 
@@ -69,3 +73,25 @@ def test_a_list_chooses_the_function(opened):
     page.wait_for_timeout(300)
     assert page.evaluate(drawn) != first
     assert page.problems == []
+
+
+def test_a_run_beside_time_histories_of_a_test(chromium, tmp_path):
+    """A list chooses the channel; the course, the spectrum and the contacts are drawn."""
+    creak.run(creak.read_study(write_strips(tmp_path))).save(tmp_path / "out")
+    run = read_histories(tmp_path / "out" / "results.h5")
+    rows = zip(run.time, run.displacement[:, 0, 2], run.normal_force.sum(axis=1), strict=True)
+    lines = [f"time,{run.node_names[0]} z,tip force", *(",".join(f"{x:.9g}" for x in row) for row in rows)]
+    (tmp_path / "test.csv").write_text("\n".join(lines))
+    write_records(creak.compare_records(tmp_path / "out", tmp_path / "test.csv"), tmp_path / "records.html")
+    page, problems = chromium.new_page(viewport={"width": 1300, "height": 900}), []
+    page.on("pageerror", lambda e: problems.append(str(e)))
+    page.goto((tmp_path / "records.html").as_uri())
+    page.wait_for_selector("#plot-records .main-svg", state="attached")
+    count = "document.querySelectorAll('#plot-records .scatterlayer .js-line').length"
+    assert page.evaluate(count) == 4
+    page.select_option("select[data-chooses=records]", "1")
+    page.wait_for_function(f"{count} > 4")
+    assert "tip force, N" in page.locator("#plot-records").inner_text()
+    assert page.locator("#channels tbody tr").count() == 2
+    assert problems == []
+    page.close()
