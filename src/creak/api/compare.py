@@ -40,10 +40,7 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
 
 
 def _side(name: str, result: str | Path | Result | SavedResult) -> Side:
-    from creak.report.found import found_of
     from creak.report.tables.comparison import Side
 
-    if isinstance(result, Result):
-        return Side(name, found_of(result.found), result.summary)
-    saved = result if isinstance(result, SavedResult) else open_result(result)
-    return Side(name, saved.found, saved.summary)
+    at_hand = result if isinstance(result, Result | SavedResult) else open_result(result)
+    return Side(name, at_hand.findings)

@@ -80,7 +80,7 @@ def _print(output: Output, found: Comparison) -> None:
 def _run_changed(folder: Path, changes: list[str], output: Output) -> Path:
     """Run the study of a result with changes; returns the folder of the new result."""
     from creak.api.study import run_setup, set_up
-    from creak.studies.results.save import check_folder
+    from creak.studies.findings.save import check_folder
 
     study = _changed_study_of(folder, changes)
     results = folder.parent / results_name(study)
@@ -107,7 +107,7 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
     from creak.studies.file.changes import read_changes, with_changes
 
     wanted = read_changes(changes)
-    stored = open_result(folder).found.setup.study
+    stored = open_result(folder).findings.setup.study
     path = folder.parent / stored.path.name
     if not path.is_file():
         raise InputError(
