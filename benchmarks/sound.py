@@ -20,7 +20,7 @@ from benchmarks.loudness import RATE, SECONDS, TIMES, bursts, cpu_seconds
 from creak.linalg.threads import one_blas_thread
 from creak.sound.loudness import loudness
 from creak.studies.cause.decompose import find_causes
-from creak.studies.results.places import find_places
+from creak.studies.findings.places import find_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import run_study
 from creak.studies.sound.heard import Sound, hear

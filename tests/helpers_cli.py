@@ -52,4 +52,4 @@ def say(*words: object) -> Said:
 
 def empty_reports(monkeypatch) -> None:
     """Reports of runs have no content: to draw them takes as long as a short run."""
-    monkeypatch.setattr("creak.report.html.report_text", lambda _, summary: EMPTY.format(summary["run"]["id"]))
+    monkeypatch.setattr("creak.report.html.report_text", lambda findings, _: EMPTY.format(findings.identity.id))

@@ -1,4 +1,4 @@
-"""Saves a run over another one and kills the writer at every step: a script, called by tests/unit/studies/results/test_one_run.py.
+"""Saves a run over another one and kills the writer at every step: a script, called by tests/unit/studies/findings/test_one_run.py.
 
 Arguments: a folder with the decks and studies of two runs, `first.toml` and `second.toml`. A line of JSON for each kill.
 """

@@ -233,7 +233,7 @@ ROOMS = (
     "evaluate",
     "cause",
     "spots",
-    "results",
+    "findings",
     "sound",
     "converge",
     "run",

@@ -67,13 +67,13 @@ if TYPE_CHECKING:
     )
     from creak.sound.loudness import Loudness, SteadyLoudness, loudness, steady_loudness
     from creak.studies.file.reader import Study
+    from creak.studies.findings.beside_records import RecordComparison
     from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
     from creak.studies.models.frfs import FrfComparison
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
     from creak.studies.prepare.setup import Setup
-    from creak.studies.results.beside_records import RecordComparison
     from creak.studies.run.one_run import Run
     from creak.verify.events import Event, find_events
     from creak.verify.mac import mac_matrix
@@ -126,7 +126,7 @@ _HOMES = {
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
     "studies.prepare.setup": ("Setup",),
-    "studies.results.beside_records": ("RecordComparison",),
+    "studies.findings.beside_records": ("RecordComparison",),
     "studies.run.one_run": ("Run",),
     "studies.file.reader": ("Study",),
     "verify.events": ("Event", "find_events"),

@@ -12,15 +12,14 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "unit" / "report"))
 
 from small_study import plates, study_text
 
-from creak.report.found import found_of
 from creak.report.html import write_page
 from creak.studies.file.reader import read_study
+from creak.studies.findings.places import find_places
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.places import find_places
-from creak.studies.results.summary import summarise
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.sound.heard import Sound, hear
+from helpers_findings import to_draw
 
 MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
 FLAGS = ["--no-sandbox", "--enable-unsafe-swiftshader", "--use-angle=swiftshader"]
@@ -47,7 +46,7 @@ def report(strips: tuple[StudyResult, Path]) -> Path:
     result, folder = strips
     sound = hear(result, [p.channels for p in find_places(result, main_run(result.runs))])
     assert isinstance(sound, Sound), sound
-    write_page(found_of(result, sound=sound), summarise(result, sound=sound), folder / "report.html")
+    write_page(*to_draw(result, sound=sound), folder / "report.html")
     return folder / "report.html"
 
 

@@ -11,7 +11,7 @@ from creak.errors import InputError
 
 if TYPE_CHECKING:
     from creak.report.tables.comparison import Comparison, Side
-    from creak.studies.results.beside_records import RecordComparison
+    from creak.studies.findings.beside_records import RecordComparison
 
 
 def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | SavedResult) -> Comparison:
@@ -58,17 +58,14 @@ def compare_records(results: str | Path, test: str | Path, run: str | None = Non
     ------
     InputError : a file is wrong, or no channel is one that the run computed.
     """
-    from creak.studies.results import beside_records
+    from creak.studies.findings import beside_records
 
-    f_max = open_result(results).found.setup.study.config.verification.f_max
+    f_max = open_result(results).findings.setup.study.config.verification.f_max
     return beside_records.compare_records(Path(results), Path(test), f_max, run)
 
 
 def _side(name: str, result: str | Path | Result | SavedResult) -> Side:
-    from creak.report.found import found_of
     from creak.report.tables.comparison import Side
 
-    if isinstance(result, Result):
-        return Side(name, found_of(result.found), result.summary)
-    saved = result if isinstance(result, SavedResult) else open_result(result)
-    return Side(name, saved.found, saved.summary)
+    at_hand = result if isinstance(result, Result | SavedResult) else open_result(result)
+    return Side(name, at_hand.findings)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import h5py
 
     from creak.dynamics.history import History
-    from creak.report.found import Found
+    from creak.report.drawn import Drawn
     from creak.studies.run.one_run import Run
     from creak.verify.matching import EventMatch
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class Result(Evaluation):
     """Runs, events and verification of a study; units are the deck's, frequencies Hz."""
 
-    _views: dict[int, Found] = field(default_factory=dict, init=False, repr=False, compare=False)
+    _pictures: dict[int, Drawn] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     @classmethod
     def of(cls, evaluation: Evaluation) -> Result:
@@ -68,7 +68,7 @@ class Result(Evaluation):
         InputError : a kind that there is not, nothing to draw (no contact), or a package of the extra `report` is not
             installed.
         """
-        return figure(self._view(0.0), kind)
+        return figure(self.findings, kind)
 
     def to_frame(self, kind: TableKind = "events") -> Any:
         """A table as a pandas DataFrame, with the unit of each column in its `attrs["units"]`.
@@ -108,7 +108,7 @@ class Result(Evaluation):
     @property
     def unreliable(self) -> list[str]:
         """Why runs cannot be relied on, with their names; empty where nothing speaks against them."""
-        from creak.studies.results.summary import unreliable_runs
+        from creak.studies.findings.summary import unreliable_runs
 
         return unreliable_runs(self.summary)
 
@@ -129,29 +129,24 @@ class Result(Evaluation):
         WriteError : the disk is full, or fails; what was in the folder is as it was. NumericalError : the files are
             there, but no page can be made of them.
         """
-        from creak.report.stored import write_found
-        from creak.studies.results.save import save
-        from creak.studies.results.sound import put_sound
+        from creak.report.drawn import write_drawn
+        from creak.studies.findings.save import save
+        from creak.studies.findings.sound import put_sound
+        from creak.studies.findings.stored import write_findings
         from creak.studies.sound.heard import Sound
         from creak.studies.warned import attempted
 
         notes: list[str] = []
-        view = attempted("what a page shows", lambda: self._view(animation_mb), None, notes)
+        drawn = attempted("what a page shows", lambda: self._drawn(animation_mb), None, notes)
 
         def more(file: h5py.File) -> None:
-            assert view is not None
-            write_found(file, view)
+            assert drawn is not None
+            write_findings(file, self.findings)
+            write_drawn(file, drawn)
             if isinstance(self.sound, Sound):
-                put_sound(file, self.sound, view.places)
+                put_sound(file, self.sound, self.findings.places)
 
-        written = save(
-            self.found,
-            self.summary,
-            Path(folder),
-            None if view is None else more,
-            convergence=self.convergence,
-            page=page,
-        )
+        written = save(self.found, self.findings, Path(folder), None if drawn is None else more, page)
         if notes:
             raise NumericalError(f"{notes[0]}, its results are in {folder}")
         return written
@@ -161,7 +156,7 @@ class Result(Evaluation):
         need_report()
         from creak.report.html import report_text
 
-        return report_text(self._view(animation_mb), self.summary)
+        return report_text(self.findings, self._drawn(animation_mb))
 
     def report(self, path: str | Path, animation_mb: float = 12.0) -> Path:
         """Write the report as one HTML file; returns its path.
@@ -177,13 +172,13 @@ class Result(Evaluation):
         need_report()
         from creak.api.saved import SavedResult
 
-        return SavedResult(self._view(animation_mb), self.summary).report(path)
+        return SavedResult(self.findings, self._drawn(animation_mb)).report(path)
 
-    def _view(self, animation_mb: float) -> Found:
-        """What a report shows, made once."""
-        from creak.report.found import found_of
+    def _drawn(self, animation_mb: float) -> Drawn:
+        """What a report draws of model and motion, made once."""
+        from creak.report.drawn import drawn_of
 
         size = round(1e6 * animation_mb)
-        if size not in self._views:
-            self._views[size] = found_of(self.found, self.convergence, size, self.sound)
-        return self._views[size]
+        if size not in self._pictures:
+            self._pictures[size] = drawn_of(self.found, self.findings, size)
+        return self._pictures[size]

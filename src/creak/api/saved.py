@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +11,9 @@ from creak.api.extras import need_report
 from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
 
 if TYPE_CHECKING:
-    from creak.report.found import Found, FoundRun
+    from creak.report.drawn import Drawn
     from creak.studies.converge.settling import Convergence
+    from creak.studies.findings.tree import Findings, FoundRun
     from creak.verify.matching import EventMatch
 
 
@@ -19,20 +21,27 @@ if TYPE_CHECKING:
 class SavedResult:
     """Events and verification of an earlier run, and its report; the histories are in results.h5."""
 
-    found: Found = field(repr=False)
-    """What the report shows."""
-    summary: dict[str, Any] = field(repr=False)
-    """The content of summary.json (docs/results.md)."""
+    findings: Findings = field(repr=False)
+    """Everything that the study found."""
+    drawn: Drawn = field(repr=False)
+    """What the report draws of model and motion."""
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The content of summary.json (docs/results.md)."""
+        from creak.studies.findings.summary import summary_of
+
+        return summary_of(self.findings)
 
     @property
     def runs(self) -> dict[str, FoundRun]:
         """`reduced` and `reference`, those that there were."""
-        return self.found.runs
+        return self.findings.runs
 
     @property
     def events(self) -> Events:
         """Contact events of the reduced run, or of the only one, by start time; `events.to_frame()` is a table."""
-        nodes = self.found.setup.model.nodes
+        nodes = self.findings.setup.model.nodes
         run = self.runs.get("reduced") or self.runs.get("reference")
         events = [] if run is None else run.events
         return Events(events, (nodes.label(e.node_idx) for e in events), self.summary["units"])
@@ -47,7 +56,7 @@ class SavedResult:
 
     def plot(self, kind: Kind = "force") -> Any:
         """A figure of the report, as a plotly Figure; kinds and errors as `Result.plot`."""
-        return figure(self.found, kind)
+        return figure(self.findings, kind)
 
     def to_frame(self, kind: TableKind = "events") -> Any:
         """A table as a pandas DataFrame; kinds and errors as `Result.to_frame`."""
@@ -56,12 +65,12 @@ class SavedResult:
     @property
     def agreement(self) -> EventMatch | None:
         """Events of the reduced run against those of the reference; None where one of them is missing."""
-        return self.found.events
+        return self.findings.events
 
     @property
     def convergence(self) -> Convergence | None:
         """What `converge` found; None: it was not asked for."""
-        return self.found.convergence
+        return self.findings.convergence
 
     def report(self, path: str | Path) -> Path:
         """Write the report as one HTML file, the page that the run itself wrote; returns its path.
@@ -75,7 +84,7 @@ class SavedResult:
 
         path = Path(path)
         path.parent.mkdir(parents=True, exist_ok=True)
-        write_page(self.found, self.summary, path)
+        write_page(self.findings, self.drawn, path)
         return path
 
 
@@ -86,6 +95,7 @@ def open_result(folder: str | Path) -> SavedResult:
     ------
     InputError : summary.json or results.h5 is missing, not whole, or of another version.
     """
-    from creak.report.stored import read_found
+    from creak.report.drawn import read_drawn
+    from creak.studies.findings.stored import read_findings
 
-    return SavedResult(*read_found(Path(folder)))
+    return SavedResult(*read_findings(Path(folder), read_drawn))

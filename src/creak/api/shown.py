@@ -11,7 +11,7 @@ from creak.errors import InputError
 from creak.verify.events import Event
 
 if TYPE_CHECKING:
-    from creak.report.found import Found
+    from creak.studies.findings.tree import Findings
 
 COLUMNS = {
     "contact": "",
@@ -182,7 +182,7 @@ def table(told: dict[str, str], events: Events) -> str:
 Kind = Literal["force", "gap", "spectra", "energy"]
 
 
-def figure(found: Found, kind: Kind) -> Any:
+def figure(found: Findings, kind: Kind) -> Any:
     """A plotly figure of the report.
 
     Raises

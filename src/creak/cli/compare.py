@@ -41,7 +41,7 @@ def compare(
     """
     from creak.api.compare import compare as compare_results
     from creak.api.extras import missing_for_report, no_report_text
-    from creak.studies.results.beside_records import holds_records
+    from creak.studies.findings.beside_records import holds_records
 
     if (second is None) == (not changes):
         raise InputError(
@@ -110,7 +110,7 @@ def _print(output: Output, found: Comparison) -> None:
 def _run_changed(folder: Path, changes: list[str], output: Output) -> Path:
     """Run the study of a result with changes; returns the folder of the new result."""
     from creak.api.study import run_setup, set_up
-    from creak.studies.results.save import check_folder
+    from creak.studies.findings.save import check_folder
 
     study = _changed_study_of(folder, changes)
     results = folder.parent / results_name(study)
@@ -137,7 +137,7 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
     from creak.studies.file.changes import read_changes, with_changes
 
     wanted = read_changes(changes)
-    stored = open_result(folder).found.setup.study
+    stored = open_result(folder).findings.setup.study
     path = folder.parent / stored.path.name
     if not path.is_file():
         raise InputError(

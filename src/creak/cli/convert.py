@@ -145,12 +145,12 @@ def _write_points(results: Path, out: Path, run: str | None, words: Output) -> N
     """E-lines and places as points for ParaView."""
     from creak.formats.vtu import write_points
     from creak.report.found_points import found_points
-    from creak.report.stored import read_found
+    from creak.studies.findings.stored import read_findings
 
     with words as output:
         with output.progress as progress, progress.phase(f"write {out.name}"):
-            found, summary = read_found(results.parent)
-            xyz, arrays = found_points(found, summary)
+            found, _ = read_findings(results.parent, lambda _: None)
+            xyz, arrays = found_points(found)
             write_points(out, xyz, arrays)
             output.wrote(out)
         output.tell_written()

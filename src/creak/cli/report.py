@@ -27,8 +27,8 @@ def report(
     from creak.api.saved import open_result
     from creak.formats.deck.command_files import will_read
     from creak.formats.stored.run_identity import CONVERGENCE, RESULTS, SUMMARY
-    from creak.studies.results.save import save_convergence
-    from creak.studies.results.summary import unreliable_runs
+    from creak.studies.findings.save import save_convergence
+    from creak.studies.findings.summary import unreliable_runs
 
     will_read(folder / RESULTS, folder / SUMMARY)
     page = out if out is not None else folder / "report.html"

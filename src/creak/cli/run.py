@@ -102,7 +102,7 @@ def run(
     from creak.formats.endings import is_deck
     from creak.report.words.answer import answer_lines
     from creak.studies.file.identity import STORE
-    from creak.studies.results.save import check_folder, refuse_other_study
+    from creak.studies.findings.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 
@@ -210,7 +210,7 @@ def results_name(study: Study | Path) -> str:
 def _print_tables(output: Output, summary: dict[str, Any]) -> None:
     from creak.report.tables.elines import eline_words
     from creak.report.words.terminal import cause_lines, place_table, run_rows, verification_rows
-    from creak.studies.results.limits import limit_words
+    from creak.studies.findings.limits import limit_words
 
     output.table("Runs", run_rows(summary))
     places = place_table(summary)

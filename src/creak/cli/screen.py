@@ -30,8 +30,8 @@ def screen(
     from creak.model.units import UNITS
     from creak.report.tables.elines import screen_rows
     from creak.studies.file.reader import read_study
+    from creak.studies.findings.elines import RISK, as_dict, line_rows, point_csv
     from creak.studies.prepare.setup import set_up
-    from creak.studies.results.elines import RISK, as_dict, line_rows, point_csv
     from creak.studies.run.screen import screen as look
     from creak.studies.warned import warnings_of
     from creak.verify.elines import DEFINITION

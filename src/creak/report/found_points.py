@@ -2,21 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.report.figures.scene import node_impulses
-from creak.report.found import Found
-from creak.studies.results.elines import point_columns
+from creak.studies.findings.elines import point_columns
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
 
 OF_PLACE = ("events", "force", "impulse", "n5", "n_max", "level")
 """Figures of a place in summary.json."""
 
 
-def found_points(found: Found, summary: dict[str, Any]) -> tuple[FloatArray, dict[str, FloatArray]]:
+def found_points(found: Findings) -> tuple[FloatArray, dict[str, FloatArray]]:
     """Coordinates (p, 3) and figures (p,): points of the E-lines first, then contact nodes that are on none.
 
     `node` is the label of the deck, `eline` the row of its line (-1: none) with the columns of the page's CSV; `place`
@@ -34,15 +33,15 @@ def found_points(found: Found, summary: dict[str, Any]) -> tuple[FloatArray, dic
         arrays["eline"][:count] = lines.line_of
         own = {"gap": lines.gap0, "tolerance": tolerance[lines.line_of], **point_columns(lines)}
         arrays |= {name: np.concatenate([x, np.full(others.size, np.nan)]) for name, x in own.items()}
-    return nodes.coords[rows], arrays | _of_places(found, summary, rows)
+    return nodes.coords[rows], arrays | _of_places(found, rows)
 
 
-def _of_places(found: Found, summary: dict[str, Any], rows: np.ndarray) -> dict[str, FloatArray]:
+def _of_places(found: Findings, rows: np.ndarray) -> dict[str, FloatArray]:
     run, number = main_run(found.runs), np.zeros(rows.size)
     arrays = {f"place_{name}": np.full(rows.size, np.nan) for name in OF_PLACE}
     if run is None:
         return {"place": number}
-    told = summary["runs"][run.name]["places"]
+    told = summary_of(found)["runs"][run.name]["places"]
     for place, figures in zip(found.places, told, strict=True):
         here = np.isin(rows, place.nodes_idx)
         number[here] = place.number

@@ -14,14 +14,15 @@ from markupsafe import Markup, escape
 from creak.formats.complete_file import write_text
 from creak.formats.stored.run_identity import META
 from creak.model.units import UNITS, Units
+from creak.report.drawn import Drawn
 from creak.report.figures import gaps as gap_figures
 from creak.report.figures import palette, scene
 from creak.report.figures import run as figures
 from creak.report.figures.elines import eline_figure
 from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.figures.spots import spots_figure
+from creak.report.figures.surface import Surface
 from creak.report.figures.view import outward
-from creak.report.found import Found
 from creak.report.sound_parts import loudness_figure
 from creak.report.tables import checks
 from creak.report.tables import events as event_tables
@@ -33,7 +34,9 @@ from creak.report.tables.places import place_parts
 from creak.report.tables.sounds import sound_tables
 from creak.report.templates import page_templates
 from creak.report.words import answer, method, verdict
-from creak.studies.results.elines import line_rows, point_csv
+from creak.studies.findings.elines import line_rows, point_csv
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
 
 SECTIONS = {
@@ -59,29 +62,30 @@ class Picture:
     caption: str
 
 
-def write_page(result: Found, summary: dict[str, Any], path: Path) -> None:
+def write_page(result: Findings, drawn: Drawn, path: Path) -> None:
     """Write the report of a study as one self-contained HTML file.
 
     Parameters
     ----------
-    result : a view, of a result or read back from results.h5.
-    summary : what `creak.studies.results.summary.summarise` makes of the result.
+    result : of a run that has just ended, or read back from results.h5.
+    drawn : what is drawn of its model and motion.
     path : the file; it appears whole or not at all.
     """
-    text = report_text(result, summary)
+    text = report_text(result, drawn)
     write_text(path, text)
 
 
-def report_text(result: Found, summary: dict[str, Any]) -> str:
+def report_text(result: Findings, drawn: Drawn) -> str:
     """The report as HTML."""
+    summary = summary_of(result)
     units = UNITS[result.setup.study.config.model.units]
     template = page_templates("creak.report").get_template("report.html.j2")
-    motions = scene.animations(result, units)
+    motions = scene.animations(result, drawn, units)
     parts = (
         _verdict_parts(result, summary, units)
         | place_parts(result, summary, motions, units)
-        | _drawn_parts(result, units)
-        | _motion_parts(result, motions, scene.scene(result))
+        | _drawn_parts(result, drawn.surface, units)
+        | _motion_parts(result, motions, scene.scene(result, drawn))
         | _table_parts(result, summary, units)
         | _eline_parts(result, summary, units)
         | file_parts()
@@ -105,7 +109,7 @@ def _sections(parts: dict[str, Any]) -> list[tuple[str, str]]:
     return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
 
-def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+def _verdict_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     judged = checks.checks(result, summary)
     config = result.setup.study.config
     return {
@@ -122,30 +126,30 @@ def _verdict_parts(result: Found, summary: dict[str, Any], units: Units) -> dict
         "alarms": [*result.alarms, *verdict.first_mistakes(result, units)],
         "warnings": verdict.warnings(result),
         "notes": list(result.notes),
-        "unread": tables.unread_rows(summary),
+        "unread": tables.unread_rows(result),
         "method": method.paragraph(result),
         "parameters": method.parameters(result, summary, units),
     }
 
 
-def _drawn_parts(result: Found, units: Units) -> dict[str, Any]:
-    drawn = {
+def _drawn_parts(result: Findings, surface: Surface | None, units: Units) -> dict[str, Any]:
+    every = {
         "force": figures.force_figure(result, units),
         "gap": gap_figures.gap_figure(result, units),
-        "precheck": gap_figures.precheck_figure(result, units),
+        "precheck": gap_figures.precheck_figure(result, surface, units),
         "mac": figures.mac_figure(result),
         "spectra": figures.spectra_figure(result, units),
         "energy": figures.energy_figure(result, units),
-        "elines": eline_figure(result, units),
+        "elines": eline_figure(result, surface, units),
         "loudness": loudness_figure(result),
         "spots": spots_figure(result, units),
     }
-    specs = {name: figure.spec for name, figure in drawn.items() if figure.spec is not None}
+    specs = {name: figure.spec for name, figure in every.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}
-    return {"figures": drawn, "specs": script_json(specs), **pictures}
+    return {"figures": every, "specs": script_json(specs), **pictures}
 
 
-def _motion_parts(result: Found, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
+def _motion_parts(result: Findings, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
     run = main_run(result.runs)
     every = [*motions.shown, *motions.modes]
     return {
@@ -172,14 +176,14 @@ def file_parts() -> dict[str, Any]:
     }
 
 
-def _told_parts(result: Found) -> dict[str, Any]:
+def _told_parts(result: Findings) -> dict[str, Any]:
     return {
         "provenance": [*result.provenance, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))],
         "study_text": result.setup.study.text,
     }
 
 
-def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+def _table_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     return {
         "csv_events": script_json(event_csv(result, units)),
         "fits": tables.fit_table(result),
@@ -194,15 +198,15 @@ def _table_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[s
         "balance": tables.balance_table(result, units),
         "frequencies": tables.frequency_table(result),
         "gaps": tables.gap_table(result, units),
-        "parts": tables.part_table(summary, units),
-        "costs": tables.cost_table(result, summary),
+        "parts": tables.part_table(result.setup, units),
+        "costs": tables.cost_table(result),
         "health": tables.health_tables(result, units),
         "energy_words": tables.energy_sentence(result),
         "sounds": sound_tables(summary),
     }
 
 
-def _eline_parts(result: Found, summary: dict[str, Any], units: Units) -> dict[str, Any]:
+def _eline_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     found, told = result.elines, summary.get("elines")
     if found is None or told is None:
         return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": ""}
@@ -222,7 +226,7 @@ def script_json(value: Any) -> Markup:
     return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
 
-def _model_picture(result: Found) -> Picture:
+def _model_picture(result: Findings) -> Picture:
     setup = result.setup
     marks = standard_marks(np.unique(result.gaps.nodes_idx), np.unique(setup.pairs), setup.driven, setup.held)
     png = model_picture(setup.model, marks, outward(result.setup.contacts, result.setup.model.nodes.coords))
@@ -232,7 +236,7 @@ def _model_picture(result: Found) -> Picture:
     return Picture(data_uri(png), caption)
 
 
-def _contact_picture(result: Found, units: Units) -> Picture:
+def _contact_picture(result: Findings, units: Units) -> Picture:
     run = main_run(result.runs)
     if run is None or result.gaps.m == 0:
         return Picture("", "No contact picture: there is no channel that can close.")

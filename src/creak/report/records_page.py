@@ -12,7 +12,7 @@ from creak.report.html import file_parts, script_json
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.records import record_rows, record_sentence
-from creak.studies.results.beside_records import RecordComparison
+from creak.studies.findings.beside_records import RecordComparison
 from creak.version import version
 
 MOST = 24

@@ -15,10 +15,11 @@ from creak.errors import InputError
 from creak.report.figures import palette
 from creak.report.figures.axes import INSTANT, Trace, axis, base_layout, line, plain
 from creak.report.figures.run import Figure
-from creak.report.found import Found, FoundSound
 from creak.report.words.text import number
 from creak.sound.forced import without_clicks
 from creak.sound.loudness import loudness
+from creak.sound.zwicker_tables import RATE
+from creak.studies.findings.tree import Findings, FoundSound
 from creak.verify.events import Event
 
 MOST = 8
@@ -33,7 +34,7 @@ SAMPLES = 32767
 HEIGHT = 340
 
 
-def players(result: Found) -> list[str]:
+def players(result: Findings) -> list[str]:
     """A WAV file as data URI for each place that is shown, then one for all together; none without sound.
 
     All have one scale: the quieter place is quieter. What is in the verification window can be heard.
@@ -46,14 +47,14 @@ def players(result: Found) -> list[str]:
     peak = float(np.abs(shown).max(initial=0.0))
     if peak == 0.0:
         return []
-    parts = next((n for n, most in SLOWER if sound.band[1] <= most), 1)
-    return [_uri(QUIET * x / peak, sound.rate, parts) for x in shown]
+    parts = next((n for n, most in SLOWER if sound.band.high <= most), 1)
+    return [_uri(QUIET * x / peak, RATE, parts) for x in shown]
 
 
-def _window(result: Found, sound: FoundSound) -> FloatArray:
-    first, last = (round(t * sound.rate) for t in result.window)
-    last = min(last, first + round(LONGEST * sound.rate), sound.pressure.shape[1])
-    return without_clicks(sound.pressure[:, min(first, last - 2) : last].astype(np.float64), sound.rate)
+def _window(result: Findings, sound: FoundSound) -> FloatArray:
+    first, last = (round(t * RATE) for t in result.window)
+    last = min(last, first + round(LONGEST * RATE), sound.pressure.shape[1])
+    return without_clicks(sound.pressure[:, min(first, last - 2) : last].astype(np.float64), RATE)
 
 
 def _uri(x: FloatArray, rate: float, parts: int) -> str:
@@ -64,7 +65,7 @@ def _uri(x: FloatArray, rate: float, parts: int) -> str:
     return f"data:audio/wav;base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
 
 
-def loudness_figure(result: Found) -> Figure:
+def loudness_figure(result: Findings) -> Figure:
     """N(t) of each place by itself and of all contact, and the beginning of each event."""
     sound = result.sound
     if sound is None:
@@ -75,7 +76,7 @@ def loudness_figure(result: Found) -> Figure:
     colours = [*palette.MARKS[: len(names) - 1], palette.INK]
     for row, name, colour in zip(rows, names, colours, strict=True):
         try:
-            heard = loudness(sound.pressure[row].astype(np.float64), sound.rate)
+            heard = loudness(sound.pressure[row].astype(np.float64), RATE)
         except InputError:
             continue  # beyond ISO 532-1, as the notes say
         data.append(_curve(heard.time, heard.total, name, colour, last=row == rows[-1]))
@@ -87,8 +88,8 @@ def loudness_figure(result: Found) -> Figure:
     layout["xaxis"] = axis("time, s", range=list(result.window))
     layout["yaxis"] = axis("loudness N, sone", rangemode="tozero")
     caption = (
-        f"Loudness over time (ISO 532-1) at {sound.listener}, {number(float(sound.band[0]))} to "
-        f"{number(float(sound.band[1]), 3)} Hz, of each place's own contact forces; dots: its events begin."
+        f"Loudness over time (ISO 532-1) at {sound.listeners[0].name}, {number(sound.band.low)} to "
+        f"{number(sound.band.high, 3)} Hz, of each place's own contact forces; dots: its events begin."
     )
     return Figure({"data": data, "layout": layout}, caption, HEIGHT)
 

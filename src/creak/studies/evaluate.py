@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from creak.progress import Progress
 from creak.studies.file.identity import store_of
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.job import ReferenceRun, StudyResult, run_study
@@ -23,16 +27,24 @@ Changes = Literal["none", "predicted", "checked"]
 
 @dataclass(frozen=True)
 class Evaluation:
-    """What a study found, and what is told of it."""
+    """What a study ran, and what it found."""
 
     found: StudyResult = field(repr=False)
-    """Everything, with models and matrices."""
-    summary: dict[str, Any] = field(repr=False)
-    """The content of summary.json (docs/results.md)."""
-    convergence: Convergence | None = field(default=None, repr=False)
-    """What `converge` found; None: it was not asked for."""
+    """Models, matrices and histories."""
+    findings: Findings = field(repr=False)
+    """What all files, tables and pages are views of."""
     sound: Sound | str | None = field(default=None, repr=False)
-    """What is heard of the contacts, or why nothing is."""
+    """What is heard of the contacts at each listener, or why nothing is."""
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The content of summary.json (docs/results.md)."""
+        return summary_of(self.findings)
+
+    @property
+    def convergence(self) -> Convergence | None:
+        """What `converge` found; None: it was not asked for."""
+        return self.findings.convergence
 
 
 def evaluate(
@@ -76,9 +88,9 @@ def evaluate(
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat
-    from creak.studies.results.followed import followed
-    from creak.studies.results.places import find_places
-    from creak.studies.results.summary import summarise
+    from creak.studies.findings.followed import followed
+    from creak.studies.findings.places import find_places
+    from creak.studies.findings.sound import heard_places
     from creak.studies.run.compared import main_run
     from creak.studies.sound.heard import Sound, hear
     from creak.studies.spots.beside import beside_unreduced
@@ -91,7 +103,7 @@ def evaluate(
     main, notes = main_run(found.runs), [*found.notes]
     if first is not None and (converge or changes != "none"):
         save = first
-        attempted("a first copy of the results", lambda: save(Evaluation(found, summarise(found))), None, notes)
+        attempted("a first copy of the results", lambda: save(Evaluation(found, findings_of(found))), None, notes)
     progress("sound", 0, 1)
     places = [] if main is None else [p.channels for p in find_places(found, main)]
     silence: Sound | str = "none: it could not be computed"
@@ -99,7 +111,7 @@ def evaluate(
     progress("sound", 1, 1)
     convergence = None
     if converge:
-        structure = beside_unreduced(found, progress, notes)
+        structure = beside_unreduced(found, heard_places(found, main, sound), progress, notes)
         of_places = followed(found, sound)
         convergence = attempted("repeated runs", lambda: repeat(found, progress, of_places, structure), None, notes)
     if isinstance(sound, Sound):
@@ -112,4 +124,4 @@ def evaluate(
         causes, said = attempted("causes", lambda: causes_of(found, sound, progress, changes), nothing, notes)
         notes += said
     found = replace(found, notes=notes)
-    return Evaluation(found, summarise(found, convergence, sound, causes), convergence, sound)
+    return Evaluation(found, findings_of(found, convergence, sound, causes), sound)

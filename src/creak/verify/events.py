@@ -28,6 +28,7 @@ ROUND_OFF = 1e-12
 """Of a time."""
 COARSER = 1.5
 """Times the step of an onset from which the step before it is too long to tell how the gap closed in that."""
+EventKey = tuple[str, int, str, float]
 
 
 @dataclass(frozen=True)
@@ -67,6 +68,11 @@ class Event:
     """Number of the side of the contact: channels that push against each other are on different ones."""
     margin: float = math.inf
     """By how much a time without contact would have to differ for the event to be two, or one with its neighbour, s."""
+
+    @property
+    def key(self) -> EventKey:
+        """What tells it from all others of its run: contact, side, channel and start."""
+        return self.group, self.side, self.channel, self.t_start
 
 
 @dataclass(frozen=True)

@@ -20,10 +20,10 @@ from creak.formats.stored.solved import read_solved
 from creak.formats.stored.sound import read_sound
 from creak.formats.stored.superelement import read_superelement_file
 from creak.formats.wav import read_wav
-from creak.report.stored import read_found
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.paths import PLACES, Contents
 from creak.studies.file.reader import read_study
+from creak.studies.findings.stored import read_findings
 from creak.studies.models.superelements import _boundary
 from creak.studies.prepare.setup import set_up
 from creak.studies.sound.background import background_of
@@ -45,7 +45,7 @@ READERS = {
     "a.wav": read_wav,
     **dict.fromkeys(("a.op4", "a.pch", "a.npz", "a.mtx", "a.sti", "a_K.mtx"), read_superelement),
     "results.h5": lambda path: read_sound(path.parent),
-    "summary.json": lambda path: read_found(path.parent),
+    "summary.json": lambda path: read_findings(path.parent, lambda _: None),
     "r.h5": read_histories,
     "motion.h5": motion_field,
     "part.h5": read_superelement_file,

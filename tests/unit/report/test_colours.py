@@ -12,7 +12,8 @@ from creak.report.figures import picture
 from creak.report.figures.gaps import precheck_figure
 from creak.report.figures.palette import limits, shares
 from creak.report.figures.scene import scene
-from creak.report.found import found_of
+from creak.studies.findings.gather import findings_of
+from helpers_findings import to_draw
 
 
 def test_the_largest_of_any_values_has_the_last_share_and_zero_alone_the_first():
@@ -54,18 +55,18 @@ def pressed_by(found, factor):
 
 
 def test_the_hardest_node_of_the_page_is_painted_as_such(result_of):
-    found = found_of(result_of("reduced only"))
+    found, drawn = to_draw(result_of("reduced only"))
     rng = np.random.default_rng(5)
     for factor in rng.uniform(0.1, 10.0, 60).tolist():
-        told = scene(pressed_by(found, factor))["impulse"]
-        drawn = np.frombuffer(base64.b64decode(told["shares"]), dtype=np.uint8)
-        assert drawn.min() > 0
-        assert drawn[int(np.argmax(told["values"]))] == 255
+        told = scene(pressed_by(found, factor), drawn)["impulse"]
+        shares = np.frombuffer(base64.b64decode(told["shares"]), dtype=np.uint8)
+        assert shares.min() > 0
+        assert shares[int(np.argmax(told["values"]))] == 255
         assert told["largest"] == pytest.approx(max(told["values"]), rel=5e-6)  # six digits
 
 
 def test_pictures_of_values_that_are_no_numbers_all_the_same_or_none(result_of):
-    found = found_of(result_of("reduced only"))
+    found = findings_of(result_of("reduced only"))
     model, nodes = found.setup.model, np.unique(found.gaps.nodes_idx)
     for value in (0.0, np.nan, -1.0, 2.5, 1e-300):
         loaded = picture.Loaded(nodes, np.full(nodes.size, value), "impulse", "N s")
@@ -74,5 +75,5 @@ def test_pictures_of_values_that_are_no_numbers_all_the_same_or_none(result_of):
             assert picture.contact_picture(model, loaded, np.array([0.0, 0.0, 1.0]))
     for value in (np.nan, -1e-3, 0.0):
         same = replace(found, linear_gaps=np.full(found.setup.contacts.m, value))
-        marker = precheck_figure(same, UNITS["mm-t-s"]).spec["data"][-1]["marker"]
+        marker = precheck_figure(same, None, UNITS["mm-t-s"]).spec["data"][-1]["marker"]
         assert marker["cmin"] < marker["cmax"]

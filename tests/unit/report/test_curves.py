@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
+from creak.formats.stored.tree import read_tree, write_tree
 from creak.model.units import UNITS
 from creak.report.figures.axes import COLUMNS, FULL, line, thinned
 from creak.report.figures.gaps import gap_figure
 from creak.report.figures.run import energy_figure, energy_terms, force_figure
-from creak.report.found import found_of
-from creak.report.stored import read_tree, write_tree
+from creak.studies.findings.gather import findings_of
 
 UNIT = UNITS["mm-t-s"]
 PIXELS = 1000
@@ -110,7 +110,7 @@ def with_instants(found, seed):
 
 @pytest.mark.parametrize("seed", range(4))
 def test_the_page_draws_what_results_hold(result_of, tmp_path, seed):
-    found = with_instants(found_of(result_of("reduced only")), seed)
+    found = with_instants(findings_of(result_of("reduced only")), seed)
     with h5py.File(tmp_path / "results.h5", "w") as file:
         write_tree(file, found.runs["reduced"])
         held = read_tree(type(found.runs["reduced"]), file)

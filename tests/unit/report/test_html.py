@@ -14,12 +14,11 @@ from plotly import graph_objects
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.model.mesh import Unread
-from creak.report.found import found_of
 from creak.report.html import report_text, write_page
 from creak.report.templates import coded, page_templates
-from creak.studies.results.summary import summarise
 from creak.studies.warned import Warned
 from creak.verify.slips import SlipEvent
+from helpers_findings import to_draw
 
 CASES = (
     "both runs",
@@ -42,7 +41,7 @@ def own_text(html: str) -> str:
 
 
 def report_of(result) -> str:
-    return own_text(report_text(found_of(result), summarise(result)))
+    return own_text(report_text(*to_draw(result)))
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +85,7 @@ def test_report_is_complete_and_figures_valid_for_every_kind_of_study(case, page
 def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, tmp_path):
     result = result_of("both runs")
     path = tmp_path / "report.html"
-    write_page(found_of(result), summarise(result), path)
+    write_page(*to_draw(result), path)
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
     assert path.stat().st_size < 8e6
     html = path.read_text(encoding="utf-8")
@@ -101,8 +100,9 @@ def test_file_loads_nothing_from_elsewhere_and_leaves_no_part_behind(result_of, 
 def test_an_old_report_survives_a_failure(result_of, tmp_path):
     path = tmp_path / "report.html"
     path.write_text("old")
-    with pytest.raises(KeyError, match="verification"):
-        write_page(found_of(result_of("both runs")), {}, path)
+    findings, drawn = to_draw(result_of("both runs"))
+    with pytest.raises(AttributeError, match="history"):
+        write_page(replace(findings, runs={"reduced": None}), drawn, path)
     assert path.read_text() == "old"
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
 
@@ -128,11 +128,8 @@ def test_title_is_escaped(full):
 def test_causes_stand_below_the_list_as_its_clauses(result_of):
     """The card of the place has the first of them, and the first change that would help."""
     result = result_of("reduced only")
-    summary = summarise(result)
-    told = summary["runs"]["reduced"]["places"]
-    assert told
-    told[0]["cause"] = {"words": "closed by <b>; most through 9 Hz", "changes_words": ["more gap: N5 2 -> 1 sone"]}
-    html = own_text(report_text(found_of(result), summary))
+    cause = {"words": "closed by <b>; most through 9 Hz", "changes_words": ["more gap: N5 2 -> 1 sone"]}
+    html = own_text(report_text(*to_draw(result, causes={1: cause})))
     card = html[html.index('<ol class="cards">') : html.index('<div class="causes">')]
     assert "<p>Closed by &lt;b&gt;.</p>" in card
     assert "<p>Would help: more gap: N5 2 -&gt; 1 sone.</p>" in card
@@ -178,7 +175,7 @@ def test_units_follow_the_study(full):
 def test_report_does_not_depend_on_the_working_folder(result_of, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     result = result_of("both runs")
-    write_page(found_of(result), summarise(result), Path("report.html"))
+    write_page(*to_draw(result), Path("report.html"))
     assert (tmp_path / "report.html").exists()
 
 

@@ -9,7 +9,6 @@ import pytest
 from creak.api.result import Result
 from creak.model.units import UNITS
 from creak.report.figures.scene import animations, node_impulses
-from creak.report.found import found_of
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.events import event_table, slips_in
 from creak.report.tables.places import place_parts
@@ -17,15 +16,16 @@ from creak.report.words.terminal import run_rows, verification_rows
 from creak.report.words.text import number
 from creak.report.words.verdict import sentence
 from creak.studies.file.eline_tables import LimitTable
-from creak.studies.results import places as module
-from creak.studies.results.limits import judged
-from creak.studies.results.places import find_places, place_of
-from creak.studies.results.summary import summarise
+from creak.studies.findings import places as module
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.limits import judged
+from creak.studies.findings.places import find_places, place_of
 from creak.studies.sweep.figures import flat_figures
 from creak.verify.events import events_in, find_events
 from creak.verify.matching import match_events
 from creak.verify.slips import SlipEvent
 from creak.verify.statistics import compare_statistics
+from helpers_findings import summarised, to_draw
 
 
 @pytest.fixture(scope="module")
@@ -72,9 +72,8 @@ def test_places_are_looked_for_once_for_each_run(result, monkeypatch):
     looked, find = [], module.find_events
     monkeypatch.setattr(module, "find_events", lambda h, *more: looked.append(h) or find(h, *more))
     fresh = replace(result, runs={name: replace(run) for name, run in result.runs.items()})
-    first = summarise(fresh)
-    found_of(fresh)
-    assert summarise(replace(fresh, notes=[*fresh.notes])) == first
+    first = summarised(fresh)
+    assert summarised(replace(fresh, notes=[*fresh.notes])) == first
     assert len(looked) == len(fresh.runs) == 2
     # Other channels, or another window, are looked at anew.
     run = fresh.runs["reduced"]
@@ -112,7 +111,7 @@ def test_a_hit_counts_whole_wherever_an_edge_of_the_window_cuts_it(result):
     inside = []
     for window in cuts:
         cut = replace(result, window=window, runs={"reduced": run, "reference": run}, events=None)
-        summary = summarise(cut)
+        summary = summarised(cut)
         (own,) = summary["runs"]["reduced"]["places"] or [None]
         counts = hit.t_end >= window[0] and hit.t_start <= window[1]
         inside.append(counts)
@@ -121,7 +120,7 @@ def test_a_hit_counts_whole_wherever_an_edge_of_the_window_cuts_it(result):
         statistics = compare_statistics(run.events, run.events, window)
         assert statistics.count == (counts, counts)
         assert len(match_events(run.events, run.events, 1e-3, window).pairs) == counts
-        _, sums = node_impulses(found_of(cut), run, window)
+        _, sums = node_impulses(findings_of(cut), run, window)
         assert sums.sum() == pytest.approx(whole if counts else 0.0, rel=1e-12)
         if counts:
             assert own["impulse"] == pytest.approx(whole, rel=1e-12)
@@ -131,14 +130,14 @@ def test_a_hit_counts_whole_wherever_an_edge_of_the_window_cuts_it(result):
 
 def test_force_is_one_number_wherever_it_is_told(result):
     """That of the place, low-passed: in the sentence, the list, the tables, the CSV, on the terminal, in Python."""
-    summary, units = summarise(result), UNITS["mm-t-s"]
-    told = found_of(result)
+    summary, units = summarised(result), UNITS["mm-t-s"]
+    told, drawn = to_draw(result)
     force = max(p["force"] for p in summary["runs"]["reduced"]["places"])
     inside = events_in(result.runs["reduced"].events, result.window)
     assert force == pytest.approx(max(e.force_place for e in inside), rel=1e-9)
     word = number(force, 3)
     assert f"the hardest {word} N" in sentence(told, summary, units)
-    assert place_parts(told, summary, animations(told, units), units)["places"][0].force == word
+    assert place_parts(told, summary, animations(told, drawn, units), units)["places"][0].force == word
     table = event_table(told, units)
     at = 4  # time, where, time apart, the unreduced model's force, that of the reduced one
     assert table.groups[1] == ("force, N", 3)
@@ -150,7 +149,7 @@ def test_force_is_one_number_wherever_it_is_told(result):
     within = next(row for row in verification_rows(summary) if row[0] == "events with force within 5 %")
     small = sum(abs(b.force_place / a.force_place - 1.0) <= 0.05 for a, b in result.events.pairs)
     assert within[1] == f"{small} of {len(result.events.pairs)}"
-    assert max(r["force"] for r in Result(result, summary).events.rows()) == max(
+    assert max(r["force"] for r in Result(result, told).events.rows()) == max(
         e.force_place for e in result.runs["reduced"].events
     )
     assert flat_figures(summary)["reduced.force"] == force
@@ -163,7 +162,7 @@ def test_nothing_touched_is_no_place(result):
 
 
 def test_csv_numbers_matched_events_alike(result):
-    rows = list(csv.DictReader(event_csv(found_of(result), UNITS["mm-t-s"]).splitlines()))
+    rows = list(csv.DictReader(event_csv(findings_of(result), UNITS["mm-t-s"]).splitlines()))
     for name in ("reduced", "reference"):
         assert len([r for r in rows if r["run"] == name]) == len(events_in(result.runs[name].events, result.window))
     matched = [r["match"] for r in rows if r["match"]]

@@ -12,14 +12,14 @@ from creak.formats.measured.motion_series import motion_field, write_series
 from creak.model.units import UNITS
 from creak.report.figures.motions import LEFT_OUT, shapes_of
 from creak.report.figures.scene import animations, scene
-from creak.report.found import found_of
 from creak.studies.file.reader import read_study
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.save import save
-from creak.studies.results.summary import summarise
 from creak.studies.run import motion
 from creak.studies.run.job import run_study
 from creak.studies.run.motion import recorded_steps
+from helpers_findings import to_draw
 
 UNIT = UNITS["mm-t-s"]
 
@@ -40,8 +40,8 @@ def decoded(text, kind):
 
 
 def moved(result, budget=10**7):
-    found = found_of(result, animation_bytes=budget)
-    return found.surface, scene(found), animations(found, UNIT)
+    found, drawn = to_draw(result, size=budget)
+    return drawn.surface, scene(found, drawn), animations(found, drawn, UNIT)
 
 
 def test_recovered_motion_is_that_of_the_watched_nodes(result):
@@ -129,7 +129,7 @@ def test_steps_are_thinned_as_far_as_the_motion_allows(result, monkeypatch):
 def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(result, tmp_path, monkeypatch):
     """What ParaView shows is what the watched nodes do, to round-off; large models keep less."""
     run, watched = result.runs["reduced"], result.setup.watched
-    save(result, summarise(result), tmp_path)
+    save(result, findings_of(result), tmp_path)
     field = motion_field(tmp_path / "results.h5")
     hardest = max(run.events, key=lambda e: e.force_peak_filtered)
     assert field.time[0] < hardest.t_start < hardest.t_end < field.time[-1]
@@ -140,6 +140,6 @@ def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(r
     found = np.stack([u for _, u in field.instants()])
     assert np.abs(found[:, watched] - expected).max() <= 1e-9 * np.abs(expected).max()
     assert len(list(write_series(field, tmp_path / "motion.pvd").iterdir())) == field.time.size
-    monkeypatch.setattr("creak.studies.results.save.UNASKED", 24 * result.setup.model.nodes.count * 5)
-    save(result, summarise(result), tmp_path)
+    monkeypatch.setattr("creak.studies.findings.save.UNASKED", 24 * result.setup.model.nodes.count * 5)
+    save(result, findings_of(result), tmp_path)
     assert motion_field(tmp_path / "results.h5").time.size <= 5

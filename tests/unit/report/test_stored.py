@@ -14,14 +14,15 @@ from creak.api.extras import REPORT
 from creak.api.result import Result
 from creak.api.saved import open_result
 from creak.errors import InputError
-from creak.report.found import found_of
+from creak.formats.stored.sealed_json import read_sealed
 from creak.report.html import report_text
-from creak.report.stored import VERSION
 from creak.studies.converge.repeats import converge
 from creak.studies.file.reader import read_study
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.stored import VERSION
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
+from helpers_findings import to_draw
 from helpers_refusal import refusal
 from helpers_stored import changed_hdf5, read_json, write_changed_json
 
@@ -38,9 +39,9 @@ ROOT = Path(__file__).parents[3]
 WRITTEN = re.compile(r"<th>Report written</th><td>[^<]*</td>")
 
 
-def page(view, summary):
+def page(findings, drawn):
     """The report without the time of writing."""
-    text, count = WRITTEN.subn("", report_text(view, summary))
+    text, count = WRITTEN.subn("", report_text(findings, drawn))
     assert count == 1
     return text
 
@@ -53,7 +54,7 @@ def recorded(tmp_path_factory):
     (folder / "study.toml").write_text(study_text(reference=False))
     found = run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True)
     repeated = converge(found, lambda *_: None)
-    return Result(found, summarise(found, repeated), repeated)
+    return Result(found, findings_of(found, repeated))
 
 
 @pytest.fixture
@@ -65,19 +66,20 @@ def saved(recorded, tmp_path):
 @pytest.mark.parametrize("case", CASES)
 def test_the_page_is_the_same_for_every_kind_of_study(case, result_of, tmp_path):
     result = result_of(case)
-    Result(result, summarise(result)).save(tmp_path)
+    Result(result, findings_of(result)).save(tmp_path)
     again = open_result(tmp_path)
-    assert page(again.found, again.summary) == page(found_of(result), summarise(result))
+    assert page(again.findings, again.drawn) == page(*to_draw(result))
+    assert again.summary == read_sealed(tmp_path / "summary.json")
 
 
 def test_motion_and_convergence_come_back(recorded, saved):
     again = open_result(saved)
     assert repr(again.convergence) == repr(recorded.convergence)  # changes that are not known are nan
     assert again.events == recorded.events
-    view = found_of(recorded.found, recorded.convergence)
-    assert len(view.motions.shown) > 0
-    text = page(again.found, again.summary)
-    assert text == page(view, recorded.summary)
+    findings, drawn = to_draw(recorded.found, recorded.convergence)
+    assert len(drawn.motions.shown) > 0
+    text = page(again.findings, again.drawn)
+    assert text == page(findings, drawn)
     assert "<h2>Convergence</h2>" in text
 
 
@@ -87,7 +89,7 @@ def test_the_forces_are_those_of_every_instant(recorded, saved):
 
 @pytest.mark.slow
 def test_what_stores_a_view_imports_nothing_that_draws():
-    code = f"import sys, creak.report.stored; print(*[m for m in {REPORT} if m in sys.modules])"
+    code = f"import sys, creak.studies.findings.stored; print(*[m for m in {REPORT} if m in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == ""
 
@@ -123,17 +125,17 @@ def test_a_file_cut_short_is_told(saved, share, name):
 
 def test_other_versions_are_told(saved):
     with changed_hdf5(saved / "results.h5") as file:
-        file["report"].attrs["version"] = VERSION + 1
+        file["findings"].attrs["version"] = VERSION + 1
     assert f"version {VERSION + 1}" in reason(saved)
     with changed_hdf5(saved / "results.h5") as file:
-        del file["report"]
+        del file["findings"]
     assert "does not keep what a report needs" in reason(saved)
 
 
 def test_a_damaged_view_is_told(saved):
     with changed_hdf5(saved / "results.h5") as file:
-        del file["report/window"]
-        file["report/window"] = np.zeros(3)
+        del file["findings/window"]
+        file["findings/window"] = np.zeros(3)
     assert "damaged" in reason(saved)
 
 
@@ -148,7 +150,7 @@ def test_files_of_two_runs_are_told(saved):
 def test_every_field_of_the_view_is_documented(saved):
     names: set[str] = set()
     with h5py.File(saved / "results.h5") as file:
-        for top in ("report", "model"):
+        for top in ("findings", "drawn", "model"):
             file[top].visititems(lambda name, item: names.add(name) if isinstance(item, h5py.Dataset) else None)
     page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
     generic = {re.sub(r"/\d+/", "/0/", name) for name in names if not name.startswith("setup/model/")}

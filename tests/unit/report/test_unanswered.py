@@ -9,18 +9,18 @@ import pytest
 import small_study as small
 
 from creak.api.study import run_setup, set_up
-from creak.report.found import found_of
 from creak.report.html import report_text
 from creak.report.tables.convergence import procedure
 from creak.report.words.method import paragraph
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.file.reader import read_study
-from creak.studies.results.summary import summarise
+from creak.studies.findings.gather import findings_of
+from helpers_findings import summarised, to_draw
 
 
-def first_line(result, summary=None, convergence=None):
+def first_line(result, convergence=None):
     """Style and words of the page's first bar."""
-    page = report_text(found_of(result, convergence, 0), summary or summarise(result, convergence))
+    page = report_text(*to_draw(result, convergence, size=0))
     style, words = re.search(r'<p class="verdict (\w*)" id="verdict">(.*?)</p>', page, re.DOTALL).groups()
     return style, re.sub("<[^>]*>", "", words)
 
@@ -39,12 +39,12 @@ def run(folder, text, deck=None, **more):
 @pytest.mark.parametrize("name", ["no contact, no pairs", "nothing moves"])
 def test_a_run_that_could_not_rattle_is_told_in_red(result_of, name):
     result = result_of(name)
-    summary = summarise(result)
+    summary = summarised(result)
     why = summary["unanswered"]
     assert "nothing can rattle" in why
     assert summary["warnings"][0] == why
     assert {(r["verdict"], *r["reasons"]) for r in summary["runs"].values()} == {("unsettled", why)}
-    style, words = first_line(result, summary)
+    style, words = first_line(result)
     assert style == "bad"
     assert words.startswith("No answer. ")
     assert "ettled" not in words
@@ -137,5 +137,5 @@ def test_the_method_says_no_stiffness_was_chosen_only_where_none_was(tmp_path, u
     stiff = small.study_text(contact=small.CONTACT + "stiffness = 50.0\n", reference=False)
     chosen = run(tmp_path, exact(stiff), converge=False)
     words = "No step, stiffness or scheme was chosen by hand"
-    assert words in paragraph(found_of(unchecked.found))
-    assert words not in paragraph(found_of(chosen.found))
+    assert words in paragraph(findings_of(unchecked.found))
+    assert words not in paragraph(findings_of(chosen.found))

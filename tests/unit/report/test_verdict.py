@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from creak.model.units import UNITS
-from creak.report.found import found_of
 from creak.report.tables.checks import checks, moving_axes
 from creak.report.words.text import THIN
 from creak.report.words.verdict import penetration, sentence, warnings
-from creak.studies.results.summary import summarise
+from creak.studies.findings.gather import findings_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
+from helpers_findings import summarised
 
 
 def event(start: float, force: float) -> Event:
@@ -39,21 +39,21 @@ def with_events(result_of):
 def test_all_events_found_with_close_forces_pass(with_events):
     pairs = [(event(0.021, 100.0), event(0.0211, 101.0)), (event(0.03, 50.0), event(0.03, 51.0))]
     result = with_events(EventMatch(pairs, [], []))
-    text = sentence(result, summarise(result), UNITS["mm-t-s"])
+    text = sentence(result, summarised(result), UNITS["mm-t-s"])
     assert text.startswith(
         "2 rattle events in the last 0.02 s, the hardest 101 N and 0.101 N s around node 1, closing at 30.0 mm/s; "
     )
     assert "the reduced model found both within 12.5 ms, mean force +1.3" in text
-    status = [c.passed for c in checks(result, summarise(result))]
+    status = [c.passed for c in checks(result, summarised(result))]
     assert status[2:5] == [True, True, True]
 
 
 def test_missed_extra_and_wrong_forces_want_attention(with_events):
     pairs = [(event(0.021, 100.0), event(0.0211, 130.0))]
     result = with_events(EventMatch(pairs, [event(0.03, 10.0)], [event(0.035, 20.0)]))
-    text = sentence(result, summarise(result), UNITS["mm-t-s"])
+    text = sentence(result, summarised(result), UNITS["mm-t-s"])
     assert "found 1 of 2 within 12.5 ms and 1 more, mean force +30.0" in text
-    status = [c.passed for c in checks(result, summarise(result))]
+    status = [c.passed for c in checks(result, summarised(result))]
     assert status[2:5] == [False, False, False]
 
 
@@ -61,12 +61,12 @@ def test_axes_without_motion_do_not_decide_the_fit(result_of):
     result = result_of("both runs")
     assert "z" in moving_axes(result)
     assert "y" not in moving_axes(result)
-    assert "no motion along y" in checks(result, summarise(result))[1].found
+    assert "no motion along y" in checks(result, summarised(result))[1].found
 
 
 def test_created_energy_wants_attention(result_of):
     result = result_of("both runs")
-    summary = summarise(result)
+    summary = summarised(result)
     for created, passed in ((0.004, True), (0.006, False)):
         for run in summary["runs"].values():
             run["energy_created"] = created
@@ -75,13 +75,13 @@ def test_created_energy_wants_attention(result_of):
 
 def test_nothing_to_check_is_neither_pass_nor_attention(result_of):
     result = result_of("unreduced only")
-    status = [c.passed for c in checks(result, summarise(result))]
+    status = [c.passed for c in checks(result, summarised(result))]
     assert status[:5] == [None] * 5
 
 
 def test_created_energy_is_said_in_the_first_sentence(result_of):
     result = result_of("both runs")
-    summary = summarise(result)
+    summary = summarised(result)
     assert "Do not rely on it" not in sentence(result, summary, UNITS["mm-t-s"])
     summary["runs"]["reference"]["energy_created"] = 0.02
     text = sentence(result, summary, UNITS["mm-t-s"])
@@ -101,7 +101,7 @@ def many(count: int, scale: float, seed: int) -> list[Event]:
 def test_chaotic_motion_is_judged_by_its_statistics(with_events, scale, alike):
     """200 events in 20 ms, none of them in common: rate and distributions decide, and the words say why."""
     result = with_events(EventMatch([], many(200, 5.0, 1), many(195, scale, 2)))
-    found = checks(result, summarise(result))
+    found = checks(result, summarised(result))
     assert [c.passed for c in found[2:5]] == [None] * 3
     assert all("motion is chaotic" in c.found for c in found[2:5])
     assert [c.name for c in found[5:8]] == [
@@ -111,14 +111,14 @@ def test_chaotic_motion_is_judged_by_its_statistics(with_events, scale, alike):
     ]
     assert [c.passed for c in found[5:8]] == [True, alike, alike]
     assert found[-1].name == "Energy created by the integration"
-    assert any("chaotic" in text and "statistics" in text for text in warnings(found_of(result)))
-    assert "motion is chaotic: 9" in sentence(result, summarise(result), UNITS["mm-t-s"])  # 9 750 per second
+    assert any("chaotic" in text and "statistics" in text for text in warnings(findings_of(result)))
+    assert "motion is chaotic: 9" in sentence(result, summarised(result), UNITS["mm-t-s"])  # 9 750 per second
 
 
 def test_few_events_are_judged_one_by_one(with_events):
     result = with_events(EventMatch([(event(0.021, 100.0), event(0.0211, 101.0))], [], []))
-    assert len(checks(result, summarise(result))) == 6
-    assert not any("chaotic" in text for text in warnings(found_of(result)))
+    assert len(checks(result, summarised(result))) == 6
+    assert not any("chaotic" in text for text in warnings(findings_of(result)))
 
 
 # --- penetration ----------------------------------------------------------------------------------------------------
@@ -133,7 +133,7 @@ def test_penetration_is_held_against_the_clearance(result_of):
     result = result_of("both runs")
     h = result.runs["reduced"].history
     clearance = float(result.gaps.gap0.mean())
-    view = found_of(result)
+    view = findings_of(result)
     run = view.runs["reduced"]
     found = penetration(view, run, "tip")
     assert found is not None
@@ -143,6 +143,6 @@ def test_penetration_is_held_against_the_clearance(result_of):
     deep = shallow.copy()
     deep[10, 0] = -0.3 * clearance
     text = f"penetrate each other by 30{THIN}% of the clearance"
-    assert any(text in t for t in warnings(found_of(with_history(result, gap=deep))))
-    assert not any("penetrate" in t for t in warnings(found_of(with_history(result, gap=shallow))))
+    assert any(text in t for t in warnings(findings_of(with_history(result, gap=deep))))
+    assert not any("penetrate" in t for t in warnings(findings_of(with_history(result, gap=shallow))))
     assert penetration(view, run, "no such contact") is None

@@ -77,7 +77,7 @@ def test_a_run_is_kept_before_it_is_repeated(setup, tmp_path, monkeypatch):
 
 
 def test_a_page_that_cannot_be_made_costs_no_results(setup, tmp_path, monkeypatch):
-    monkeypatch.setattr("creak.report.found.found_of", failing(ZeroDivisionError("no size")))
+    monkeypatch.setattr("creak.report.drawn.drawn_of", failing(ZeroDivisionError("no size")))
     result = creak.run_setup(setup, converge=False)
     with pytest.raises(NumericalError, match=r"what a page shows: left out, ZeroDivisionError.* its results are in"):
         result.save(tmp_path / "out")

@@ -10,10 +10,11 @@ from creak.report.figures import palette
 from creak.report.figures.axes import Trace, axis, base_layout, plain
 from creak.report.figures.gaps import outline, span_of
 from creak.report.figures.run import Figure
+from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
-from creak.report.found import Found
 from creak.report.words.text import number
-from creak.studies.results.elines import BOTH, FALSE_ALARM, MISS, NEITHER, margins, risks
+from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, margins, risks
+from creak.studies.findings.tree import Findings
 from creak.studies.run.elines import LineFindings
 
 HEIGHT = 520
@@ -27,7 +28,7 @@ NAMES = {
 SHAPES = {BOTH: "circle", FALSE_ALARM: "triangle-up", MISS: "diamond", NEITHER: "circle-open"}
 
 
-def eline_figure(result: Found, units: Units) -> Figure:
+def eline_figure(result: Findings, surface: Surface | None, units: Units) -> Figure:
     """Every point where it lies, by what the linear run and the one with contact say of it."""
     found, setup = result.elines, result.setup
     if found is None:
@@ -42,13 +43,13 @@ def eline_figure(result: Found, units: Units) -> Figure:
     view = front(xyz, outward(setup.contacts, xyz))
     at = view.flat(found.position)
     layout = base_layout(HEIGHT)
-    every = at if result.surface is None else view.flat(xyz[result.surface.nodes_idx])
+    every = at if surface is None else view.flat(xyz[surface.nodes_idx])
     bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
     layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
     layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
     layout["showlegend"] = True
     layout["margin"] = {"l": 8, "r": 8, "t": 40, "b": 8}
-    data = [] if result.surface is None else [outline(every, result.surface)]
+    data = [] if surface is None else [outline(every, surface)]
     groups = {
         NEITHER: ~first & ~second,
         FALSE_ALARM: first & ~second,
@@ -65,7 +66,7 @@ def eline_figure(result: Found, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, caption, HEIGHT)
 
 
-def _dots(result: Found, found: LineFindings, at: FloatArray, mine: IntArray, word: str, units: Units) -> Trace:
+def _dots(result: Findings, found: LineFindings, at: FloatArray, mine: IntArray, word: str, units: Units) -> Trace:
     nodes = result.setup.model.nodes
     measures = {"linear": found.linear, "with contact": found.contact}
     closest = {name: margins(found, m.closing) for name, m in measures.items() if m is not None}

@@ -13,8 +13,8 @@ from creak.report.figures.axes import Trace, axis, base_layout, line, plain, sta
 from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force, inside_window
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
-from creak.report.found import Found
 from creak.report.words.text import number
+from creak.studies.findings.tree import Findings
 
 MOST_OUTLINE = 5000
 """Edges of the outline behind the map."""
@@ -22,7 +22,7 @@ OPEN_GAPS = 4.0
 """Gaps wider than this many clearances are cut off."""
 
 
-def gap_figure(result: Found, units: Units) -> Figure:
+def gap_figure(result: Findings, units: Units) -> Figure:
     """Smallest gap of each contact over time, both runs; below zero the parts penetrate."""
     groups = groups_by_force(result) or list(result.contacts)
     if not groups or not result.runs:
@@ -53,7 +53,7 @@ def gap_figure(result: Found, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, caption, height)
 
 
-def _gap_row(result: Found, group: str, row: int) -> tuple[list[Trace], float, float]:
+def _gap_row(result: Findings, group: str, row: int) -> tuple[list[Trace], float, float]:
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     contact = result.contacts.index(group)
     traces, low, high = [], 0.0, 0.0
@@ -69,9 +69,9 @@ def _gap_row(result: Found, group: str, row: int) -> tuple[list[Trace], float, f
     return traces, low, min(high, top) if top > 0.0 else (high or 1.0)
 
 
-def precheck_figure(result: Found, units: Units) -> Figure:
+def precheck_figure(result: Findings, surface: Surface | None, units: Units) -> Figure:
     """Every contact channel where it lies, coloured by the smallest gap of the linear run; those kept are ringed."""
-    setup, surface, smallest = result.setup, result.surface, result.linear_gaps
+    setup, smallest = result.setup, result.linear_gaps
     if smallest is None:
         return Figure(None, _no_map(result))
     xyz = setup.model.nodes.coords
@@ -102,7 +102,7 @@ def span_of(values: FloatArray) -> list[float]:
     return [low - pad, high + pad]
 
 
-def _no_map(result: Found) -> str:
+def _no_map(result: Findings) -> str:
     if not result.setup.contacts.m:
         return "No map: the study has no contact pairs."
     if not result.setup.study.config.precheck.enabled:
@@ -126,7 +126,7 @@ def outline(flat: FloatArray, surface: Surface) -> Trace:
     }
 
 
-def _dots(result: Found, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
+def _dots(result: Findings, at: FloatArray, smallest: FloatArray, kept: Any, units: Units) -> Trace:
     c, nodes = result.setup.contacts, result.setup.model.nodes
     order = np.argsort(-smallest, kind="stable")
     words = [

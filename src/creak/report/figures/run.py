@@ -12,9 +12,9 @@ from creak.dynamics.history import ENERGIES, History
 from creak.model.units import Units
 from creak.report.figures import palette
 from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked, thinned
-from creak.report.found import Found
 from creak.report.tables.checks import moving_axes, why_no_fit, why_no_mac
 from creak.report.words.text import four
+from creak.studies.findings.tree import Findings
 from creak.verify.events import events_in
 
 ENERGY_CAPTION = (
@@ -35,7 +35,7 @@ class Figure:
     height: int = 0
 
 
-def force_figure(result: Found, units: Units) -> Figure:
+def force_figure(result: Findings, units: Units) -> Figure:
     """Contact force over time, largest channel of each contact: reduced upward, reference mirrored downward."""
     groups = groups_by_force(result)
     if not groups:
@@ -56,13 +56,13 @@ def force_figure(result: Found, units: Units) -> Figure:
     return Figure({"data": data, "layout": layout}, _force_caption(result, len(groups)), height)
 
 
-def _no_force(result: Found) -> str:
+def _no_force(result: Findings) -> str:
     if result.gaps.m == 0:
         return "No contact forces: the study has no channel that can close."
     return "No contact forces: nothing touched in the verification window."
 
 
-def groups_by_force(result: Found) -> list[str]:
+def groups_by_force(result: Findings) -> list[str]:
     """Contacts and connectors that pressed in the window, the hardest first."""
     peaks: dict[str, float] = {}
     for run in result.runs.values():
@@ -78,7 +78,7 @@ def inside_window(history: History, window: tuple[float, float]) -> slice:
     return slice(int(first), int(last))
 
 
-def _force_row(result: Found, group: str, row: int) -> tuple[list[Trace], float]:
+def _force_row(result: Findings, group: str, row: int) -> tuple[list[Trace], float]:
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     traces, top = [], 0.0
     for name, run in result.runs.items():
@@ -93,7 +93,7 @@ def _force_row(result: Found, group: str, row: int) -> tuple[list[Trace], float]
     return traces, top
 
 
-def _event_bands(result: Found, group: str, row: int) -> list[dict[str, Any]]:
+def _event_bands(result: Findings, group: str, row: int) -> list[dict[str, Any]]:
     """A band for each event, on the half of the run it belongs to; missed and extra ones in their own colour."""
     match = result.events
     missed = {id(e) for e in match.missed} if match else set()
@@ -136,7 +136,7 @@ def _mirrored_ticks(peak: float, mirrored: bool) -> dict[str, Any]:
     return {"range": [-1.08 * peak, 1.08 * peak], "tickvals": plain(ticks), "ticktext": words}
 
 
-def _force_caption(result: Found, groups: int) -> str:
+def _force_caption(result: Findings, groups: int) -> str:
     text = (
         "Raw force of the hardest pressed node of the contact at each instant, over the verification window; events "
         "shaded. It hangs on mesh and step: the force that tables and places give is that of all nodes together, "
@@ -152,7 +152,7 @@ def _force_caption(result: Found, groups: int) -> str:
     return text
 
 
-def mac_figure(result: Found) -> Figure:
+def mac_figure(result: Findings) -> Figure:
     """MAC between all reference and reduced modes as a heat map."""
     modes = result.modes
     if modes is None or 0 in modes.pairs.matrix.shape:
@@ -204,7 +204,7 @@ def mac_heat(
     return {"data": [trace], "layout": layout}, size + 110
 
 
-def spectra_figure(result: Found, units: Units) -> Figure:
+def spectra_figure(result: Findings, units: Units) -> Figure:
     """Mean magnitude over the verification pairs of the relative displacement, per axis."""
     spectra = result.spectra
     if spectra is None:
@@ -244,7 +244,7 @@ def _spectrum_line(freq: FloatArray, height: FloatArray, run: str, row: int, cou
     return line(x, y, palette.RUN_NAMES[run], palette.RUNS[run], row=row, width=width, first=row == 0)
 
 
-def _fit_words(result: Found, name: str) -> str:
+def _fit_words(result: Findings, name: str) -> str:
     """What stands in the corner of a panel of spectra."""
     if name not in moving_axes(result):
         return f"no motion along {name} (round-off only)"
@@ -277,7 +277,7 @@ def _decades(size: dict[str, FloatArray], k: int) -> list[float]:
     return [max(float(np.log10(values.min())) - 0.2, high - 7.0), high]
 
 
-def _spectra_caption(result: Found) -> str:
+def _spectra_caption(result: Findings) -> str:
     text = (
         f"Displacement of secondary against main node, mean magnitude over {result.setup.pairs.shape[0]} pairs, "
         "over the verification window."
@@ -302,7 +302,7 @@ def energy_terms(history: History) -> dict[str, FloatArray]:
     return terms
 
 
-def energy_figure(result: Found, units: Units) -> Figure:
+def energy_figure(result: Findings, units: Units) -> Figure:
     """Cumulative work and stored energy of each run over time."""
     if not result.runs:
         return Figure(None, "No energy balance: there is no run.")

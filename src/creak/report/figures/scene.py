@@ -11,14 +11,15 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
+from creak.report.drawn import Drawn
 from creak.report.figures.axes import INSTANT, plain
 from creak.report.figures.motions import LIMIT, Motions, ShortArray, ShownMotion
 from creak.report.figures.palette import PARTS, shares
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
-from creak.report.found import Found, FoundRun
 from creak.report.words.text import fixed, number
-from creak.studies.results.places import Place, place_of
+from creak.studies.findings.places import Place, place_of
+from creak.studies.findings.tree import Findings, FoundRun
 from creak.studies.run.compared import main_run
 from creak.verify.events import counted_instants
 
@@ -41,9 +42,9 @@ class Animations:
     """A period of each mode shape, as `shown`."""
 
 
-def scene(result: Found) -> dict[str, Any] | None:
+def scene(result: Findings, drawn: Drawn) -> dict[str, Any] | None:
     """The surface with its marks, ready for JSON; None for a model without anything to draw."""
-    surface, setup = result.surface, result.setup
+    surface, setup = drawn.surface, result.setup
     if surface is None:
         return None
     marks = {"contact": np.unique(result.gaps.nodes_idx), "held": setup.held, "driven": setup.driven}
@@ -74,12 +75,12 @@ def drawn_surface(xyz: FloatArray, ids: IntArray, triangles: IntArray, edges: In
     }
 
 
-def animations(result: Found, units: Units) -> Animations:
+def animations(result: Findings, drawn: Drawn, units: Units) -> Animations:
     """The motions around the hardest events, as many as fit into the bytes that they may take.
 
     Forces of contact nodes are 8-bit shares of the largest one.
     """
-    run, surface, motions, modes = main_run(result.runs), result.surface, result.motions, _modes(result)
+    run, surface, motions, modes = result.main, drawn.surface, drawn.motions, _modes(result, drawn)
     if run is None or surface is None or motions.why:
         return Animations([], 0, f"No motion around an event: {motions.why}.", modes=modes)
     shown: list[tuple[ShownMotion, dict[str, Any], int]] = []
@@ -96,9 +97,9 @@ def animations(result: Found, units: Units) -> Animations:
     return Animations([one for _, one, _ in shown], used, words, spans, modes)
 
 
-def _modes(result: Found) -> tuple[dict[str, Any], ...]:
+def _modes(result: Findings, drawn: Drawn) -> tuple[dict[str, Any], ...]:
     """One period of each mode, its largest displacement a share of the model's size."""
-    found, surface = result.mode_shapes, result.surface
+    found, surface = drawn.mode_shapes, drawn.surface
     if found is None or surface is None:
         return ()
     xyz = result.setup.model.nodes.coords[surface.nodes_idx]
@@ -146,7 +147,7 @@ def _words(shown: int, motions: Motions, used: int, surface: Surface) -> str:
     return text + "."
 
 
-def _animation(run: FoundRun, result: Found, surface: Surface, motion: ShownMotion, units: Units) -> dict[str, Any]:
+def _animation(run: FoundRun, result: Findings, surface: Surface, motion: ShownMotion, units: Units) -> dict[str, Any]:
     nodes, force = _forces(run, result, motion)
     peak = float(force.max(initial=0.0))
     place = place_of(result.places, motion.event)
@@ -165,7 +166,7 @@ def _animation(run: FoundRun, result: Found, surface: Surface, motion: ShownMoti
     }
 
 
-def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray, FloatArray]:
+def _forces(run: FoundRun, result: Findings, motion: ShownMotion) -> tuple[IntArray, FloatArray]:
     """Nodes that press in an animation, and the largest force of each (k, n) around each instant."""
     h, ends = run.history, motion.time
     middle = 0.5 * (ends[1:] + ends[:-1])
@@ -182,7 +183,7 @@ def _forces(run: FoundRun, result: Found, motion: ShownMotion) -> tuple[IntArray
     return nodes, force
 
 
-def node_impulses(result: Found, run: FoundRun, window: tuple[float, float]) -> tuple[IntArray, FloatArray]:
+def node_impulses(result: Findings, run: FoundRun, window: tuple[float, float]) -> tuple[IntArray, FloatArray]:
     """Contact nodes, and the impulse of each in a window."""
     h = run.history
     inside = counted_instants(h.time, run.events, window)
@@ -190,7 +191,7 @@ def node_impulses(result: Found, run: FoundRun, window: tuple[float, float]) -> 
     return nodes, np.bincount(row.ravel(), (h.weights * inside) @ h.force, minlength=nodes.size).astype(np.float64)
 
 
-def _impulses(result: Found, surface: Surface) -> dict[str, Any] | None:
+def _impulses(result: Findings, surface: Surface) -> dict[str, Any] | None:
     """Impulse of the contact nodes of the main run in the window, 8-bit shares of the largest; None: none has any."""
     run = main_run(result.runs)
     if run is None:

@@ -10,17 +10,17 @@ from creak.model.units import Units
 from creak.report.figures import palette
 from creak.report.figures.axes import Trace, axis, base_layout, line
 from creak.report.figures.run import Figure
-from creak.report.found import Found
 from creak.report.words.text import number
 from creak.studies.converge.settling import SETTLED
 from creak.studies.converge.structure import Spot
+from creak.studies.findings.tree import Findings
 
 SHOWN = {"impulse": ("impulse", "circle"), "force": ("force", "diamond"), "closing_speed": ("closing speed", "square")}
 """Figures drawn -> name and mark."""
 HEIGHT = 460
 
 
-def spots_figure(result: Found, units: Units) -> Figure:
+def spots_figure(result: Findings, units: Units) -> Figure:
     """Figures of each checked event, reduced against unreduced, as shares of the largest of their kind."""
     structure = None if result.convergence is None else result.convergence.structure
     if structure is None:

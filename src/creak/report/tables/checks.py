@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from creak.report.found import Found
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.studies.converge.settling import SETTLED, UNREDUCED
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import event_statistics
 from creak.verify import nrmse
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
@@ -35,7 +35,7 @@ class Check:
     passed: bool | None
 
 
-def checks(result: Found, summary: dict[str, Any]) -> list[Check]:
+def checks(result: Findings, summary: dict[str, Any]) -> list[Check]:
     """The comparison with the unreduced model against the bars, and the energy balance."""
     judged = [_events(result), _mean_force(result), _each_force(result)]
     if "reference" not in result.runs and "reduced" in result.runs:
@@ -92,7 +92,7 @@ def _distribution(name: str, distance: Distance | None) -> Check:
     return Check(name, bar, fixed(distance.value, 3), distance.alike)
 
 
-def _spots(result: Found) -> list[Check]:
+def _spots(result: Findings) -> list[Check]:
     """Single events that the unreduced model marched through, by figure."""
     structure = None if result.convergence is None else result.convergence.structure
     bar = f"each within {100 * SETTLED:g}{THIN}%"
@@ -111,7 +111,7 @@ def _spots(result: Found) -> list[Check]:
     return found
 
 
-def _rubs(result: Found) -> list[Check]:
+def _rubs(result: Findings) -> list[Check]:
     """Friction and lasting contact in the pieces that the unreduced model went through, places one by one."""
     rubs = () if result.convergence is None else result.convergence.rubs
     every = (r.figures[name].beside.get(UNREDUCED) for r in rubs for name in r.deciding)
@@ -124,7 +124,7 @@ def _rubs(result: Found) -> list[Check]:
     return [Check(name, f"each within {100 * SETTLED:g}{THIN}%", words, inside == len(off))]
 
 
-def _mac(result: Found) -> Check:
+def _mac(result: Findings) -> Check:
     name, bar = "Mode shapes, lowest MAC", f"at least {MAC_BAR}"
     modes = result.modes
     f_max = result.setup.study.config.verification.mac_f_max
@@ -139,7 +139,7 @@ def _mac(result: Found) -> Check:
     return Check(name, bar, found, mac >= MAC_BAR)
 
 
-def why_no_mac(result: Found) -> str:
+def why_no_mac(result: Findings) -> str:
     """Why there are no mode shapes to compare."""
     if "reduced" not in result.runs:
         return "there is no reduced model"
@@ -148,7 +148,7 @@ def why_no_mac(result: Found) -> str:
     return f"no mode lies below {tidy(result.setup.study.config.verification.mac_f_max)} Hz"
 
 
-def _nrmse(result: Found) -> Check:
+def _nrmse(result: Findings) -> Check:
     name, bar = "Relative motion, lowest NRMSE fit of x, y, z", f"at least {NRMSE_BAR}"
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
@@ -162,21 +162,21 @@ def _nrmse(result: Found) -> Check:
     return Check(name, bar, found, value >= NRMSE_BAR)
 
 
-def moving_axes(result: Found) -> list[str]:
+def moving_axes(result: Findings) -> list[str]:
     """Axes along which the pairs of the reference move at all: the fit of mere round-off means nothing."""
     spectra = result.spectra.spectra if result.spectra is not None else {}
     of = spectra.get("reference", spectra.get("reduced"))
     return [] if of is None else nrmse.moving_axes(of)
 
 
-def why_no_fit(result: Found) -> str:
+def why_no_fit(result: Findings) -> str:
     """Why there is no NRMSE."""
     if result.setup.pairs.size == 0:
         return "the study names no verification pairs"
     return "there is only one run"
 
 
-def _events(result: Found) -> Check:
+def _events(result: Findings) -> Check:
     name, match = "Contact events", result.events
     limit = 1000.0 * result.setup.study.config.verification.event_tolerance
     bar = f"all found within {tidy(limit)} ms, none added"
@@ -189,7 +189,7 @@ def _events(result: Found) -> Check:
     return Check(name, bar, found, not match.missed and not match.extra)
 
 
-def _mean_force(result: Found) -> Check:
+def _mean_force(result: Findings) -> Check:
     name, bar = "Contact force, mean of the common events", f"within 5{THIN}%"
     match = result.events
     mean = match.amplitude_ratio_mean if match is not None else None
@@ -199,7 +199,7 @@ def _mean_force(result: Found) -> Check:
     return Check(name, bar, found, abs(mean - 1.0) <= FORCE_BAR)
 
 
-def _each_force(result: Found) -> Check:
+def _each_force(result: Findings) -> Check:
     name, bar = "Contact force, event by event", f"each within 5{THIN}%"
     match = result.events
     if match is None or not match.pairs:

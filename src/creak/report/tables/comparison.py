@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from creak.errors import InputError
 from creak.model.units import UNITS, Units
-from creak.report.found import Found
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
@@ -26,8 +28,12 @@ class Side:
     """One of the two results."""
 
     name: str
-    found: Found
-    summary: Mapping[str, Any]
+    found: Findings
+
+    @cached_property
+    def summary(self) -> Mapping[str, Any]:
+        """Of what was found."""
+        return summary_of(self.found)
 
     @property
     def run(self) -> Mapping[str, Any]:
@@ -37,8 +43,7 @@ class Side:
 
     @property
     def events(self) -> list[Event]:
-        run = main_run(self.found.runs)
-        return [] if run is None else run.events
+        return [] if self.found.main is None else self.found.main.events
 
 
 @dataclass(frozen=True)
@@ -141,7 +146,7 @@ def compare_results(a: Side, b: Side) -> Comparison:
     )
 
 
-def _settings(a: Found, b: Found) -> Iterator[Setting]:
+def _settings(a: Findings, b: Findings) -> Iterator[Setting]:
     tables = [s.setup.study.config.model_dump(mode="json") for s in (a, b)]
     one, other = (dict(_flat({k: v for k, v in t.items() if k not in NOT_SETTINGS})) for t in tables)
     for key in dict.fromkeys([*one, *other]):
@@ -191,7 +196,7 @@ def _motion(a: Side, b: Side, units: Units) -> Iterator[Figure]:
             yield Figure(f"relative motion {axis}, rms", units.length, one, other)
 
 
-def _rms(found: Found, axis: int) -> float | None:
+def _rms(found: Findings, axis: int) -> float | None:
     run = main_run(found.runs)
     lines = None if found.spectra is None or run is None else found.spectra.spectra.get(run.name)
     if lines is None or not lines.size:

@@ -9,7 +9,7 @@ from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, number, plural
-from creak.studies.results.elines import BOTH, FALSE_ALARM, MISS, NEITHER, Figures, LineRow
+from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, Figures, LineRow
 
 OUTCOMES = {
     BOTH: "both: risk",

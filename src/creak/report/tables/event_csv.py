@@ -8,12 +8,12 @@ from typing import Any
 
 from creak.formats.measured.csv_rows import plain_row
 from creak.model.units import Units
-from creak.report.found import Found
-from creak.studies.results.places import place_of
+from creak.studies.findings.places import place_of
+from creak.studies.findings.tree import Findings
 from creak.verify.events import Event, events_in
 
 
-def event_csv(result: Found, units: Units) -> str:
+def event_csv(result: Findings, units: Units) -> str:
     """A line per event of the verification window and run; `match` numbers those that are the same event."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -47,7 +47,7 @@ def _unit(text: str) -> str:
     return text.replace("/", "_per_").replace(" ", "_")
 
 
-def _matches(result: Found) -> dict[tuple[str, int], int]:
+def _matches(result: Findings) -> dict[tuple[str, int], int]:
     """(run, event) -> number of the pair."""
     if result.events is None:
         return {}
@@ -58,7 +58,7 @@ def _matches(result: Found) -> dict[tuple[str, int], int]:
     return out
 
 
-def _row(name: str, e: Event, match: Any, result: Found) -> list[Any]:
+def _row(name: str, e: Event, match: Any, result: Findings) -> list[Any]:
     place = place_of(result.places, e)
     return [
         name,

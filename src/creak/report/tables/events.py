@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from creak.model.units import Units
-from creak.report.found import Found
 from creak.report.tables.checks import RUN_WORDS
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, plural, ratio, share
-from creak.studies.results.elines import against_measured, measured_rates
+from creak.studies.findings.elines import against_measured, measured_rates
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import Event, events_in
 from creak.verify.slips import SlipEvent, squeak_rates
@@ -19,7 +19,7 @@ MOST_EVENTS = 400
 """Lines of the event table; all events are in summary.json."""
 
 
-def event_table(result: Found, units: Units) -> Table:
+def event_table(result: Findings, units: Units) -> Table:
     """Matched pairs, missed and extra events by time; the events of the only run where there is one."""
     if result.events is None:
         return _single_event_table(result, units)
@@ -49,7 +49,7 @@ def _cut(count: int) -> str:
     return f" The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
 
 
-def _pair_row(a: Event | None, b: Event | None, result: Found) -> list[str]:
+def _pair_row(a: Event | None, b: Event | None, result: Findings) -> list[str]:
     known = a or b
     assert known is not None
     apart = 1000.0 * (b.t_start - a.t_start) if a and b else None
@@ -84,12 +84,12 @@ def _duration(e: Event | None) -> str:
     return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
 
 
-def where(group: str, node_idx: int, result: Found) -> str:
+def where(group: str, node_idx: int, result: Findings) -> str:
     """Contact and node of an event."""
     return f"{group}, node {result.setup.model.nodes.label(node_idx)}"
 
 
-def _single_event_table(result: Found, units: Units) -> Table:
+def _single_event_table(result: Findings, units: Units) -> Table:
     run = main_run(result.runs)
     events = events_in(run.events, result.window) if run else []
     head = [
@@ -116,7 +116,7 @@ def _single_event_table(result: Found, units: Units) -> Table:
     return Table(head, rows, 2, f"{FORCE}{_cut(len(events))}")
 
 
-def statistics_table(result: Found, units: Units) -> Table:
+def statistics_table(result: Findings, units: Units) -> Table:
     """Rates and distributions of the events in the window, run by run."""
     names = [n for n in ("reference", "reduced") if n in result.runs]
     length = result.window[1] - result.window[0]
@@ -138,7 +138,7 @@ def statistics_table(result: Found, units: Units) -> Table:
     return Table([*head, "difference"] if len(columns) == 2 else head, rows, note=_distribution_words(result))
 
 
-def _distribution_words(result: Found) -> str:
+def _distribution_words(result: Findings) -> str:
     """How far the distributions of both runs are apart."""
     if result.events is None:
         return ""
@@ -152,7 +152,7 @@ def _distribution_words(result: Found) -> str:
     )
 
 
-def agreement_table(result: Found) -> Table | None:
+def agreement_table(result: Findings) -> Table | None:
     """How well the common events agree, each and in the mean; None where the runs were not compared."""
     match = result.events
     if match is None or not match.pairs:
@@ -174,7 +174,7 @@ def agreement_table(result: Found) -> Table | None:
     return Table(["common events", "mean error of each", "95 % stay below", "error of the mean"], rows, note=note)
 
 
-def slip_table(result: Found, units: Units) -> Table | None:
+def slip_table(result: Findings, units: Units) -> Table | None:
     """Stick-slip events of the window in every run; None where nothing rubs."""
     if not result.gaps.rubs:
         return None
@@ -217,7 +217,7 @@ def slips_in(slips: tuple[SlipEvent, ...], window: tuple[float, float]) -> list[
     return [e for e in slips if any(window[0] <= start <= window[1] for start, _ in e.slips)]
 
 
-def squeak_table(result: Found, units: Units) -> Table | None:
+def squeak_table(result: Findings, units: Units) -> Table | None:
     """Stick-slip of each pair in the window, beside what was measured of its materials; None where nothing slips."""
     lines = {} if result.elines is None else {x.name: x for x in result.elines.lines if x.contact}
     found = [(name, s) for name, run in result.runs.items() for s in run.squeaks]
@@ -253,7 +253,7 @@ def squeak_table(result: Found, units: Units) -> Table | None:
     return Table(head, rows, 2, "Of the channel whose slips take the most work; over the verification window.")
 
 
-def squeak_sentence(result: Found) -> str:
+def squeak_sentence(result: Findings) -> str:
     """How often each pair slips in the window."""
     words = []
     for name, run in result.runs.items():
@@ -278,6 +278,6 @@ def _statistics(events: list[Event], length: float) -> list[float | None]:
     ]
 
 
-def counted_events(result: Found) -> str:
+def counted_events(result: Findings) -> str:
     """How many events each run shows over its whole length."""
     return "; ".join(f"{RUN_WORDS[name]} run: {plural(len(run.events), 'event')}" for name, run in result.runs.items())

@@ -7,13 +7,13 @@ from typing import Any
 
 from creak.model.units import Units
 from creak.report.figures.scene import Animations
-from creak.report.found import Found
 from creak.report.sound_parts import players
 from creak.report.tables.checks import RUN_WORDS
 from creak.report.words.text import number, plural, share
 from creak.report.words.verdict import span
-from creak.studies.results.limits import limit_words
-from creak.studies.results.places import Place, near
+from creak.studies.findings.limits import limit_words
+from creak.studies.findings.places import Place, near
+from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
 from creak.verify.rubbing import SLIDING, STICK
 from creak.words import listed
@@ -49,7 +49,7 @@ class PlaceRow:
     """Animation that shows its hardest recorded event."""
 
 
-def place_parts(result: Found, summary: dict[str, Any], motions: Animations, units: Units) -> dict[str, Any]:
+def place_parts(result: Findings, summary: dict[str, Any], motions: Animations, units: Units) -> dict[str, Any]:
     """What the template needs of the places."""
     places, run = result.places, main_run(result.runs)
     told = [] if run is None else summary["runs"][run.name]["places"]
@@ -73,7 +73,7 @@ def place_parts(result: Found, summary: dict[str, Any], motions: Animations, uni
     }
 
 
-def _words(result: Found, places: tuple[Place, ...], units: Units, *, heard: bool) -> str:
+def _words(result: Findings, places: tuple[Place, ...], units: Units, *, heard: bool) -> str:
     run = main_run(result.runs)
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
@@ -90,7 +90,7 @@ def _words(result: Found, places: tuple[Place, ...], units: Units, *, heard: boo
 
 
 def _row(
-    result: Found,
+    result: Findings,
     place: Place,
     told: dict[str, Any],
     motions: Animations,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.model.units import Units
-from creak.report.found import Found
+from creak.reduction.health import health_rows
 from creak.report.tables.checks import CREATED, ROUND_OFF, RUN_WORDS, finite
 from creak.report.words.text import NONE, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.words.verdict import penetration
+from creak.studies.findings.tree import Findings, FoundPart, FoundRun, FoundSetup
 from creak.studies.run.compared import main_run
 
 BALANCE = {
@@ -43,7 +44,7 @@ class Table:
     """Headings over so many columns each; empty for none."""
 
 
-def frequency_table(result: Found) -> Table | None:
+def frequency_table(result: Findings) -> Table | None:
     """Frequencies of the paired modes and their MAC."""
     modes = result.modes
     if modes is None or modes.freq_reference.size == 0:
@@ -56,7 +57,7 @@ def frequency_table(result: Found) -> Table | None:
     return Table(["mode", "unreduced, Hz", "reduced, Hz", "error", "MAC"], rows)
 
 
-def fit_table(result: Found) -> Table | None:
+def fit_table(result: Findings) -> Table | None:
     """NRMSE fit of the relative motion by axis; None where nothing was compared."""
     fit = result.spectra.nrmse if result.spectra is not None else {}
     if not fit:
@@ -81,7 +82,7 @@ def energy_alarm(summary: dict[str, Any]) -> str:
     return f"{'; '.join(words)}. Shorten the step, soften the contact or dissipate more." if words else ""
 
 
-def gap_table(result: Found, units: Units) -> Table | None:
+def gap_table(result: Findings, units: Units) -> Table | None:
     """Candidates and kept channels of each contact, and how far its gap closed."""
     setup = result.setup
     every = [*dict.fromkeys(setup.contacts.group), *dict.fromkeys(setup.connectors.group)]
@@ -119,7 +120,7 @@ def gap_table(result: Found, units: Units) -> Table | None:
     return Table(head, rows, groups=groups)
 
 
-def _penetration_cells(result: Found, group: str) -> list[str]:
+def _penetration_cells(result: Findings, group: str) -> list[str]:
     run = main_run(result.runs)
     p = None if run is None else penetration(result, run, group)
     return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
@@ -136,12 +137,11 @@ def _mean(values: Any) -> float | None:
     return float(np.mean(values)) if len(values) else None
 
 
-def part_table(summary: dict[str, Any], units: Units) -> Table:
+def part_table(setup: FoundSetup, units: Units) -> Table:
     """Nodes, elements and mass of each part, and of the whole."""
-    model = summary["model"]
-    named = [*model["parts"].items(), ("whole model", model)]
-    rows = [[name, number(p["nodes"]), number(p["elements"]), _mass(p["mass"], units)] for name, p in named]
-    note = f"{number(model['dof'])} degrees of freedom, {number(model['free_dof'])} of them free."
+    every = [*setup.parts, FoundPart("whole model", setup.model.nodes.count, setup.model.n_elements, setup.mass)]
+    rows = [[p.name, number(p.nodes), number(p.elements), _mass(p.mass, units)] for p in every]
+    note = f"{number(setup.dof)} degrees of freedom, {number(setup.free_dof)} of them free."
     return Table(["part", "nodes", "elements", "mass, kg"], rows, note=note, flags=[""] * (len(rows) - 1) + ["total"])
 
 
@@ -149,15 +149,11 @@ def _mass(mass: float | None, units: Units) -> str:
     return number(None if mass is None else mass * units.to_kg)
 
 
-def cost_table(result: Found, summary: dict[str, Any]) -> Table:
+def cost_table(result: Findings) -> Table:
     """What the runs cost, and reduced against reference."""
-    names = [n for n in ("reference", "reduced") if n in summary["runs"]]
-    runs = [summary["runs"][n] for n in names]
-    simulated = {n: float(result.runs[n].history.time[-1] - result.runs[n].history.time[0]) for n in names}
-    for name, run in zip(names, runs, strict=True):
-        run = run | {"step_ms": 1000.0 * (ratio(run["wall_s"], run["steps"]) or 0.0)}
-        run["real_time"] = ratio(simulated[name], run["wall_s"])
-        runs[names.index(name)] = run
+    names: list[str] = [n for n in ("reference", "reduced") if n in result.runs]
+    simulated = {n: float(result.runs[n].time[-1] - result.runs[n].time[0]) for n in names}
+    runs = [_costs(result.runs[n], result.gaps.m, simulated[n]) for n in names]
     rows = [_cost_row(label, key, runs, compare) for label, key, compare in _COSTS]
     head = ["", *(RUN_WORDS[n] for n in names)]
     if len(runs) == 2:
@@ -165,10 +161,10 @@ def cost_table(result: Found, summary: dict[str, Any]) -> Table:
     return Table(head, rows, note=_real_time(names, runs, simulated))
 
 
-def health_tables(result: Found, units: Units) -> list[tuple[str, Table]]:
+def health_tables(result: Findings, units: Units) -> list[tuple[str, Table]]:
     """One table of checks for each superelement, under its name and how many warnings it got; the verdict first."""
     out = []
-    for name, rows in result.health.items():
+    for name, rows in ((name, health_rows(h)) for name, h in result.health.items()):
         verdicts = [row for row in rows if row[0] == "verdict"]
         others = [row for row in rows if row[0] not in ("verdict", "part")]
         warned = sum(value == "warning" for _, value, _ in verdicts)
@@ -203,6 +199,21 @@ _COSTS = (
 )
 
 
+def _costs(run: FoundRun, channels: int, simulated: float) -> dict[str, Any]:
+    """Figure -> number, of `_COSTS`."""
+    steps = run.time.size - 1
+    return {
+        **asdict(run.cost),
+        **{name: getattr(run, name) for name in ("dof", "retained", "modes", "contact_steps", "setup_s")},
+        "offline_wall_s": run.offline_wall_s,
+        "offline_cpu_s": run.offline_cpu_s,
+        "channels": channels,
+        "steps": steps,
+        "step_ms": 1000.0 * (ratio(run.cost.wall_s, steps) or 0.0),
+        "real_time": ratio(simulated, run.cost.wall_s),
+    }
+
+
 def _cost_row(label: str, key: str, runs: list[dict[str, Any]], compare: bool) -> list[str]:
     absent = ("retained", "modes", "offline_wall_s", "offline_cpu_s")
     cells = [NONE if key in absent and not run[key] else number(run[key], 3) for run in runs]
@@ -222,7 +233,7 @@ def _real_time(names: list[str], runs: list[dict[str, Any]], simulated: dict[str
     return " ".join(words)
 
 
-def balance_table(result: Found, units: Units) -> Table | None:
+def balance_table(result: Findings, units: Units) -> Table | None:
     """Where the energy of each run went by its end, as a share of the largest work or initial energy."""
     runs = {name: run.history for name, run in sorted(result.runs.items(), reverse=True) if run.history.energy.any()}
     if not runs:
@@ -243,7 +254,7 @@ def balance_table(result: Found, units: Units) -> Table | None:
     return Table(head, [*rows, created], note=note)
 
 
-def energy_sentence(result: Found) -> str:
+def energy_sentence(result: Findings) -> str:
     """What the balance leaves over, in words."""
     words = []
     for name, run in sorted(result.runs.items(), reverse=True):
@@ -264,6 +275,6 @@ def energy_sentence(result: Found) -> str:
     return " ".join(words)
 
 
-def unread_rows(summary: dict[str, Any]) -> list[tuple[str, str, str, bool]]:
+def unread_rows(result: Findings) -> list[tuple[str, str, str, bool]]:
     """Keywords of the deck that were not used: keyword, where, what it means, whether the answer changes."""
-    return [(u["keyword"], u["where"], u["why"], u["changes_answer"]) for u in summary["unread"]]
+    return [(u.keyword, u.where, u.why, u.changes_answer) for u in result.setup.unread]

@@ -12,7 +12,7 @@ from typing import Any
 from creak.errors import shortened
 from creak.report.words.text import number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
-from creak.studies.results.limits import limit_words
+from creak.studies.findings.limits import limit_words
 from creak.verify.reliability import UNRELIABLE
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
 

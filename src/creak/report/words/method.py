@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 from creak.model.units import Units
-from creak.report.found import Found
 from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import ExcitationTable
+from creak.studies.findings.tree import Findings
 from creak.words import duration
 
 KINDS = {
@@ -22,7 +22,7 @@ KINDS = {
 }
 
 
-def paragraph(result: Found) -> str:
+def paragraph(result: Findings) -> str:
     """The method of this study in a few sentences."""
     c = result.setup.study.config
     words = ["The structure is linear; only the gaps between parts, one scalar channel each, are not."]
@@ -115,7 +115,7 @@ def _reduced(t: ReductionTable) -> list[str]:
     ]
 
 
-def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
+def parameters(result: Findings, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
     """Name and value of what decides the answer."""
     c, setup = result.setup.study.config, result.setup
     rows = [
@@ -139,7 +139,7 @@ def parameters(result: Found, summary: dict[str, Any], units: Units) -> list[tup
     return [*rows, ("creak", str(summary["creak"]))]
 
 
-def _damping(result: Found) -> str:
+def _damping(result: Findings) -> str:
     table, r = result.setup.study.config.damping, result.setup.rayleigh
     if table.modal is not None:
         return f"modal, {share(table.modal)} of critical"
@@ -161,7 +161,7 @@ def _excitation(table: ExcitationTable, units: Units) -> str:
     return f"{KINDS[table.kind]} of {table.node_set} along {table.dof}: {table.signal.words(unit, tidy)}"
 
 
-def _contact(result: Found, name: str, units: Units) -> str:
+def _contact(result: Findings, name: str, units: Units) -> str:
     t = result.setup.study.config.contact[name]
     words = [f"{t.secondary} on {t.main}", t.method, _law(t, units)]
     if t.damping and t.stiffness != "hard":
@@ -222,7 +222,7 @@ def _support(t: SupportTable) -> str:
     return f"{t.nodes}: {' and '.join(said)}"
 
 
-def _reduction(result: Found, summary: dict[str, Any], units: Units) -> str:
+def _reduction(result: Findings, summary: dict[str, Any], units: Units) -> str:
     t = result.setup.study.config.reduction
     if t.method == "none":
         return "none: the unreduced model alone"
@@ -243,7 +243,7 @@ def _stages(summary: dict[str, Any]) -> list[tuple[str, str]]:
     return [("Stages of f_max", "; ".join(told) + (f"; {ended}" if ended else ""))]
 
 
-def _verification(result: Found) -> str:
+def _verification(result: Findings) -> str:
     v = result.setup.study.config.verification
     start, end = result.window
     return (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from creak.report.words.text import NONE, fixed, number, plural
-from creak.studies.results.beside_records import RecordComparison
+from creak.studies.findings.beside_records import RecordComparison
 
 
 def record_sentence(found: RecordComparison) -> str:

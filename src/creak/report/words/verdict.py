@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 
 from creak.model.units import Units
-from creak.report.found import Found, FoundRun
 from creak.report.tables.checks import Check, alarm, is_chaotic
 from creak.report.words.text import number, percent, plural, ratio, share, tidy, times
 from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
+from creak.studies.findings.tree import Findings, FoundRun
 from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import events_in
 from creak.verify.reliability import UNRELIABLE
@@ -45,7 +45,7 @@ class Penetration:
         return self.depth / self.clearance if self.clearance > 0.0 else None
 
 
-def penetration(result: Found, run: FoundRun, group: str) -> Penetration | None:
+def penetration(result: Findings, run: FoundRun, group: str) -> Penetration | None:
     """Of the kept channels of one contact or connector over a whole run; None without channels."""
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     if not channels:
@@ -54,7 +54,7 @@ def penetration(result: Found, run: FoundRun, group: str) -> Penetration | None:
     return Penetration(smallest, float(result.gaps.gap0[channels].mean()))
 
 
-def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
+def sentence(result: Findings, summary: dict[str, Any], units: Units) -> str:
     """What happened and how far it can be trusted, in plain words."""
     run = main_run(result.runs)
     if run is None:
@@ -82,7 +82,7 @@ def sentence(result: Found, summary: dict[str, Any], units: Units) -> str:
     return f"{what}{where}; {_found(result, summary)}, {_speed(summary)}.{unsafe}"
 
 
-def _spotted(result: Found) -> str:
+def _spotted(result: Findings) -> str:
     """What single events say that the unreduced model marched through."""
     structure = None if result.convergence is None else result.convergence.structure
     known = [] if structure is None else [s for s in structure.spots if not s.problem]
@@ -139,7 +139,7 @@ def _main(summary: dict[str, Any]) -> dict[str, Any]:
     return dict(runs.get("reduced") or runs.get("reference") or {})
 
 
-def span(result: Found) -> str:
+def span(result: Findings) -> str:
     """The verification window in words."""
     start, end = result.window
     length, run = end - start, main_run(result.runs)
@@ -150,7 +150,7 @@ def span(result: Found) -> str:
     return "in the last second" if abs(length - 1.0) < 1e-9 else f"in the last {tidy(length)} s"
 
 
-def _what(result: Found, run: FoundRun, count: int) -> str:
+def _what(result: Findings, run: FoundRun, count: int) -> str:
     if result.gaps.m == 0:
         return f"No rattle {span(result)}: nothing can touch under this load"
     if count == 0 and _pressed(result, run):
@@ -160,13 +160,13 @@ def _what(result: Found, run: FoundRun, count: int) -> str:
     return f"{plural(count, 'rattle event')} {span(result)}"
 
 
-def _pressed(result: Found, run: FoundRun) -> bool:
+def _pressed(result: Findings, run: FoundRun) -> bool:
     """Whether anything presses inside the window."""
     h = run.history
     return bool(h.force[(h.time >= result.window[0]) & (h.time <= result.window[1])].any())
 
 
-def _found(result: Found, summary: dict[str, Any]) -> str:
+def _found(result: Findings, summary: dict[str, Any]) -> str:
     match = result.events
     if match is None:
         return "the two runs were not compared"
@@ -200,7 +200,7 @@ def _speed(summary: dict[str, Any]) -> str:
     return f"{times(run)} faster than the unreduced model ({counted} when the reduction itself is counted)"
 
 
-def warnings(result: Found) -> list[str]:
+def warnings(result: Findings) -> list[str]:
     """What the reader must know besides the checks."""
     out = []
     run = result.runs.get("reference") or result.runs.get("reduced")
@@ -216,7 +216,7 @@ def warnings(result: Found) -> list[str]:
     return [*out, *_resolution(result), *_deep(result)]
 
 
-def first_mistakes(result: Found, units: Units) -> list[str]:
+def first_mistakes(result: Findings, units: Units) -> list[str]:
     """What the run itself shows of a study that may not be meant so: contact that never happens, or never ends."""
     run = main_run(result.runs)
     if run is None or run.nearest is None:
@@ -236,7 +236,7 @@ def first_mistakes(result: Found, units: Units) -> list[str]:
     return []
 
 
-def _deep(result: Found) -> list[str]:
+def _deep(result: Findings) -> list[str]:
     """Contacts that penetrate by a good part of their clearance."""
     run = main_run(result.runs)
     if run is None:
@@ -250,7 +250,7 @@ def _deep(result: Found) -> list[str]:
     ]
 
 
-def _resolution(result: Found) -> list[str]:
+def _resolution(result: Findings) -> list[str]:
     c = result.setup.study.config
     step = c.time.step / c.time.substeps
     if c.time.exact or result.gaps.m == 0 or c.verification.f_max < 0.45 / step:

@@ -26,10 +26,10 @@ from creak.reduction.diagonal import diagonalise
 from creak.reduction.modal import ModalShares
 from creak.studies.cause.decompose import Cause
 from creak.studies.cause.fasteners import nearest_fastener, part_of, translations, without_fastener
+from creak.studies.findings.places import Place
 from creak.studies.models.reduced import coupled_again, with_damping
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
-from creak.studies.results.places import Place
 from creak.studies.run.job import StudyResult
 
 GAP = 0.1

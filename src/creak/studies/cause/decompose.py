@@ -27,8 +27,8 @@ from creak.dynamics.state import LinearTerms
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
 from creak.signals.resampling import cell_means
+from creak.studies.findings.places import Place
 from creak.studies.prepare.marching import Marching
-from creak.studies.results.places import Place
 from creak.studies.run.compared import main_run
 from creak.studies.run.integrate import Kept, integrate
 from creak.studies.run.job import StudyResult

@@ -19,9 +19,9 @@ from creak.progress import Progress, silent
 from creak.studies.cause.changes import Change, Effect, candidates
 from creak.studies.cause.decompose import Cause, find_causes, marched
 from creak.studies.cause.told import cause_dict, change_dict, change_words
+from creak.studies.findings.places import Place, channels_at, events_at
+from creak.studies.findings.sound import heard_places
 from creak.studies.models.reference import rejoined
-from creak.studies.results.places import Place, channels_at, events_at
-from creak.studies.results.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started

@@ -66,7 +66,7 @@ class Run:
     places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
         default_factory=dict, init=False, compare=False, repr=False
     )
-    """Window -> channels and what `studies.results.places` found of them, so that it looks once."""
+    """Window -> channels and what `studies.findings.places` found of them, so that it looks once."""
 
 
 def march_run(

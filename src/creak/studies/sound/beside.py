@@ -17,11 +17,11 @@ from creak.formats.stored.sealed_json import read_sealed
 from creak.formats.stored.sound import StoredSound, read_sound
 from creak.signals.spectra import low_pass
 from creak.sound.at_48k import at_48k
-from creak.sound.loudness import loudness
+from creak.sound.loudness import Loudness
 from creak.sound.quality import FIGURES, SHARP
 from creak.sound.third_octave import RINGING
 from creak.sound.zwicker_tables import BANDS, RATE
-from creak.studies.sound.loud import heard_of
+from creak.studies.sound.loud import heard_with, loudness_of
 
 OLD = "the run is of an earlier creak, which did not tell it"
 LOUDNESS = ("n5", "n_max", "level")
@@ -135,7 +135,7 @@ def _computed(stored: StoredSound, listener: int, summary: Mapping[str, Any]) ->
     for k, (name, one) in enumerate(zip(stored.places, every, strict=True)):
         figures = {key: one.get(key) for key in (*LOUDNESS, *FIGURES)}
         missing = one.get("figures_missing") or {key: OLD for key in FIGURES if key not in one}
-        time, total = _loudness(stored.pressure[listener, k].astype(np.float64), stored.rate)
+        time, total = _over_time(loudness_of(stored.pressure[listener, k].astype(np.float64), stored.rate))
         found.append(ComparedSound(name, False, None, figures, missing, np.array(one["third_octaves"]), time, total))
     return found
 
@@ -149,17 +149,17 @@ def _recorded(recording: Recording, high: float) -> list[ComparedSound]:
         pieces.append((low_pass(x, 1.0 / RATE, high), high))
     found = []
     for piece, highest in pieces:
-        heard = heard_of(piece, window, None, 0, np.inf if highest is None else highest, SHARP, silent=False)
+        loud, limit = loudness_of(piece), np.inf if highest is None else highest
+        heard = heard_with(piece, loud, window, None, 0, limit, SHARP, silent=False)
         figures = {key: getattr(heard, key) for key in LOUDNESS} | heard.quality.figures
-        rest = heard.quality.missing, heard.third_octaves, *_loudness(piece[: round(window[1] * RATE)], RATE)
+        rest = heard.quality.missing, heard.third_octaves, *_over_time(loud, window[1])
         found.append(ComparedSound(recording.name, True, highest, figures, *rest))
     return found
 
 
-def _loudness(x: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    """N(t); none where it is beyond the standard."""
-    try:
-        found = loudness(x, rate)
-    except InputError:
+def _over_time(loud: Loudness | None, end: float = np.inf) -> tuple[FloatArray, FloatArray]:
+    """Time up to `end` and N(t) there; none where it is beyond the standard."""
+    if loud is None:
         return np.zeros(0), np.zeros(0)
-    return found.time, found.total
+    here = loud.time < end
+    return loud.time[here], loud.total[here]

@@ -52,21 +52,38 @@ def heard_of(
     start: int = 0,
     highest: float = np.inf,
     sharp: float | None = None,
+) -> Heard:
+    """One pressure (n,) at 48 kHz, over the window; silence was before it. Parameters as `heard_with`."""
+    return heard_with(pressure, loudness_of(pressure), window, background, start, highest, sharp)
+
+
+def loudness_of(pressure: FloatArray, rate: float = RATE) -> Loudness | None:
+    """Loudness over time; None: it is beyond what ISO 532-1 covers."""
+    with suppress(InputError):
+        return loudness(pressure, rate)
+    return None
+
+
+def heard_with(
+    pressure: FloatArray,
+    found: Loudness | None,
+    window: tuple[float, float],
+    background: FloatArray | None,
+    start: int = 0,
+    highest: float = np.inf,
+    sharp: float | None = None,
     *,
     silent: bool = True,
 ) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window. Sample `start` is at t = 0; nothing is above `highest`, Hz.
+    """The same of a pressure whose loudness is `found`.
 
-    Without `sharp`, acum above which time counts as sharp, its `quality` is not looked at. `silent`: so it was before
-    the first sample.
+    Sample `start` is at t = 0; nothing is above `highest`, Hz. Without `sharp`, acum above which time counts as sharp,
+    its `quality` is not looked at. `silent`: so it was before the first sample.
     """
     shown = window[0] + start / RATE, window[1] + start / RATE
     levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
     levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
     energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
-    found: Loudness | None = None
-    with suppress(InputError):  # beyond ISO 532-1: its loudness is none
-        found = loudness(pressure, RATE)
     quality = Quality()
     if sharp is not None:
         steady = QUIETEST if background is None else a_weighted_sum(background)

@@ -12,8 +12,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.studies.findings.places import Place
 from creak.studies.models.reduced import FACTOR
-from creak.studies.results.places import Place
 from creak.verify.events import Event
 
 SHARE = 0.2

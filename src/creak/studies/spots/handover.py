@@ -15,9 +15,9 @@ from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.studies.findings.places import find_places
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
-from creak.studies.results.places import find_places
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, chosen

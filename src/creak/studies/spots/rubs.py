@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.studies.converge.structure import RubSpot
+from creak.studies.findings.places import Place, resting_places
 from creak.studies.models.reduced import FACTOR
-from creak.studies.results.places import Place, find_places, resting_places
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
 from creak.studies.spots.handover import SEED, Handover, states_at, states_of
@@ -32,16 +33,19 @@ class Piece(Span):
     place: Place
 
 
-def check_rubs(result: StudyResult, of: Handover) -> tuple[tuple[RubSpot, ...], int]:
+def check_rubs(result: StudyResult, places: Sequence[Place], of: Handover) -> tuple[tuple[RubSpot, ...], int]:
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
     It takes over displacement, velocity and friction forces of the reduced model; what rubs begins as stuck, and slips
     from the first step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has
     `ENOUGH` steps of the default length. They may cost what events may (`Handover.budget`), the first of all at any
     cost; how many back-substitutions they took is told.
+
+    Parameters
+    ----------
+    places : of the reduced run, numbered as they are told.
     """
-    run = result.runs["reduced"]
-    places = [p for p in (*find_places(result, run), *resting_places(result, run)) if p.rub.figures]
+    places = [p for p in (*places, *resting_places(result, result.runs["reduced"])) if p.rub.figures]
     draw, order = np.random.default_rng(SEED), list[Piece]()
     for _ in range(EACH):
         order += [x for p in places if (x := _piece(p, of.ends, of.fewest, result.window, draw.random())) is not None]

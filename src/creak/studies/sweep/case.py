@@ -26,10 +26,10 @@ from creak.formats.stored.sealed_json import read_sealed, sealed_text
 from creak.progress import silent
 from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.reader import read_study
+from creak.studies.findings.save import save
+from creak.studies.findings.summary import unreliable_runs
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.save import save
-from creak.studies.results.summary import unreliable_runs
 from creak.studies.run.job import StudyResult
 from creak.studies.sweep.figures import flat_figures
 from creak.studies.sweep.reference import SharedReference
@@ -144,7 +144,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
 
     def write(folder: Path) -> None:
         if task.write is None:
-            save(result, summary, folder, convergence=case.convergence)
+            save(result, case.findings, folder)
         else:
             task.write(case, folder)
         record.update(provenance(task, start))

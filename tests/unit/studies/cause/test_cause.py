@@ -14,9 +14,9 @@ from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
 from creak.studies.cause.effects import causes_of, checked_by_run, effect_of, find_changes, predicted
 from creak.studies.cause.told import cause_dict, driven_level
-from creak.studies.results.sound import heard_places
-from creak.studies.results.summary import summarise
+from creak.studies.findings.sound import heard_places
 from helpers_decks import STUDY, two_strips, write_strips
+from helpers_findings import summarised
 
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
 BASE = BASE.replace("f_max = 3000", "f_max = 1500").replace("0.05,", "0.08,")
@@ -149,7 +149,7 @@ def test_the_best_changes_are_told(result, places, causes):
 def test_summary_and_terminal_have_them(result, places):
     causes, notes = causes_of(result.found, result.sound, lambda *_: None)
     assert notes == []
-    summary = summarise(result.found, None, result.sound, causes)
+    summary = summarised(result.found, None, result.sound, causes)
     told = summary["runs"]["reduced"]["places"]
     assert [p["cause"]["words"] for p in told] == [causes[p.number]["words"] for p in places]
     told[0]["cause"]["changes_words"] = ["more gap"]

@@ -33,13 +33,13 @@ from creak.studies.converge.settling import (
 )
 from creak.studies.converge.words import as_dict, csv_rows, findings
 from creak.studies.file.reader import read_study
+from creak.studies.findings.save import save_convergence
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.save import save_convergence
-from creak.studies.results.summary import summarise
 from creak.studies.run import one_run as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
 from helpers_decks import STOP, STUDY, write_strips
+from helpers_findings import summarised
 
 STOP_STUDY = """[model]
 deck = "strips.inp"
@@ -159,7 +159,7 @@ def test_every_family_is_run_on_the_same_time_and_channels(strips, repeated):
 
 
 def test_the_base_run_is_that_of_the_study(strips, repeated):
-    summary = summarise(strips)["runs"]["reduced"]
+    summary = summarised(strips)["runs"]["reduced"]
     base = as_dict(repeated)["runs"][BASE]
     assert base["impulse_total"] == summary["impulse_total"]
     assert base["max_force_filtered"] == max(e["force_place"] for e in summary["events"])
@@ -447,9 +447,9 @@ def test_csv_has_a_line_for_each_figure_of_each_event(repeated, tmp_path):
 
 
 def test_summary_holds_it_as_plain_json(strips, repeated):
-    summary = summarise(strips, repeated)
+    summary = summarised(strips, repeated)
     told = json.loads(json.dumps(summary, allow_nan=False))["convergence"]
     assert set(told["runs"]) == set(repeated.outcomes)
     assert told["findings"] == findings(repeated)
     assert len(told["events"]) == len(repeated.events)
-    assert "convergence" not in summarise(strips)
+    assert "convergence" not in summarised(strips)

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from creak.studies.file.reader import read_study
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.save import save
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import StudyResult, run_study
 from helpers_decks import STUDY, two_strips, write_strips
+from helpers_findings import summarised
 from helpers_nastran_strips import strips
 
 TIPS = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*ELSET, ELSET=HALF, GENERATE\n1001, 1006, 1\n1013, 1018, 1\n"
@@ -45,7 +46,7 @@ def test_modes_and_motion_agree_with_the_unreduced_model(reduction, tmp_path):
     """f_max is 100 x the excitation: what is left is interface error, a per cent or two at most."""
     (tmp_path / "strips.bdf").write_text(strips(extra='$HMSET 1 1 "ROOT_UPPER"'), encoding="utf-8")
     result = run(tmp_path, reduction)
-    check = summarise(result)["verification"]
+    check = summarised(result)["verification"]
     assert min(check["mac"]) > 0.99
     for reference, reduced in check["frequencies"]:
         assert reduced == pytest.approx(reference, rel=0.02)
@@ -65,7 +66,7 @@ def test_guyan_and_spacing_keep_fewer_dofs_and_run(tmp_path):
 
 def test_whole_field_is_recovered_and_agrees_with_the_watched_nodes(tmp_path):
     result = run(tmp_path, "[reduction]\nf_max = 6000\n", "\n[output]\nfield_interval = 0.01\nfield_start = 0.05\n")
-    save(result, summarise(result), tmp_path / "out")
+    save(result, findings_of(result), tmp_path / "out")
     with h5py.File(tmp_path / "out" / "results.h5") as file:
         for name in ("reduced", "reference"):
             field, own = file[f"runs/{name}/field"], file[f"runs/{name}"]

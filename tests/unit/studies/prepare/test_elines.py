@@ -9,20 +9,19 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
-from creak.report.found import found_of
 from creak.report.html import report_text
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.reader import read_study
+from creak.studies.findings.elines import as_dict, line_rows, point_csv
+from creak.studies.findings.limits import judged
 from creak.studies.prepare.elines import Eline
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.elines import as_dict, line_rows, point_csv
-from creak.studies.results.limits import judged
-from creak.studies.results.summary import summarise
 from creak.studies.run.elines import LineFindings
 from creak.studies.run.job import run_study
 from creak.studies.run.screen import screen
 from creak.verify.elines import PointMeasures
 from helpers_decks import STUDY, two_strips, write_strips
+from helpers_findings import summarised, to_draw
 
 EXACT = STUDY.replace("step = 5e-4\n", 'accuracy = "quick"\n').replace("[time]", "[reference]\nrun = false\n\n[time]")
 SLANTED = EXACT.replace('dof = "z"\nkind', 'dof = "x"\nkind')
@@ -129,7 +128,7 @@ def test_a_line_that_contact_shields_is_a_false_alarm(tmp_path):
     """A stop with a clearance of .1 keeps the tips from a gap of .9 that the linear run closes."""
     more = LINES.replace("clearance = 0.3", "clearance = 0.9")
     result = run_study(made(tmp_path, 0.1, more), quiet)
-    summary = summarise(result)["elines"]
+    summary = summarised(result)["elines"]
     outcome = {line["name"]: line["outcome"] for line in summary["lines"]}
     assert outcome == {"tip": "both", "tips": "false alarm", "roots": "neither"}
     assert (summary["false_alarms"], summary["misses"]) == (1, 0)
@@ -196,8 +195,7 @@ points = "nodes.csv"
 
 
 def test_the_page_shows_them(rattling):
-    summary = summarise(rattling)
-    page = report_text(found_of(rattling), summary)
+    page = report_text(*to_draw(rattling))
     assert 'id="elines"' in page
     assert "raises no false alarms and misses no lines" in page
     assert "linear_margin_mm" in page
@@ -335,7 +333,7 @@ def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_p
     assert row.squeak_travel == pytest.approx((0.25, 0.5))
     assert row.linear.in_plane == pytest.approx(0.4, rel=0.01)
     assert row.linear.squeak == "possible"
-    summary = summarise(result)
+    summary = summarised(result)
     (line,) = summary["elines"]["lines"]
     assert (line["material"], line["linear"]["squeak"]) == ("pvc", "possible")
     (squeak,) = summary["runs"]["reduced"]["squeak"]
@@ -344,7 +342,7 @@ def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_p
     assert squeak["measured_per_length"] == pytest.approx([2.0, 4.0])
     expected = "below" if squeak["per_length"] < 2.0 else "within" if squeak["per_length"] <= 4.0 else "above"
     assert squeak["against_measured"] == expected
-    page = report_text(found_of(result), summary)
+    page = report_text(*to_draw(result))
     assert "Squeak of each contact" in page
     assert "pvc: rig &lt;1&gt;, 2026" in page
 
@@ -366,7 +364,7 @@ def test_a_line_that_never_closes_cannot_squeak(tmp_path):
     # Nor does it break a limit of the motion in the plane, which is one of squeak.
     limit = LimitTable(in_plane="0.1 mm")
     bare = replace(result.elines, lines=(replace(result.elines.lines[0], pair=None, material=None),))
-    summary = summarise(result) | {"elines": as_dict(bare, limit, "mm-t-s", setup.model)}
+    summary = summarised(result) | {"elines": as_dict(bare, limit, "mm-t-s", setup.model)}
     assert [one["failed"] for one in judged(limit, summary)] == [[]]
     assert summary["elines"]["lines"][0]["linear"]["squeak"] == "no"
 

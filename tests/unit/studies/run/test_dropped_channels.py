@@ -10,11 +10,11 @@ import pytest
 
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.summary import summarise
 from creak.studies.run import precheck
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.reliability import reasons_against
 from helpers_decks import STEEL, strip, write_strips
+from helpers_findings import summarised
 
 DECK = (
     "*HEADING\nthree strips\n"
@@ -87,7 +87,7 @@ def test_it_is_told_and_counted(thrown):
     (note,) = [n for n in thrown.notes if "let stay open closed in the nonlinear one" in n]
     assert "farthest back:" in note
     assert "the run was made again with" in note
-    counts = summarise(thrown)["precheck"]
+    counts = summarised(thrown)["precheck"]
     assert 0 < counts["closed_later"] <= counts["kept"] < counts["candidates"]
     assert reasons_against(thrown.runs["reduced"].history) == []
 
@@ -95,7 +95,7 @@ def test_it_is_told_and_counted(thrown):
 def test_what_still_closes_in_the_last_run_is_a_red_verdict(tmp_path, monkeypatch):
     monkeypatch.setattr(precheck, "MOST_RUNS", 1)
     result = run(tmp_path)
-    out = summarise(result)
+    out = summarised(result)
     assert out["runs"]["reduced"]["verdict"] == "unreliable"
     (reason,) = out["runs"]["reduced"]["reasons"]
     assert "parts pass through each other" in reason

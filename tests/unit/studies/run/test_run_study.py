@@ -13,9 +13,9 @@ import pytest
 from creak.studies.file.reader import read_study
 from creak.studies.models import reference as whole
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import run_study
 from helpers_decks import STUDY, two_strips, write_strips
+from helpers_findings import summarised
 
 TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "peak_rss_gb")
 
@@ -23,7 +23,7 @@ TIMINGS = ("wall_s", "cpu_s", "setup_s", "offline_cpu_s", "offline_wall_s", "pea
 def summary_of(folder: Path, study: str = STUDY) -> dict[str, Any]:
     folder.mkdir(exist_ok=True)
     path = write_strips(folder, study=study)
-    out = summarise(run_study(set_up(read_study(path)), lambda *_: None))
+    out = summarised(run_study(set_up(read_study(path)), lambda *_: None))
     for run in out["runs"].values():
         for key in TIMINGS:
             run.pop(key, None)

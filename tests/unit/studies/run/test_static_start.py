@@ -10,8 +10,8 @@ import pytest
 from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import StudyResult, run_study
+from helpers_findings import summarised
 from helpers_refusal import refusal
 
 LENGTH, SIDE, MODULUS, DENSITY, GRAVITY, N = 200.0, 2.0, 210000.0, 7.85e-9, 9810.0, 8
@@ -67,7 +67,7 @@ def stays(result: StudyResult, tip: float, force: float) -> None:
         assert pressed[0] == pytest.approx(force, rel=EXACT, abs=1e-12)
         assert np.abs(pressed - pressed[0]).max() <= 1e-9 * max(force, 1.0)
         assert not one.events
-    figures = summarise(result)
+    figures = summarised(result)
     assert figures["static"]["residual"] < 1e-9
     assert figures["static"]["energy_error"] < 1e-9
     assert figures["static"]["nodes"][str(N + 1)]["z"] == pytest.approx(tip, rel=EXACT)
@@ -91,7 +91,7 @@ def test_a_squeezed_clip_presses_the_beam_away(tmp_path):
     force = squeezed / (GIVE + 1.0 / SPRING)
     result = run(tmp_path, HELD, f"[[static]]\npress_fit = true\n{STOP}lower = {squeezed}\n")
     stays(result, GIVE * force, force)
-    stop = summarise(result)["static"]["contacts"]["stop"]
+    stop = summarised(result)["static"]["contacts"]["stop"]
     assert stop["force"] == pytest.approx(force, rel=EXACT)
 
 

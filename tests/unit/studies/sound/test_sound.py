@@ -25,7 +25,7 @@ from creak.sound.forced import faded
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import a_weighted_level
 from creak.sound.zwicker_tables import BANDS
-from creak.studies.results.places import find_places
+from creak.studies.findings.places import find_places
 from creak.studies.sound import beyond as module
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound, hear
@@ -316,7 +316,7 @@ def test_the_page_plays_each_place_and_draws_its_loudness(result, folder):
     assert 0.5 * 32767 < max(np.abs(x.astype(int)).max() for _, x in heard) <= 32767
     assert 'id="plot-loudness"' in text
     again = creak.open_result(folder / "out")
-    assert len(re.findall("data:audio/wav", "".join(players(again.found)))) == len(files)
+    assert len(re.findall("data:audio/wav", "".join(players(again.findings)))) == len(files)
 
 
 def test_a_silent_run_has_no_player(result):

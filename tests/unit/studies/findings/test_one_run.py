@@ -21,7 +21,7 @@ from creak.formats.measured.motion_series import motion_field
 from creak.formats.partials import partial_name
 from creak.studies.file.identity import decks_sha256, files_sha256
 from creak.studies.file.reader import read_study
-from creak.studies.results.save import save, save_convergence
+from creak.studies.findings.save import save, save_convergence
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_disk import small_disk
 from helpers_refusal import refusal
@@ -167,7 +167,7 @@ def test_page_and_table_of_versions_without_identity_do_not_stay(result, folder)
 
 def test_the_table_of_convergence_names_its_run(tmp_path, monkeypatch):
     rows = [["contact", "verdict"], ["tip", "settled"], ["tip", "not settled"]]
-    monkeypatch.setattr("creak.studies.results.save.csv_rows", lambda _: rows)
+    monkeypatch.setattr("creak.studies.findings.save.csv_rows", lambda _: rows)
     with save_convergence(None, tmp_path, "abc").open(newline="") as file:
         assert list(csv.reader(file)) == [[*row, end] for row, end in zip(rows, ("run", "abc", "abc"), strict=True)]
 

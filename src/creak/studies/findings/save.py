@@ -8,7 +8,6 @@ import json
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -29,6 +28,8 @@ from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.signals.resampling import cell_means
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import csv_rows
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 
@@ -51,11 +52,9 @@ def check_folder(folder: Path) -> None:
 
 def save(
     result: StudyResult,
-    summary: dict[str, Any],
+    findings: Findings,
     folder: Path,
     more: Callable[[h5py.File], None] | None = None,
-    *,
-    convergence: Convergence | None = None,
     page: str | None = None,
 ) -> list[Path]:
     """Write the files of a run into `folder` (made if need be); all appear when the last of them is complete.
@@ -66,7 +65,7 @@ def save(
     Parameters
     ----------
     more : writes what else belongs into results.h5, the mesh included; without it the mesh is there with fields only.
-    convergence : for convergence.csv. page : the text of report.html.
+    page : the text of report.html.
 
     Raises
     ------
@@ -75,10 +74,10 @@ def save(
     check_folder(folder)
     folder.mkdir(parents=True, exist_ok=True)
     remove_dead(folder)
-    run = result.identity
+    run, convergence = findings.identity, findings.convergence
     records = {name: _record(one, result) for name, one in result.runs.items()}
     c = result.setup.study.config
-    attributes = {"creak": summary["creak"], "title": c.title, "units": c.model.units, "study": result.setup.study.text}
+    attributes = {"creak": findings.creak, "title": c.title, "units": c.model.units, "study": result.setup.study.text}
     if more is None and any(record.field is not None for record in records.values()):
         more = partial(_write_mesh, mesh=plain_mesh(result.setup.model))
 
@@ -87,7 +86,7 @@ def save(
         if more is not None:
             more(file)
 
-    text = sealed_text(summary)
+    text = sealed_text(summary_of(findings))
     texts = {CONVERGENCE: None if convergence is None else _table(convergence, run.id), REPORT: page, SUMMARY: text}
     given = {name: words.encode("utf-8") for name, words in texts.items() if words is not None}
     more_bytes = sum(map(len, given.values()))

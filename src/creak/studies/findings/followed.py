@@ -16,8 +16,8 @@ from creak.model.mesh import Model
 from creak.studies.converge.figures import OF_PLACE
 from creak.studies.converge.settling import Followed
 from creak.studies.file.config import VerificationTable
-from creak.studies.results.places import Place, channels_at, events_at, resting_places
-from creak.studies.results.sound import heard_places
+from creak.studies.findings.places import Place, channels_at, events_at, resting_places
+from creak.studies.findings.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.background import background_of

@@ -1,10 +1,11 @@
-"""The view of a study in results.h5: written beside the histories of `creak run`, read back for `creak report`."""
+"""What a study found in results.h5: written beside the histories of `creak run`, read back for `creak report`."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
 import h5py
 import numpy as np
@@ -16,34 +17,41 @@ from creak.formats.stored.run_identity import AGAIN, RESULTS, SUMMARY, identity_
 from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
 from creak.formats.stored.sealed_json import read_sealed
 from creak.formats.stored.tree import read_tree, write_tree
-from creak.report.found import Found, FoundRun, FoundSound
+from creak.studies.findings.tree import Findings, FoundRun, FoundSound
 from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch
 
-VERSION = 7
-"""Of the group `report`; another one cannot be read."""
+T = TypeVar("T")
+VERSION = 8
+"""Of the group `findings`; another one cannot be read."""
 
 
-def write_found(file: h5py.File, found: Found) -> None:
-    """Add the view to a results.h5: the group `report`, and its mesh once more as `model`.
+def write_findings(file: h5py.File, findings: Findings) -> None:
+    """Add what was found to a results.h5: the group `findings`, and its mesh once more as `model`.
 
-    Forces are not written: `runs/<name>/contact` holds them; nor is the sound, which `sound` holds.
+    Forces are not written: `runs/<name>/contact` holds them; nor is the pressure, which `sound` holds.
     """
-    group = file.create_group("report")
+    group = file.create_group("findings")
     group.attrs["version"] = VERSION
-    write_tree(group, found, skip=("runs", "events", "sound"))
+    write_tree(group, findings, skip=("runs", "events", "sound"))
     runs = group.create_group("runs", track_order=True)
-    for name, run in found.runs.items():
+    for name, run in findings.runs.items():
         write_tree(runs.create_group(name), run, skip=("force",))
-    file["model"] = file["report/setup/model"]
+    if findings.sound is not None:
+        write_tree(group.create_group("sound"), findings.sound, skip=("pressure",))
+    file["model"] = file["findings/setup/model"]
 
 
-def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
-    """The view of a study, and its summary, from the folder that `creak run` wrote.
+def read_findings(folder: Path, beside: Callable[[h5py.File], T]) -> tuple[Findings, T]:
+    """What a study found, from the folder that `creak run` wrote.
+
+    Parameters
+    ----------
+    beside : reads what else belongs to it from results.h5.
 
     Raises
     ------
-    InputError : a file is missing, not whole, of another run or another version, or holds no view.
+    InputError : a file is missing, not whole, of another run or another version, or holds no findings.
     """
     text, path = folder / SUMMARY, folder / RESULTS
     if path.is_file() and not text.exists():
@@ -65,22 +73,23 @@ def read_found(folder: Path) -> tuple[Found, dict[str, Any]]:
                 expected="results with a run id",
                 fix=AGAIN,
             )
-        found = _found(file)
+        found, more = _findings(file), beside(file)
     if names != list(found.runs):
         raise of_two_runs(folder)
-    return found, summary
+    return found, more
 
 
 def _check(file: h5py.File, path: Path) -> None:
-    """Raise InputError where there is no view that this version can read."""
+    """Raise InputError where there is nothing that this version can read."""
     by = file.attrs.get("creak", "another program")
-    if "report" not in file:
+    kept = file["findings"] if "findings" in file else file.get("report")  # the name before version 8
+    if kept is None:
         raise InputError(
             f"{path}, written by creak {by}, does not keep what a report needs",
             expected="results of creak run",
             fix=f"{AGAIN} Cases of a sweep do not keep it either.",
         )
-    version = int(file["report"].attrs["version"])
+    version = int(kept.attrs["version"])
     if version != VERSION:
         raise InputError(
             f"{path}, written by creak {by}, keeps its report in version {version}",
@@ -89,31 +98,30 @@ def _check(file: h5py.File, path: Path) -> None:
         )
 
 
-def _found(file: h5py.File) -> Found:
-    runs = {name: _run(file, name) for name in file["report/runs"]}
-    found = read_tree(Found, file["report"], runs=runs, events=None, sound=_sound(file))
+def _findings(file: h5py.File) -> Findings:
+    runs = {name: _run(file, name) for name in file["findings/runs"]}
+    found = read_tree(Findings, file["findings"], runs=runs, events=None, sound=_sound(file))
     return replace(found, events=_match(found))
 
 
-def _match(found: Found) -> EventMatch | None:
+def _match(found: Findings) -> EventMatch | None:
     """The events of both runs matched again, as they were where the study came to its end."""
     runs = {} if found.stopped is not None else found.runs
     return compare_events(runs, found.setup.study.config.verification.event_tolerance, found.window)
 
 
 def _sound(file: h5py.File) -> FoundSound | None:
-    """What the first listener heard."""
-    if "sound" not in file:
+    """What was heard; the pressure is that at the first listener."""
+    if "sound" not in file["findings"]:
         return None
-    group = file["sound"]
-    name, pressure = str(group["listeners"].asstr()[0]), group["pressure"][0]
+    pressure = file["sound/pressure"][0]
     if pressure.ndim != 2 or not np.isfinite(pressure).all():
         raise Damaged("a sound that is not whole")
-    return FoundSound(name, float(group.attrs["rate"]), np.asarray(group.attrs["band"], dtype=float), pressure)
+    return read_tree(FoundSound, file["findings/sound"], pressure=pressure)
 
 
 def _run(file: h5py.File, name: str) -> FoundRun:
-    group, run = file[f"report/runs/{name}"], file[f"runs/{name}"]
+    group, run = file[f"findings/runs/{name}"], file[f"runs/{name}"]
     return read_tree(FoundRun, group, force=_forces(run, group["time"].shape[0]))
 
 

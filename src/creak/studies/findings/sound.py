@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import h5py
 import numpy as np
 
 from creak.formats.stored.tree import COMPRESSED
+from creak.formats.wav import full_scale_level
 from creak.sound.quality import FIGURES
 from creak.sound.zwicker_tables import RATE
-from creak.studies.results.places import Place, find_places, ranked
+from creak.studies.findings.places import Place, find_places, ranked
+from creak.studies.findings.tree import Findings
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
@@ -36,32 +38,31 @@ def place_name(place: Place) -> str:
     return f"{place.contact} {place.number}"
 
 
-def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[str, Any] | None:
+def sound_summary(findings: Findings) -> dict[str, Any] | None:
     """Figures over the verification window of each listener, those of the first one also at the top."""
+    sound = findings.sound
     if sound is None:
-        return None
-    if isinstance(sound, str):
-        return {"missing": sound}
-    every = []
-    for listener, heard, compact in zip(sound.listeners, sound.heard, sound.compact, strict=True):
-        *single, together = heard
-        own = zip(places, single, strict=True)
+        return None if findings.silence is None else {"missing": findings.silence}
+    every, names = [], [place_name(p) for p in findings.runs[sound.run].places]
+    for x in sound.listeners:
+        *single, together = x.heard
+        own = zip(names, single, strict=True)
         every.append(
             {
-                "listener": listener.name,
-                "position": listener.position.tolist(),
-                "given": listener.given,
-                "parts": list(listener.parts),
-                "compact": list(compact),
+                "listener": x.name,
+                "position": list(x.position),
+                "given": x.given,
+                "parts": list(x.parts),
+                "compact": list(x.compact),
                 **_figures(together),
-                "places": [{"name": place_name(p), **_figures(h), "share": _share(h, single)} for p, h in own],
+                "places": [{"name": name, **_figures(h), "share": _share(h, single)} for name, h in own],
             }
         )
     return {
         **{key: value for key, value in every[0].items() if key != "places"},
         "run": sound.run,
-        "beside_background": sound.heard[0][-1].n5_added is not None,
-        "equivalent_power": dict(sound.equivalent_power),
+        "beside_background": sound.listeners[0].heard[-1].n5_added is not None,
+        "equivalent_power": sound.power,
         "rate": RATE,
         "band": {
             "low": sound.band.low,
@@ -72,7 +73,10 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
             "step": sound.band.step,
             "handover": sound.band.handover,
         },
-        "calibration": {"full_scale_pa": sound.full_scale, "full_scale_sine_db": sound.full_scale_level},
+        "calibration": {
+            "full_scale_pa": sound.full_scale,
+            "full_scale_sine_db": full_scale_level(sound.full_scale),
+        },
         "wall_s": sound.wall_s,
         "cpu_s": sound.cpu_s,
         "offline_cpu_s": sound.offline_cpu_s,
@@ -80,13 +84,11 @@ def sound_summary(sound: Sound | str | None, places: Sequence[Place]) -> dict[st
     }
 
 
-def heard_at(sound: Sound | str | None, run: str, place: int) -> dict[str, Any]:
-    """Figures of the sound of a place of a run at the first listener; null without sound."""
-    if not isinstance(sound, Sound) or sound.run != run:
+def heard_at(sounds: Mapping[int, Heard], place: int) -> dict[str, Any]:
+    """Figures of a place, of `Findings.heard`, by its number; null without sound."""
+    if not sounds:
         return dict.fromkeys((*HEARD, *FIGURES, "figures_missing", "sound_share"))
-    single = sound.heard[0][:-1]
-    found = single[place]
-    return {**_single(found), "sound_share": _share(found, single)}
+    return {**_single(sounds[place]), "sound_share": _share(sounds[place], list(sounds.values()))}
 
 
 def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:

@@ -7,23 +7,23 @@ from typing import Any
 from creak.studies.converge.figures import TIMES
 from creak.studies.converge.settled import KEYS
 from creak.studies.converge.structure import RubSpot, Spot, Structure
-from creak.studies.results.places import find_places
-from creak.studies.run.job import StudyResult
+from creak.studies.findings.tree import Findings
 from creak.verify.events import Event
 from creak.verify.rubbing import FIGURES
 
 
-def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]:
+def spots_of(findings: Findings) -> dict[str, Any]:
     """`spots`, one for each event that it marched through, and their cost; nothing where it was not asked.
 
     A figure is {reduced, unreduced, numerical}; unreduced is null where the unreduced model has no such event,
     numerical (what half its contact step changes: s of times, else a share) where that was not looked at.
     """
-    run = result.runs.get("reduced")
-    if structure is None or run is None:
+    run, convergence = findings.runs.get("reduced"), findings.convergence
+    if run is None or convergence is None or convergence.structure is None:
         return {}
-    row = {id(e): k for k, e in enumerate(run.events)}
-    names = [(p.number, {result.gaps.names[j] for j in p.channels.tolist()}) for p in find_places(result, run)]
+    structure = convergence.structure
+    row = {e.key: k for k, e in enumerate(run.events)}
+    names = [(p.number, {findings.gaps.names[j] for j in p.channels.tolist()}) for p in run.places]
 
     def told(s: Spot) -> dict[str, Any]:
         place = next((n for n, own in names if s.event.channel in own), None)
@@ -35,7 +35,7 @@ def spots_of(result: StudyResult, structure: Structure | None) -> dict[str, Any]
             }
             for name, key in KEYS.items()
         }
-        return {"event": row.get(id(s.event)), "place": place, "why": s.why, "problem": s.problem or None} | figures
+        return {"event": row.get(s.event.key), "place": place, "why": s.why, "problem": s.problem or None} | figures
 
     return {
         "spots": [told(s) for s in structure.spots],

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import creak
-from creak.report.html import report_text
 from creak.report.words.terminal import place_table
 from creak.sound.quality import BEYOND, TOO_FAINT, TOO_SHORT
 from creak.sound.zwicker_tables import BANDS, NAMES
 from creak.studies.file.eline_tables import LimitTable
-from creak.studies.results.limits import judged, limit_words
-from creak.studies.results.places import find_places, ranked
+from creak.studies.findings.limits import judged, limit_words
+from creak.studies.findings.places import find_places, ranked
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.heard import Sound, hear
 from helpers_cli import caller
@@ -63,7 +62,7 @@ def test_limits_say_what_fails_and_what_holds(result):
 
 
 def test_limits_stand_in_page_and_terminal(result, folder, monkeypatch, capsys):
-    text = report_text(result._view(0.0), result.summary)
+    text = result.page(0.0)
     assert "Limit n5 = 1 sone fails at tip 1" in text
     rows = place_table(result.summary)
     assert rows[0][-1] == "N5 added to background, sone"

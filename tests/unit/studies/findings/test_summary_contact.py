@@ -15,13 +15,14 @@ from scipy import integrate
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.studies.file.reader import read_study
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.places import find_places
+from creak.studies.findings.save import MARGIN, save
 from creak.studies.prepare.setup import set_up
-from creak.studies.results.places import find_places
-from creak.studies.results.save import MARGIN, save
-from creak.studies.results.summary import summarise
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.slips import find_slips
 from helpers_decks import STUDY, write_strips
+from helpers_findings import summarised
 
 EVERY = 4
 SPARSE = (
@@ -62,7 +63,7 @@ def rubbed(plain) -> StudyResult:
 @pytest.fixture(scope="module")
 def written(rubbed, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("out")
-    save(rubbed, summarise(rubbed), folder)
+    save(rubbed, findings_of(rubbed), folder)
     return folder / "results.h5"
 
 
@@ -88,7 +89,7 @@ def test_a_squeak_that_began_before_the_window_is_at_its_place(rubbed):
 
 
 def test_verification_figures_follow_from_the_match(plain):
-    events, match = summarise(plain)["verification"]["events"], plain.events
+    events, match = summarised(plain)["verification"]["events"], plain.events
     assert match is not None
     assert match.pairs
     assert events["precision"] == len(match.pairs) / (len(match.pairs) + len(match.extra))
@@ -103,7 +104,7 @@ def test_verification_figures_follow_from_the_match(plain):
 
 
 def test_run_figures_are_those_of_its_history(plain):
-    for name, run in summarise(plain)["runs"].items():
+    for name, run in summarised(plain)["runs"].items():
         h = plain.runs[name].history
         assert list(run["energies"]) == list(ENERGIES)
         assert list(run["energies"].values()) == h.energy[-1].tolist()
@@ -120,7 +121,7 @@ def test_run_figures_are_those_of_its_history(plain):
 
 
 def test_slips_energies_and_residual_are_told(rubbed):
-    summary = summarise(rubbed)
+    summary = summarised(rubbed)
     json.dumps(summary, allow_nan=False)
     for run in summary["runs"].values():
         assert run["energies"]["friction"] == 1.25
@@ -147,7 +148,7 @@ def test_slips_energies_and_residual_are_told(rubbed):
 
 
 def test_output_means_keep_the_impulse(rubbed, written):
-    h, run = rubbed.runs["reduced"].history, summarise(rubbed)["runs"]["reduced"]
+    h, run = rubbed.runs["reduced"].history, summarised(rubbed)["runs"]["reduced"]
     with h5py.File(written) as file:
         group = file["runs/reduced"]
         assert group["normal_force"].shape == (h.time.size // EVERY + 1, rubbed.gaps.m)
@@ -167,7 +168,7 @@ def test_output_means_keep_the_impulse(rubbed, written):
 
 
 def test_contact_is_stored_at_full_resolution(plain, tmp_path):
-    save(plain, summarise(plain), tmp_path)
+    save(plain, findings_of(plain), tmp_path)
     h = plain.runs["reduced"].history
     pressed = np.flatnonzero(h.force.any(axis=1))
     with h5py.File(tmp_path / "results.h5") as file:
@@ -210,11 +211,11 @@ def test_uneven_steps_keep_output_and_impulse(plain, tmp_path):
         output_index=np.flatnonzero(keep % EVERY == 0),
     )
     result = replace(plain, runs={"reduced": replace(run, history=thin)}, events=None)
-    summary = summarise(result)
+    summary = summarised(result)
     assert summary["runs"]["reduced"]["impulse_total"] == pytest.approx(
-        summarise(plain)["runs"]["reduced"]["impulse_total"], rel=1e-12
+        summarised(plain)["runs"]["reduced"]["impulse_total"], rel=1e-12
     )
-    save(result, summary, tmp_path)
+    save(result, findings_of(result), tmp_path)
     with h5py.File(tmp_path / "results.h5") as file:
         np.testing.assert_array_equal(file["runs/reduced/time"][:], h.time[::EVERY])
         total = trapezoid(file, "runs/reduced/normal_force").sum()

@@ -1,0 +1,246 @@
+"""From what a study ran to what it found: models and matrices stay behind."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import IntArray, SingleArray
+from creak.contact.gap_operator import GapOperator
+from creak.digest import file_sha256
+from creak.dynamics.history import History
+from creak.model.dofs import nodes_of
+from creak.model.plain_mesh import plain_mesh
+from creak.studies.converge.settled import verdict_of
+from creak.studies.converge.settling import Convergence
+from creak.studies.converge.unanswered import unanswered
+from creak.studies.findings.elines import measured_rates
+from creak.studies.findings.places import resting_places
+from creak.studies.findings.sound import heard_places
+from creak.studies.findings.static_figures import static_figures
+from creak.studies.findings.tree import (
+    Channels,
+    Findings,
+    FoundBand,
+    FoundListener,
+    FoundPart,
+    FoundRun,
+    FoundSetup,
+    FoundSound,
+    FoundStudy,
+    MeasuredRate,
+    Note,
+)
+from creak.studies.prepare.static_loads import static_gravity
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
+from creak.studies.sound.heard import Sound
+from creak.studies.warned import Warned
+from creak.verify.events import resting
+from creak.verify.reliability import created_of_contact
+from creak.version import version
+
+PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
+
+
+def findings_of(
+    result: StudyResult,
+    convergence: Convergence | None = None,
+    sound: Sound | str | None = None,
+    causes: Mapping[int, dict[str, Any]] | None = None,
+) -> Findings:
+    """What a study found; large arrays are those of the result, not copies.
+
+    Parameters
+    ----------
+    convergence : of `creak.studies.converge.repeats`, where it was looked at.
+    sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for. Places are ranked by it.
+    causes : of each place of the main run, by its number (`creak.studies.cause.told`).
+    """
+    s = result.setup
+    return Findings(
+        creak=version(),
+        identity=result.identity,
+        setup=_setup(result),
+        gaps=_channels(result.gaps),
+        closed_later=result.closed_later,
+        static=_static(result),
+        runs={name: _run(run, result, convergence, sound, causes or {}) for name, run in result.runs.items()},
+        band=_band(result),
+        linear_gaps=result.reference.linear_gaps,
+        modes=result.modes,
+        spectra=result.spectra,
+        events=result.events,
+        elines=result.elines,
+        measured_rates={
+            line.name: MeasuredRate(line.material, measured_rates(line, s.study.config.model.units))
+            for line in s.elines.lines
+            if line.contact
+        },
+        sound=_sound(sound) if isinstance(sound, Sound) else None,
+        silence=sound if isinstance(sound, str) else None,
+        health=result.health,
+        convergence=convergence,
+        window=result.window,
+        said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
+        unanswered=unanswered(result),
+        provenance=tuple(provenance(result)),
+        stopped=result.stopped,
+    )
+
+
+def _setup(result: StudyResult) -> FoundSetup:
+    s, reference = result.setup, result.reference
+    study, model = s.study, s.model
+    moved = [*s.driven.labels.values(), *s.loads.force_labels]
+    parts = (
+        FoundPart(p.name, int(model.parts[i].nodes_idx.size), p.stats.elements, p.stats.mass)
+        for i, p in enumerate(reference.parts)
+    )
+    return FoundSetup(
+        study=FoundStudy(Path(study.path.name), study.config, study.text, dict(study.places.changes)),
+        model=plain_mesh(model),
+        rayleigh=s.rayleigh,
+        contacts=_channels(s.contacts),
+        connectors=_channels(s.connectors),
+        pairs=s.pairs,
+        held=_nodes([f.nodes_idx for f in model.fixed]),
+        driven=_nodes([nodes_of(a) for a in moved]),
+        parts=tuple(parts),
+        free_dof=reference.free_dof,
+        mass=reference.system.stats.mass,
+        unread=model.unread,
+    )
+
+
+def _nodes(rows: list[IntArray]) -> IntArray:
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *rows]))
+
+
+def _channels(gaps: GapOperator) -> Channels:
+    return Channels(
+        gaps.names,
+        gaps.group,
+        gaps.nodes_idx,
+        gaps.gap0,
+        gaps.stiffness,
+        gaps.retained_nodes,
+        gaps.friction is not None,
+    )
+
+
+def _static(result: StudyResult) -> dict[str, Any] | None:
+    s = result.setup
+    if s.static is None:
+        return None
+    groups = [*s.contacts.group, *s.connectors.group]
+    return static_figures(s.static, s.model.nodes, s.watched, groups, static_gravity(s.model, s.study.driving))
+
+
+def _run(
+    run: Run,
+    result: StudyResult,
+    convergence: Convergence | None,
+    sound: Sound | str | None,
+    causes: Mapping[int, dict[str, Any]],
+) -> FoundRun:
+    h, places, nearest = run.history, heard_places(result, run, sound), None
+    if h.gap.size:
+        row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
+        nearest = (result.gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
+    return FoundRun(
+        name=run.name,
+        integrator=run.integrator,
+        stopped=run.stopped,
+        dof=run.system.n,
+        retained=run.retained,
+        modes=run.modes,
+        cost=run.cost,
+        offline_cpu_s=run.offline_cpu_s,
+        offline_wall_s=run.offline_wall_s,
+        time=h.time,
+        force=h.force,
+        energy=h.energy,
+        energy_created_of_contact=created_of_contact(h),
+        closest=_closest(h, result.gaps),
+        nearest=nearest,
+        resting_channels=int(resting(h).sum()),
+        contact_steps=h.contact_steps,
+        setup_s=h.setup_s,
+        residual=h.residual,
+        events=run.events,
+        slips=run.slips,
+        squeaks=run.squeaks,
+        places=places,
+        resting=resting_places(result, run),
+        verdict=verdict_of(run, result, convergence),
+        causes=tuple(causes.get(p.number) for p in places) if run is main_run(result.runs) else (),
+    )
+
+
+def _closest(h: History, gaps: GapOperator) -> SingleArray:
+    """(n_time, n_contact) smallest gap of each contact, in single precision."""
+    row = {group: k for k, group in enumerate(dict.fromkeys(gaps.group))}
+    closest = np.full((h.time.size, len(row)), np.inf)
+    for j, group in enumerate(gaps.group):
+        np.minimum(closest[:, row[group]], h.gap[:, j], out=closest[:, row[group]])
+    return closest.astype(np.float32)
+
+
+def _band(result: StudyResult) -> FoundBand | None:
+    if "reduced" not in result.runs or result.setup.study.config.reduction.method == "guyan":
+        return None
+    found = result.band
+    if found is None or not found.stages:
+        return FoundBand(result.setup.band.f_max)
+    return FoundBand(result.setup.band.f_max, found.stages, found.why)
+
+
+def _sound(sound: Sound) -> FoundSound:
+    every = zip(sound.listeners, sound.compact, sound.heard, strict=True)
+    return FoundSound(
+        run=sound.run,
+        listeners=tuple(
+            FoundListener(x.name, tuple(x.position.tolist()), x.given, x.parts, compact, heard)
+            for x, compact, heard in every
+        ),
+        pressure=sound.pressure[0],
+        band=sound.band,
+        full_scale=sound.full_scale,
+        power=dict(sound.equivalent_power),
+        wall_s=sound.wall_s,
+        cpu_s=sound.cpu_s,
+        offline_cpu_s=sound.offline_cpu_s,
+    )
+
+
+def provenance(result: StudyResult) -> list[tuple[str, str]]:
+    """Name and value, for a table: files with their digests, versions, machine."""
+    study = result.setup.study
+    source = Path(result.setup.model.source)
+    deck = study.places.sibling(study.config.model.deck)
+    rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
+    for path in dict.fromkeys((deck, source)):
+        if path.is_file():
+            rows.append(("Deck", f"{path.name}, {path.stat().st_size:,} bytes, SHA-256 {file_sha256(path)}"))
+            break
+    rows.append(("creak", version()))
+    rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
+    return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]
+
+
+def _versions() -> str:
+    words = []
+    for name in PACKAGES:
+        try:
+            words.append(f"{name} {installed(name)}")
+        except PackageNotFoundError:
+            continue
+    return ", ".join(words)

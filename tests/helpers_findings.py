@@ -1,0 +1,22 @@
+"""Findings of a result, and the views of them that tests look at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from creak.report.drawn import ANIMATION_BYTES, Drawn, drawn_of
+from creak.studies.findings.gather import findings_of
+from creak.studies.findings.summary import summary_of
+from creak.studies.findings.tree import Findings
+from creak.studies.run.job import StudyResult
+
+
+def summarised(result: StudyResult, *told: Any, **more: Any) -> dict[str, Any]:
+    """The content of summary.json; what is told of the result as `findings_of` takes it."""
+    return summary_of(findings_of(result, *told, **more))
+
+
+def to_draw(result: StudyResult, *told: Any, size: int = ANIMATION_BYTES, **more: Any) -> tuple[Findings, Drawn]:
+    """What a page takes; its motion may take so many bytes."""
+    findings = findings_of(result, *told, **more)
+    return findings, drawn_of(result, findings, size)
