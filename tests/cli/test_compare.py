@@ -91,7 +91,7 @@ def test_mistakes_are_named(folder, creak, words, told):
 
 def test_results_in_other_units_are_not_compared(folder):
     one, other = api.open_result(folder / "results"), api.open_result(folder / "closer")
-    config = other.found.setup.study.config
+    config = other.findings.setup.study.config
     object.__setattr__(config.model, "units", "m-kg-s")
     with pytest.raises(InputError, match=r"is in mm-t-s, .* in m-kg-s"):
         api.compare(one, other)
