@@ -57,6 +57,7 @@ from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.unit_check import check_units
 from creak.studies.prepare.watched import watched
 from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
@@ -235,6 +236,7 @@ def set_up_model(
     InputError : as `set_up`.
     """
     stop_on_unread(model, ignore)
+    check_units(model, study.touching.units, study.places)
     places, driving, touching = study.places, study.driving, study.touching
     model, told = with_named_nodes(model, study.config.nodes, places)
     model = freed_where_moved(model, driving)
