@@ -35,6 +35,7 @@ from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.table import Table
+from creak.studies.prepare.amount_check import clearance_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
@@ -51,7 +52,7 @@ from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import contact_pair, plays_of
+from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
@@ -242,6 +243,7 @@ def set_up_model(
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, study.config.support, places)
     model, clips, placed = with_clips(model, touching)
+    amounts = clearance_warnings(model, touching)
     contacts, notes = _contacts(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
     study = with_flight_steps(study)
@@ -252,8 +254,8 @@ def set_up_model(
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
     loads = sample_loads(model, driving, time, store)
-    notes += [*told, *held, *placed, *banded]
-    notes += start_warnings(model, touching, c.precheck)
+    notes += [*told, *held, *placed, *banded, *amounts]
+    notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, c.damping)
@@ -315,7 +317,7 @@ def _contacts(model: Model, touching: Touching, store: Path | None = None) -> tu
         except InputError as error:
             raise _in_file(touching.places, name, error) from error
         operators.append(operator)
-        notes.extend(map(Warned, more))
+        notes.extend(map(Warned, [*more, *coarse_side(model, pair, operator)]))
     return join(operators), notes
 
 
