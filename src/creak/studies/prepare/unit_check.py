@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 
@@ -20,7 +21,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
-from creak.model.units import METRES, UNITS
+from creak.model.units import METRES, UNITS, UnitsName
 from creak.model.volumes import element_volumes
 from creak.studies.file.places import Places
 from creak.words import listed, percent
@@ -161,6 +162,12 @@ def guessed_units(model: Model) -> list[UnitSystem]:
     if not known:
         return []
     return [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
+
+
+def likely_units(model: Model) -> UnitsName:
+    """The first system that a study can name in which materials and size are plausible; mm-t-s where there is none."""
+    fits = [s.name for s in guessed_units(model)]
+    return next((name for name in get_args(UnitsName) if name in fits), "mm-t-s")
 
 
 def named_systems(names: Iterable[str]) -> list[UnitSystem]:
