@@ -1,4 +1,4 @@
-"""Mistakes of a first contact and of first amounts: each is one message with its cure."""
+"""Mistakes of a first contact, of first amounts and sections: each is one message with its cure."""
 
 from __future__ import annotations
 
@@ -120,3 +120,36 @@ def test_vibration_in_other_units_is_told(tmp_path, kind, amplitude, told):
     found = [text for text in warned(tmp_path, study) if "accelerates by" in text]
     assert len(found) == told
     assert all("are its amounts in mm and s, as [model] units = 'mm-t-s' says?" in text for text in found)
+
+
+def test_a_model_without_damping_is_told(tmp_path):
+    bare = two_strips().replace("*DAMPING, ALPHA=5.0, BETA=2.0e-6\n", "")
+    (text,) = warned(tmp_path, deck=bare)
+    assert text.startswith("nothing is damped")
+    assert "damping.modal = 0.02" in text
+    assert warned(tmp_path, STUDY + "\n[damping]\nmodal = 0\n", bare) == []
+
+
+@pytest.mark.parametrize(
+    ("thickness", "words"),
+    [
+        ("", "*SHELL SECTION has no data line; expected a line with the thickness. Add it"),
+        ("0.0,", "shell thickness is 0.0; expected a number greater than zero"),
+        ("-1.0,", "shell thickness is -1.0; expected a number greater than zero"),
+    ],
+)
+def test_shells_without_thickness_are_refused(creak, tmp_path, thickness, words):
+    old = "*SHELL SECTION, ELSET=UPPER, MATERIAL=STEEL\n1.0,\n"
+    new = old.replace("1.0,\n", f"{thickness}\n" if thickness else "")
+    deck = two_strips().replace(old, new)
+    assert deck != two_strips()
+    text = refused(creak, tmp_path, STUDY, deck)
+    assert words in text
+    assert "strips.inp:" in text
+
+
+def test_elements_without_a_section_are_refused(creak, tmp_path):
+    deck = two_strips().replace("*SHELL SECTION, ELSET=UPPER, MATERIAL=STEEL\n1.0,\n", "")
+    text = refused(creak, tmp_path, STUDY, deck)
+    assert "24 elements of type S4 have no section" in text
+    assert "Add *SHELL SECTION for them" in text
