@@ -88,7 +88,7 @@ be meant:
 - forces that the step does not resolve.
 
 A study whose materials are in other units than it says, or in two systems, is an error before anything is assembled.
-In red creak tells of a study that could not have rattled: it has no contact and no connector, or no gap becomes smaller. A
+In red it tells of a study that could not have rattled: it has no contact and no connector, or no gap becomes smaller. A
 part that nothing holds is an error in a study and a warning in a deck that is run by itself, with the motions that are
 free. `creak info DECK` warns of such parts before there is a study, and of units with `--units mm-t-s`.
 
