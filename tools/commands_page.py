@@ -80,13 +80,14 @@ afterwards. `creak --show-completion` prints it instead.
 **Warnings.** They stand in `summary.json` too, as `warnings`, a list of sentences. `creak run` warns of what can hardly
 be meant:
 
-- materials, size, thickness, mass or first frequency that do not fit the units (metres taken for millimetres, kg for
-  t);
-- contact that starts closed, with the depth and the node;
+- size, thickness, mass, first frequency, clearances or vibration that do not fit the units (metres taken for
+  millimetres, kg for t), and materials of no solid;
+- contact that starts closed, with the depth and the node; a secondary side much coarser than the main one;
 - contact that never comes near, with the closest approach;
 - a pre-check margin as large as the model;
 - forces that the step does not resolve.
 
+A study whose materials are in other units than it says, or in two systems, is an error before anything is assembled.
 In red it tells of a study that could not have rattled: it has no contact and no connector, or no gap becomes smaller. A
 part that nothing holds is an error in a study and a warning in a deck that is run by itself, with the motions that are
 free. `creak info DECK` warns of such parts before there is a study, and of units with `--units mm-t-s`.

@@ -20,6 +20,14 @@ SHORT = STUDY.replace("periods = 2", "end = 0.02").replace("[reduction]\n", '[re
 SI = two_strips().replace("210000., 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
 
 
+def second_material(modulus, density):
+    """The strips with a material of its own for the lower one."""
+    deck = two_strips()
+    section = re.search(r"\*SHELL SECTION, ELSET=\w+, MATERIAL=STEEL\n1.0,", deck)[0]
+    own = f"*MATERIAL, NAME=SECOND\n*ELASTIC\n{modulus}, 0.3\n*DENSITY\n{density},\n"
+    return deck.replace(section, own + section.replace("STEEL", "SECOND"))
+
+
 def run(creak, folder, deck=None, study=SHORT, *more):
     """What the command says, and the warnings in its summary."""
     said = creak("run", write_strips(folder, deck, study), "--out", folder / "out", *more)
@@ -35,20 +43,68 @@ def test_a_sound_study_warns_of_no_unit_and_no_support(creak, tmp_path):
     ]
 
 
+def refused(creak, folder, deck=None, study=SHORT, *more):
+    """The one message of a study that is not run, and that nothing was written."""
+    said = creak("run", write_strips(folder, deck, study), "--out", folder / "out", *more)
+    assert said.status == 2
+    assert not (folder / "out").exists()
+    assert not (folder / "superelements").exists()
+    return said.err
+
+
 def test_metres_taken_for_millimetres(creak, tmp_path):
-    said, warnings = run(creak, tmp_path, SI)
-    assert "warning: material STEEL (E = 2.1e+11, density = 7850) is in m-kg-s, not in mm-t-s" in said.err
-    assert any("is in m-kg-s" in w for w in warnings)
-    assert "its lengths are, so give E = 210000 and density = 7.85e-09" in said.err
-    assert "RED: No answer: materials and study are of two systems of units" in said.out
+    """Refused before anything is assembled, also where nothing but what is wrong is told."""
+    said = refused(creak, tmp_path, SI)
+    assert (
+        "study.toml:3 [model.units]: the study is in mm-t-s, but material STEEL (E = 2.1e+11, density = 7850)" in said
+    )
+    assert "is in m-kg-s: 100 % of the model's volume, its elements from" in said
+    assert "strips.inp:44 on; expected one system of units; in mm-t-s E lies between 0.01 and 2e+06 MPa" in said
+    assert (
+        "These figures fit m-kg-s: the lengths are in mm-t-s, so give STEEL E = 210000 and density = 7.85e-09" in said
+    )
+    assert refused(creak, tmp_path, SI, SHORT, "--quiet") == said
     assert "is in m-kg-s" in creak("info", tmp_path / "strips.inp", "--units", "mm-t-s").err
     assert "is in m-kg-s" not in creak("info", tmp_path / "strips.inp", "--units", "m-kg-s").err
 
 
-def test_quiet_keeps_warnings(creak, tmp_path):
-    said, _ = run(creak, tmp_path, SI, SHORT, "--quiet")
-    assert said.out == ""
-    assert "is in m-kg-s" in said.err
+@pytest.mark.parametrize(
+    ("deck", "study", "words"),
+    [
+        (None, SHORT.replace("[model]", '[model]\nunits = "m-kg-s"'), 'set [model] units = "mm-t-s"'),
+        # Only 60 % of the strips' volume: one of 1 mm on one of 1.5 mm, both 120 mm long and 20 mm wide.
+        (second_material("2.1e11", "7850."), SHORT, "40 % of the model's volume"),
+        (second_material("210.", "7.85e-6"), SHORT, "give SECOND E = 210000 and density = 7.85e-09"),
+        (second_material("3.05e7", "7.35e-4"), SHORT, "is in in-lbf-s"),
+    ],
+)
+def test_two_systems_of_units_are_refused(creak, tmp_path, deck, study, words):
+    assert words in refused(creak, tmp_path, deck, study)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "density"),
+    [
+        ("1.0", "1.1e-9"),  # rubber
+        ("0.01", "5e-12"),  # foam
+        ("1e9", "1e-15"),  # stiff and all but massless
+        ("1e15", "1e-20"),
+        ("210000.", "1e-12"),  # massless
+        ("1e-3", "1e-15"),  # filler
+        ("500.", "1.2e-9"),  # glue
+        ("4.1e5", "1.93e-8"),  # tungsten
+    ],
+)
+def test_odd_materials_that_may_be_meant_are_run(tmp_path, modulus, density):
+    """Half of the elements: of figures of no solid is warned."""
+    found = warned(tmp_path, deck=second_material(modulus, density))
+    assert all("is of no solid in mm-t-s" in text or "would carry sound" in text for text in found)
+
+
+def test_a_small_helper_in_other_units_is_run(tmp_path):
+    """A skin of a micrometre: 0.04 % of the volume, but half of the elements."""
+    deck = second_material("2.1e11", "7850.").replace("SECOND\n1.0,", "SECOND\n0.001,")
+    assert any("SECOND (E = 2.1e+11, density = 7850) is in m-kg-s" in text for text in warned(tmp_path, deck=deck))
 
 
 def test_masses_in_kg(creak, tmp_path):
@@ -158,11 +214,12 @@ def test_a_deck_by_itself_gets_the_same_warnings(creak, tmp_path):
     """Units, and a part that nothing holds."""
     deck = tmp_path / "stop.inp"
     deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")).replace("WALL_NODES, ENCASTRE", "WALL_NODES, 1, 2"))
-    said = creak("run", deck, "--quiet", "--out", tmp_path / "out")
-    assert "is in m-kg-s, not in mm-t-s" in said.err
+    said = creak("run", deck, "--quiet", "--out", tmp_path / "out", "--units", "mm-t-s")
+    assert said.status == 2
+    assert "is in m-kg-s: 100 % of the model's volume" in said.err
     assert "--units m-kg-s" in said.err
     deck.write_text(stop_deck(step=STEP.replace("1.E-5", "1.E-4")))
-    said = creak("run", deck, "--quiet", "--out", tmp_path / "out", "--units", "m-kg-s")
+    said = creak("run", deck, "--quiet", "--out", tmp_path / "out")
     assert (said.status, "m-kg-s" in said.err) == (0, False)
 
 

@@ -220,7 +220,8 @@ def test_units_are_guessed(creak, tmp_path):
     assert "convert" in told["units_guess"]
     told, _ = new(creak, tmp_path, two_strips(), "--units", "m-kg-s", "--overwrite")
     assert told["units"] == "m-kg-s"
-    assert any("is in mm-t-s, not in m-kg-s" in w for w in told["warnings"])
+    assert not told["ready"]
+    assert 'These figures fit mm-t-s: set [model] units = "mm-t-s"' in told["to_fill_in"]
 
 
 def test_what_was_not_read_is_told(creak, tmp_path):

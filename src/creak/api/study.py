@@ -119,14 +119,14 @@ def run(
 def set_up(
     study: Study | str | Path,
     ignore: Sequence[str] = (),
-    units: UnitsName = "mm-t-s",
+    units: UnitsName | None = None,
     superelements: str | Path | None = None,
 ) -> Setup:
     """Read and check what a study, a study file or a deck with a transient step of its own asks for.
 
     Parameters
     ----------
-    units : what the report calls the units of a deck that is run by itself.
+    units : of a deck that is run by itself; None: those that its materials and size fit.
     superelements : as in `run`: beside saved ones the channels of contacts are kept.
 
     Raises

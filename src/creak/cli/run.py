@@ -46,8 +46,10 @@ def run(
         "--keep/--no-keep",
         help="Save superelements, and what else the next run may need again, in solved/ there.",
     ),
-    units: UnitsName = typer.Option(
-        "mm-t-s", "--units", help="Units of a deck that is run by itself, for the report; a study names its own."
+    units: UnitsName | None = typer.Option(
+        None,
+        "--units",
+        help="Units of a deck that is run by itself; default: guessed from materials and size. A study names its own.",
     ),
     ignore: list[str] = IGNORE,
     converge: bool | None = typer.Option(

@@ -218,7 +218,8 @@ def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[Fl
 def _without_overclosure(
     model: Model, pair: ContactPair, channels: Channels, given: FloatArray
 ) -> tuple[FloatArray, list[str]]:
-    """Gaps (m,) with channels that start closed set to zero, and a note about these; a press fit keeps them.
+    """Gaps (m,) with channels that start closed set to zero, and a note about these; a press fit keeps them. Another
+    where most nodes are deep inside and a clearance is given.
 
     Raises
     ------
@@ -226,7 +227,9 @@ def _without_overclosure(
     """
     free = np.isnan(given)
     gap0 = np.where(free, channels.gap, given)
-    deep = np.where(free, gap0 + np.maximum(channels.depth, ROUND_OFF * channels.size), np.inf)
+    inside = channels.gap + np.maximum(channels.depth, ROUND_OFF * channels.size)
+    deep = np.where(free, inside, np.inf)
+    turned = 2 * np.count_nonzero(inside < 0.0) > inside.size
     if deep.size and deep.min() < 0.0:
         worst = int(np.argmin(deep))
         raise InputError(
@@ -234,19 +237,33 @@ def _without_overclosure(
             "surface, more than the shells' thickness (of solids: half an element's height)",
             where=pair.where,
             fix="Move the parts apart, or give a clearance."
-            + ("" if pair.normal is None else " Does the normal point from the main to the secondary surface?"),
+            + (f" {_side_asked(pair)}" if turned or pair.normal else ""),
+        )
+    notes = []
+    if turned:
+        count, most = np.count_nonzero(inside < 0.0), -channels.gap.min()
+        notes.append(
+            f"{pair.where} {count} of {inside.size} nodes lie up to {most:.3g} behind the main surface, which the "
+            f"clearance hides: where it looks the other way, the contact holds "
+            f"parts together instead of apart. {_side_asked(pair)}"
         )
     if pair.press_fit:
-        return gap0, []
+        return gap0, notes
     closed = np.flatnonzero(gap0 < -ROUND_OFF * channels.size)
     if not closed.size:
-        return np.maximum(gap0, 0.0), []
+        return np.maximum(gap0, 0.0), notes
     node = model.nodes.label(int(channels.nodes_idx[np.argmin(gap0)]))
     note = (
         f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g} at node {node}; "
         "their gap is set to 0 without strain"
     )
-    return np.maximum(gap0, 0.0), [note]
+    return np.maximum(gap0, 0.0), [*notes, note]
+
+
+def _side_asked(pair: ContactPair) -> str:
+    if pair.normal is None:
+        return "Does the main surface name the side (SPOS or SNEG) that looks at the secondary one?"
+    return "Does the normal point from the main to the secondary surface?"
 
 
 def listed(model: Model, rows: IntArray) -> str:

@@ -258,7 +258,7 @@ def _beyond(
 
 def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
     """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
-    lam, X = dense_pairs(full(pencil.K), full(pencil.M))
+    lam, X, _ = dense_pairs(full(pencil.K), full(pencil.M))
     after = lam[wanted] if lam.size > wanted else np.inf
     found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
     del X
@@ -310,12 +310,11 @@ def _dense_modes(
     dense_K, dense_M = full(K), full(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
-    omega2, shapes = dense_pairs(dense_K, dense_M)
+    omega2, shapes, round_off = dense_pairs(dense_K, dense_M)
     if f_max is not None:
         below = [int(np.count_nonzero(omega2 <= (2.0 * np.pi * f) ** 2)) for f in (f_max, BAND * f_max)]
         count = with_further(max(below[0], known), below[1]) if further else below[0]
     keep = np.arange(omega2.size) < (count or 0)
-    round_off = 100.0 * np.finfo(float).eps * float(np.abs(omega2).max(initial=0.0))
     after = float(omega2[~keep].min(initial=np.inf))
     pencil = Pencil(dense_K, dense_M)
     return _checked(pencil, omega2[keep], shapes[:, keep], free, round_off=round_off, after=after)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -24,6 +25,14 @@ NEGATIVE = 1e-9
 """Eigenvalues of the same below minus this are more than round-off."""
 ASIDE = 1e-6
 """A shift that hits an eigenvalue is moved up by this share."""
+
+
+APART = 1e-7
+"""Share of the largest eigenvalue below which pairs that round-off blurs are found once more among themselves."""
+ROUND_OFF = 100.0
+"""Round-off of eigenvalues in units of eps times the largest, at most."""
+BLURRED = 1e-5
+"""The same as a share of the lowest elastic one from which on it is too much."""
 
 
 @dataclass(frozen=True)
@@ -108,12 +117,49 @@ def full(A: Matrix) -> FloatArray:
     return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
 
 
-def dense_pairs(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """All eigenvalues of dense K x = lam M x, rising, and vectors; M may be singular."""
+class Pairs(NamedTuple):
+    """Eigenpairs of a dense pencil, rising."""
+
+    lam: FloatArray
+    vectors: FloatArray
+    """(n, n_pair), M-orthonormal."""
+    blur: float
+    """What round-off may leave of an eigenvalue of zero."""
+
+
+def dense_pairs(K: FloatArray, M: FloatArray) -> Pairs:
+    """All finite eigenpairs of dense K x = lam M x; M may be singular."""
     try:
-        return sla.eigh(K, M)
+        return regular_pairs(K, M)
     except np.linalg.LinAlgError:
-        return _massless_eigh(K, M)
+        lam, vectors = _massless_eigh(K, M)
+        return Pairs(lam, vectors, _blur(lam))
+
+
+def regular_pairs(K: FloatArray, M: FloatArray) -> Pairs:
+    """The same of a positive M.
+
+    The round-off of all eigenvalues is that of the largest, eps lam_max, which rotations with next to no inertia make
+    huge: at 1e19 (rad/s)^2 a mode of 80 Hz is off by 0.1 %. Where it blurs the lowest, they are found once more in
+    the space of the vectors X of all that lie far below the largest: (X' K X) y = mu (X' M X) y (Rayleigh and Ritz).
+
+    Raises
+    ------
+    LinAlgError : M is not positive.
+    """
+    lam, X = sla.eigh(K, M, driver="gvd")
+    blur = _blur(lam)
+    elastic, low = lam[lam > blur], lam < APART * lam.max(initial=0.0)
+    if not (low.any() and elastic.size and blur > BLURRED * elastic[0]):
+        return Pairs(lam, X, blur)
+    space = X[:, low]
+    lam[low], Y = sla.eigh(symmetric(space.T @ K @ space), symmetric(space.T @ M @ space))
+    X[:, low] = space @ Y
+    return Pairs(lam, X, _blur(lam[low]))
+
+
+def _blur(lam: FloatArray) -> float:
+    return ROUND_OFF * np.finfo(float).eps * float(np.abs(lam).max(initial=0.0))
 
 
 def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:

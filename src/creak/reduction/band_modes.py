@@ -135,7 +135,7 @@ def band_modes(
     freq, width = widths_between(losses, *band)
     high = reach(losses, band, most)
     work = _Basis(K, M, losses, push, weights)
-    count = count_for(losses, low, high) - 1
+    count = min(count_for(losses, low, high), most) - 1  # the last of them checks the others
     for f in np.interp(np.linspace(0.0, np.interp(high, freq, width), count), width, freq).tolist():
         work.add(f)
     failed, error = list[float](), np.inf

@@ -12,6 +12,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System, project, to_dense
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
+from creak.linalg.pencil import regular_pairs
 
 NO_MASS = 1e-13
 """Directions with less mass than this, each coordinate scaled by its own, count as massless."""
@@ -48,7 +49,10 @@ def all_modes(K: FloatArray, M: FloatArray) -> Split:
     ------
     NumericalError : a direction has neither mass nor stiffness.
     """
-    return _split_modes(K, M) if _singular(M) else (*sla.eigh(K, M, driver="gvd"), np.zeros((K.shape[0], 0)))
+    if _singular(M):
+        return _split_modes(K, M)
+    omega2, Phi, _ = regular_pairs(K, M)
+    return omega2, Phi, np.zeros((K.shape[0], 0))
 
 
 def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Split] | None = None) -> System:

@@ -1,11 +1,10 @@
-"""Runs that answer nothing: nothing in them could touch, nothing came nearer, or materials are in other units."""
+"""Runs that answer nothing: nothing in them could touch, or nothing came nearer."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 
@@ -16,8 +15,6 @@ MOVED = 1e-9
 def unanswered(result: StudyResult) -> str | None:
     """Why a run says nothing of rattle, in a sentence; None: it does, whatever it says."""
     if why := result.setup.no_contact:
-        return why
-    if why := other_units(result.setup.model, result.setup.study.config.model.units):
         return why
     run = main_run(result.runs)
     if run is None or run.history.force.any():

@@ -37,7 +37,8 @@ class ModelTable(Table):
     deck: str
     """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
     units: UnitsName = "mm-t-s"
-    """Units of the deck and the study: length, mass, time. They label results; nothing is converted."""
+    """Units of the deck and the study: length, mass, time. They label results; nothing is converted. Materials in
+    others are refused."""
 
 
 class RayleighTable(Table):

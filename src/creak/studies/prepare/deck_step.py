@@ -23,6 +23,7 @@ from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.setup import Setup, set_up_model
+from creak.studies.prepare.unit_check import units_of_study
 from creak.studies.unraised import none_ignored
 
 ALPHA = {"TRANSIENT FIDELITY": -0.05, "MODERATE DISSIPATION": -0.41421}
@@ -38,7 +39,7 @@ WHOLE = 1e-6
 
 
 @none_ignored()
-def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t-s") -> Setup:
+def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None = None) -> Setup:
     """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
     of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
 
@@ -47,7 +48,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     Parameters
     ----------
     ignore : keywords of the deck that may go unread although they change the answer.
-    units : what the report calls the deck's units.
+    units : of the deck; None: those that its materials and size fit.
 
     Raises
     ------
@@ -66,7 +67,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName = "mm-t
     notes: list[str] = []
     tables = {
         "title": run.step.name if run.step.name != "1" else path.stem,
-        "model": {"deck": path.name, "units": units},
+        "model": {"deck": path.name, "units": units or units_of_study(model)},
         "contact": _contacts(model, run, places, notes),
         "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),

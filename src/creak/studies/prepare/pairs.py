@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.contact.facets import nodes_of
+from creak.contact.gap_operator import GapOperator
 from creak.contact.pair import ContactPair
 from creak.contact.play import Play
 from creak.model.contact_law import ContactLaw, Coulomb
@@ -18,6 +19,8 @@ from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable, FrictionTable
 from creak.studies.file.table import DOFS
 
+COARSER = 2.0
+"""Width of secondary over that of main elements from which on the two are better swapped."""
 STIFFNESS = {"auto": None, "hard": math.inf}
 
 
@@ -57,6 +60,24 @@ def contact_law(table: ContactTable, where: str) -> ContactLaw:
         Coulomb(mu.static, mu.kinetic, mu.decay) if isinstance(mu, FrictionTable) else Coulomb(mu, mu),
         where=where,
     )
+
+
+def coarse_side(model: Model, pair: ContactPair, channels: GapOperator) -> list[str]:
+    """A secondary surface that is much coarser than the main one where they meet: what lies between its nodes touches
+    nothing. Nodes without facets say nothing of it."""
+    secondary = nodes_of(model, pair.secondary, where=f"{pair.where} secondary")
+    width = secondary.width[np.searchsorted(secondary.rows, channels.nodes_idx)]
+    if channels.size is None or not np.isfinite(width).all() or not width.size:
+        return []
+    coarser = float(np.median(width / channels.size))
+    if coarser <= COARSER:
+        return []
+    turned = "" if pair.normal is None else ", and turn the normal round"
+    return [
+        f"{pair.where} the elements of its secondary side {pair.secondary!r} are {coarser:.2g} times as wide as those "
+        f"of {pair.main!r} opposite, which press in between its {channels.m} gap channels unseen: swap them (secondary "
+        f'= "{pair.main}", main = "{pair.secondary}"{turned}), or mesh {pair.secondary!r} finer'
+    ]
 
 
 def plays_of(touching: Touching) -> list[tuple[Play, str]]:

@@ -36,6 +36,7 @@ from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.table import Table
+from creak.studies.prepare.amount_check import clearance_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
@@ -53,12 +54,13 @@ from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import measured_damping
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import contact_pair, plays_of
+from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.unit_check import check_units
 from creak.studies.prepare.watched import watched
 from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
@@ -238,11 +240,13 @@ def set_up_model(
     InputError : as `set_up`.
     """
     stop_on_unread(model, ignore)
+    check_units(model, study.touching.units, study.places)
     places, driving, touching = study.places, study.driving, study.touching
     model, told = with_named_nodes(model, study.config.nodes, places)
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, study.config.support, places)
     model, clips, placed = with_clips(model, touching)
+    amounts = clearance_warnings(model, touching)
     contacts, notes = _contacts(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
     study = with_flight_steps(study)
@@ -253,8 +257,8 @@ def set_up_model(
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
     loads = sample_loads(model, driving, time, store)
-    notes += [*told, *held, *placed, *banded]
-    notes += start_warnings(model, touching, c.precheck)
+    notes += [*told, *held, *placed, *banded, *amounts]
+    notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = _damping(model, c.damping)
@@ -323,7 +327,7 @@ def _contacts(model: Model, touching: Touching, store: Path | None = None) -> tu
         except InputError as error:
             raise _in_file(touching.places, name, error) from error
         operators.append(operator)
-        notes.extend(map(Warned, more))
+        notes.extend(map(Warned, [*more, *coarse_side(model, pair, operator)]))
     return join(operators), notes
 
 

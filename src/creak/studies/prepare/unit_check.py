@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.errors import InputError
 from creak.model.materials import (
     AnisotropicMaterial,
     GeneralShell,
@@ -19,16 +21,26 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
-from creak.model.units import METRES, UNITS
+from creak.model.units import METRES, UNITS, UnitsName
+from creak.model.volumes import element_volumes
+from creak.studies.file.places import Places
+from creak.words import listed, percent
 
 MODULUS = (1e4, 2e12)
 """Pa: Young's moduli from soft foam to beyond diamond."""
-DENSITY = (12.0, 25_000.0)
+DENSITY = (5.0, 25_000.0)
 """kg/m^3: from light foam to beyond tungsten."""
 SOUND = (10.0, 30_000.0)
 """m/s: sqrt(E / density), from soft rubber to beyond diamond."""
 METAL = (5000.0, 5e9)
 """kg/m^3 and Pa: solids denser than this are metals, none of which is softer."""
+HALF = 0.5
+"""Share of the volume from which on the study's units are what is wrong, not the material's."""
+FOAM = (50.0, 1e8)
+"""kg/m^3 and Pa: solids lighter than this are foams, none of which is stiffer."""
+STRUCTURAL = (100.0, 300.0)
+"""kg/m^3 and m/s that a material must reach in another system to be taken for one of that system: foams and rubbers
+are too odd to tell."""
 SIZE = (0.01, 100.0)
 """m across the whole model."""
 THICKNESS = (1e-5, 0.1)
@@ -38,7 +50,8 @@ SPREAD = (1e-3, 3e4)
 FREQUENCY = (0.1, 2e4)
 """Hz: first natural frequency."""
 SHARE = 0.1
-"""Materials of fewer elements than this share are not judged: rigid or massless helpers have odd figures."""
+"""Materials of fewer elements than this share are not judged: rigid or massless helpers have odd figures. Of more of
+the volume than this share in another system nothing is run."""
 SLIMMEST = 0.02
 """Sides of the box count as at least this share of its diagonal: plates have no thickness in their nodes."""
 
@@ -92,6 +105,10 @@ class Stuff:
     modulus: float
     density: float
     elements: int
+    volume: float
+    """length^3 of all of them"""
+    where: str
+    """file:line of the first of them"""
 
 
 def unit_warnings(model: Model, units: str, *, mass: float | None = None, frequency: float | None = None) -> list[str]:
@@ -105,8 +122,9 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
     mass : of the whole model, in its units; frequency : the first that is not zero, Hz. None: not looked at.
     """
     declared = SYSTEMS[units]
-    found = [text for stuff in materials(model) if (text := _material(stuff, declared, across(model)))]
-    found = found or _size(model, declared) or _thickness(model, declared)
+    most = _odd(_by_material(model), declared)[1] > HALF
+    found = [text for stuff in materials(model) if (text := _material(model, stuff, declared, most=most))]
+    found = found or _lengths(model, declared)
     if mass is not None:
         found = found or _mass(model, declared, mass)
     if frequency is not None and not found and not FREQUENCY[0] <= frequency <= FREQUENCY[1]:
@@ -114,14 +132,32 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
     return found
 
 
-def other_units(model: Model, units: str) -> str | None:
-    """The first material whose figures are of another system than the study's, in a sentence; None: there is none."""
+def check_units(model: Model, units: str, places: Places) -> None:
+    """Raise InputError where a good share of the model's volume is of materials in another system than the study's.
+
+    Light skins and small helpers, whose figures are often odd, have next to no volume: of them is warned alone. So is
+    of figures that fit no system.
+    """
     declared = SYSTEMS[units]
-    stuff = next((m for m in materials(model) if _system_of(m, declared) is not None), None)
-    return (
-        None
-        if stuff is None
-        else f"materials and study are of two systems of units: {_material(stuff, declared, across(model))}"
+    told = _by_material(model)
+    odd, share = _odd(told, declared)
+    if share <= SHARE:
+        return
+    first = max(odd, key=lambda m: m.volume)
+    other = _system_of(first, declared)
+    assert other is not None
+    right = [m.name for m in told if m.modulus > 0.0 and m.density > 0.0 and _fits(m, declared)]
+    part = share * first.volume / sum(m.volume for m in odd)
+    beside = f"; {listed(right)} fits {units}" if right else ""
+    low, high = _ranges(declared)
+    cure = _remedy(model, first, other, declared, most=share > HALF)
+    also = f", and convert {listed(right)} as well" if right and share > HALF else ""
+    raise InputError(
+        f"the study is in {units}, but {_figures(first)} is in {other.name}: {percent(part)} of the model's volume, "
+        f"its elements from {first.where} on{beside}",
+        where=places.where("model", "units"),
+        expected=f"one system of units; in {units} {low} and {high}",
+        fix=f"These figures fit {other.name}: {cure}{also}.",
     )
 
 
@@ -139,6 +175,12 @@ def likely_units(model: Model, units: str) -> UnitSystem:
     return SYSTEMS[units] if not found or SYSTEMS[units] in found else found[0]
 
 
+def units_of_study(model: Model) -> UnitsName:
+    """The first system that a study can name in which materials and size are plausible; mm-t-s where there is none."""
+    fits = [s.name for s in guessed_units(model)]
+    return next((name for name in get_args(UnitsName) if name in fits), "mm-t-s")
+
+
 def named_systems(names: Iterable[str]) -> list[UnitSystem]:
     """The systems of these names."""
     known = {s.name: s for s in (*SYSTEMS.values(), *OTHERS)}
@@ -147,47 +189,63 @@ def named_systems(names: Iterable[str]) -> list[UnitSystem]:
 
 def materials(model: Model) -> list[Stuff]:
     """What makes up a good share of the model's elements, the most frequent first."""
-    count: dict[tuple[str, float, float], int] = {}
+    known = _by_material(model)
+    whole = max((m.elements for m in known), default=0)
+    return sorted((m for m in known if m.elements >= SHARE * whole), key=lambda m: -m.elements)
+
+
+def _by_material(model: Model) -> list[Stuff]:
+    """The materials of all elements, in the order of the deck."""
+    found: dict[tuple[str, float, float], Stuff] = {}
     for block in model.blocks:
-        for name, modulus, density in _stuffs(block.section):
-            key = (name, modulus, density)
-            count[key] = count.get(key, 0) + block.ids.size
-    whole = max(count.values(), default=0)
-    found = [Stuff(*key, n) for key, n in count.items() if n >= SHARE * whole]
-    return sorted(found, key=lambda s: -s.elements)
+        volume = float(element_volumes(block.kind, block.nodes_idx, model.nodes.coords, block.section).sum())
+        for name, modulus, density, share in _stuffs(block.section):
+            known = found.get((name, modulus, density), Stuff(name, modulus, density, 0, 0.0, block.where))
+            found[name, modulus, density] = replace(
+                known, elements=known.elements + block.ids.size, volume=known.volume + share * volume
+            )
+    return list(found.values())
 
 
-def _stuffs(section: Section) -> Iterator[tuple[str, float, float]]:
-    """Name, modulus and density of the materials of a section; figures of zero say nothing and are left out."""
+def _stuffs(section: Section) -> Iterator[tuple[str, float, float, float]]:
+    """Name, modulus, density and share of the volume of the materials of a section."""
     if isinstance(section, GeneralShell) and not section.plies:
         if section.thickness > 0.0 and not section.rigid:
             modulus, density = float(section.A[0, 0]) / section.thickness, section.mass / section.thickness
-            yield section.name, modulus, density
+            yield section.name, modulus, density, 1.0
         return
-    known = (
-        (p.material for p in section.plies)
-        if isinstance(section, GeneralShell)
-        else [getattr(section, "material", None)]
-    )
-    for m in known:
+    known = [(getattr(section, "material", None), 1.0)]
+    if isinstance(section, GeneralShell):
+        whole = sum(p.thickness for p in section.plies)
+        known = [(p.material, p.thickness / whole) for p in section.plies]
+    for m, share in known:
         if isinstance(m, Material):
-            yield m.name, m.youngs_modulus, m.density
+            yield m.name, m.youngs_modulus, m.density, share
         elif isinstance(m, AnisotropicMaterial):
-            yield m.name, float(m.elasticity[:3, :3].diagonal().max()), m.density
+            yield m.name, float(m.elasticity[:3, :3].diagonal().max()), m.density, share
         elif isinstance(m, SheetMaterial):
-            yield m.name, float(m.in_plane[:2, :2].diagonal().max()), m.density
+            yield m.name, float(m.in_plane[:2, :2].diagonal().max()), m.density, share
 
 
 def _within(value: float, limits: tuple[float, float]) -> bool:
     return limits[0] <= value <= limits[1]
 
 
+def _modulus_fits(stuff: Stuff, system: UnitSystem) -> bool:
+    return stuff.modulus <= 0.0 or _within(stuff.modulus * system.stress, MODULUS)
+
+
+def _density_fits(stuff: Stuff, system: UnitSystem) -> bool:
+    return stuff.density <= 0.0 or _within(stuff.density * system.density, DENSITY)
+
+
 def _fits(stuff: Stuff, system: UnitSystem) -> bool:
-    modulus = stuff.modulus <= 0.0 or _within(stuff.modulus * system.stress, MODULUS)
-    density = stuff.density <= 0.0 or _within(stuff.density * system.density, DENSITY)
     speed = _sound(stuff, system)
-    heavy = stuff.density * system.density > METAL[0] and 0.0 < stuff.modulus * system.stress < METAL[1]
-    return modulus and density and not heavy and (speed is None or _within(speed, SOUND))
+    modulus, density = stuff.modulus * system.stress, stuff.density * system.density
+    soft_metal = density > METAL[0] and 0.0 < modulus < METAL[1]
+    stiff_foam = 0.0 < density < FOAM[0] and modulus > FOAM[1]
+    plausible = _modulus_fits(stuff, system) and _density_fits(stuff, system)
+    return plausible and not soft_metal and not stiff_foam and (speed is None or _within(speed, SOUND))
 
 
 def _sound(stuff: Stuff, system: UnitSystem) -> float | None:
@@ -197,46 +255,84 @@ def _sound(stuff: Stuff, system: UnitSystem) -> float | None:
     return math.sqrt(stuff.modulus * system.stress / (stuff.density * system.density))
 
 
-def _material(stuff: Stuff, declared: UnitSystem, size: float) -> str:
-    """What is odd about a material of a model of this size; empty where nothing is."""
+def _odd(known: Sequence[Stuff], declared: UnitSystem) -> tuple[list[Stuff], float]:
+    """Materials in another system than the declared one, and their share of the volume of all that have a density."""
+    odd = [m for m in known if _system_of(m, declared) is not None]
+    whole = sum(m.volume for m in known if m.modulus > 0.0 and m.density > 0.0)
+    return odd, sum(m.volume for m in odd) / whole if whole else 0.0
+
+
+def _material(model: Model, stuff: Stuff, declared: UnitSystem, *, most: bool) -> str:
+    """What is odd about a material of a model; empty where nothing is."""
     if _fits(stuff, declared):
         return ""
-    name = f"material {stuff.name} (E = {stuff.modulus:g}, density = {stuff.density:g})"
     other = _system_of(stuff, declared)
     if other is not None:
-        return f"{name} is in {other.name}, not in {declared.name}: {_remedy(stuff, other, declared, size)}"
-    _, stress, density, _ = declared.words
-    wrong = []
-    if stuff.modulus > 0.0 and not _within(stuff.modulus * declared.stress, MODULUS):
-        low, high = (x / declared.stress for x in MODULUS)
-        wrong.append(f"E lies between {low:g} and {high:g} {stress}")
-    if stuff.density > 0.0 and not _within(stuff.density * declared.density, DENSITY):
-        low, high = (x / declared.density for x in DENSITY)
-        wrong.append(f"density lies between {low:g} and {high:g} {density}")
+        cure = _remedy(model, stuff, other, declared, most=most)
+        return f"{_figures(stuff)} is in {other.name}, not in {declared.name}: {cure}"
+    wrong = [
+        words
+        for value, words in zip((_modulus_fits, _density_fits), _ranges(declared), strict=True)
+        if not value(stuff, declared)
+    ]
     if not wrong:
-        return f"{name} would carry sound at {_sound(stuff, declared):.3g} m/s in {declared.name}: look at both figures"
-    return f"{name} is of no solid in {declared.name}, where {' and '.join(wrong)}"
+        return (
+            f"{_figures(stuff)} would carry sound at {_sound(stuff, declared):.3g} m/s in {declared.name}: look at "
+            "both figures"
+        )
+    return f"{_figures(stuff)} is of no solid in {declared.name}, where {' and '.join(wrong)}"
+
+
+def _figures(stuff: Stuff) -> str:
+    return f"material {stuff.name} (E = {stuff.modulus:g}, density = {stuff.density:g})"
+
+
+def _ranges(system: UnitSystem) -> tuple[str, str]:
+    """Between what modulus and density of solids lie."""
+    (soft, stiff), (light, heavy) = (x / system.stress for x in MODULUS), (x / system.density for x in DENSITY)
+    _, stress, density, _ = system.words
+    return f"E lies between {soft:g} and {stiff:g} {stress}", f"density lies between {light:g} and {heavy:g} {density}"
 
 
 def _system_of(stuff: Stuff, declared: UnitSystem) -> UnitSystem | None:
-    """The system that a material fits which does not fit the declared one; None: it does, or it fits none."""
-    if _fits(stuff, declared) or not (stuff.modulus > 0.0 and stuff.density > 0.0):
+    """The system in which a material is a structural one that fits not the declared one; None: it does, or none."""
+    if _fits(stuff, declared):
         return None
-    return next((s for s in (*SYSTEMS.values(), *OTHERS) if _fits(stuff, s)), None)
+    for system in (*SYSTEMS.values(), *OTHERS):
+        speed = _sound(stuff, system) or 0.0
+        if _fits(stuff, system) and stuff.density * system.density >= STRUCTURAL[0] and speed >= STRUCTURAL[1]:
+            return system
+    return None
 
 
-def _remedy(stuff: Stuff, other: UnitSystem, declared: UnitSystem, size: float) -> str:
-    """Convert the material where the lengths are of the declared system, else name the other one."""
-    lengths = [_within(size * system.length, SIZE) for system in (declared, other)]
-    if lengths == [True, False]:
-        modulus, density = (
-            stuff.modulus * other.stress / declared.stress,
-            stuff.density * other.density / declared.density,
-        )
-        return f"its lengths are, so give E = {modulus:.6g} and density = {density:.6g}"
-    if other.name not in SYSTEMS:
-        return f"convert the deck to {declared.name}"
-    return f'set [model] units = "{other.name}", or --units {other.name} where a deck is run by itself'
+def _remedy(model: Model, stuff: Stuff, other: UnitSystem, declared: UnitSystem, *, most: bool) -> str:
+    """Name the other system, or convert the material where lengths or other materials are of the declared one.
+
+    Parameters
+    ----------
+    most : whether most of the model is in another system than the declared one.
+    """
+    modulus, density = (
+        stuff.modulus * other.stress / declared.stress,
+        stuff.density * other.density / declared.density,
+    )
+    given = f"give {stuff.name} E = {modulus:.6g} and density = {density:.6g}"
+    named = (
+        f'set [model] units = "{other.name}", or --units {other.name} where a deck is run by itself'
+        if other.name in SYSTEMS
+        else f"convert the deck to {declared.name}"
+    )
+    of_declared, of_other = (not _lengths(model, system) for system in (declared, other))
+    if of_declared and not of_other:
+        return f"the lengths are in {declared.name}, so {given}"
+    if most and of_declared:
+        return f"{named}; or, where its {across(model):.3g} {declared.words[0]} across are right, {given}"
+    return named if most else given
+
+
+def _lengths(model: Model, system: UnitSystem) -> list[str]:
+    """What is odd about size and thickness."""
+    return _size(model, system) or _thickness(model, system)
 
 
 def _size(model: Model, declared: UnitSystem) -> list[str]:

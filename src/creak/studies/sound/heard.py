@@ -40,6 +40,8 @@ SHORTEST = 0.05
 SINGLE = np.float32
 LEAST_ERROR = 1e-3
 """Of the unreduced model's answers that is told."""
+ROUND_OFF = 1e-9
+"""Share of the largest coordinate of a listener below which another is none."""
 MOST_PARTS = 6
 """Of equivalent radiated power in the notes."""
 
@@ -219,7 +221,8 @@ def _notes(
 ) -> list[str]:
     said = []
     for listener in listeners:
-        at = ", ".join(f"{x:.4g}" for x in listener.position)
+        small = ROUND_OFF * float(np.abs(listener.position).max())
+        at = ", ".join(f"{x if abs(x) > small else 0.0:.4g}" for x in listener.position)
         if not listener.given:
             said.append(
                 f"sound: heard at ({at}), an ear 0.6 m off the loudest panel, as the study has no [listener]; "

@@ -109,7 +109,8 @@ def test_values_come_from_libraries_in_the_units_of_the_study(tmp_path):
     top = 'clips = "my.toml"\n'
     found = clipped(tmp_path, use, top).connectors
     assert (found.gap0.tolist(), found.stiffness.tolist(), found.damping.tolist()) == ([2.0], [5.0], [0.3])
-    (tmp_path / "beam.inp").write_text(BEAM, encoding="utf-8")
+    deck = BEAM.replace(f"{MODULUS}, 0.3", "2.1e11, 0.3").replace("7.85e-9", "7850.")
+    (tmp_path / "beam.inp").write_text(deck, encoding="utf-8")
     metres = HEAD.replace("[time]", 'units = "m-kg-s"\n[time]')
     path = tmp_path / "metres.toml"
     path.write_text(top + metres + use + '[[clip]]\nuse = "stiff"\nnodes = "TIP"\n', encoding="utf-8")

@@ -136,6 +136,7 @@ def test_node_to_surface_takes_pressure_times_area(deck):
 
 STUDY = """
 [model]
+units = "m-kg-s"
 deck = "deck.inp"
 [excitation.root]
 node_set = "ROOT"

@@ -23,8 +23,7 @@ from creak.model.materials import (
     Structural,
     TrussSection,
 )
-from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, volumes
+from creak.model.volumes import element_volumes
 
 UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
 
@@ -131,23 +130,8 @@ def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: Flo
     """(n,) volumes of structural elements."""
     out = np.zeros(rows.size)
     kinds = np.array([t.kind for t in TYPES])[elements.type_idx[rows]]
-    size = np.array([_cross_size(assigned.sections[s]) for s in assigned.section_idx[rows]])
     for kind in np.unique(kinds):
-        mine = np.flatnonzero(kinds == kind)
-        table = elements.nodes_idx[rows[mine]]
-        if kind in FACES:
-            out[mine] = np.abs(volumes(coords[faces_of(str(kind), table)]))
-        elif kind in SHELL_FACETS:
-            out[mine] = facet_areas(coords[facets_of_shells(str(kind), table)]).sum(axis=1)
-        elif kind == "beam3":
-            out[mine] = np.linalg.norm(np.diff(coords[table[:, :3]], axis=1), axis=2).sum(axis=1)
-        else:
-            out[mine] = np.linalg.norm(coords[table[:, 1]] - coords[table[:, 0]], axis=1)
-        out[mine] *= size[mine]
+        for s in np.unique(assigned.section_idx[rows[kinds == kind]]).tolist():
+            mine = np.flatnonzero((kinds == kind) & (assigned.section_idx[rows] == s))
+            out[mine] = element_volumes(str(kind), elements.nodes_idx[rows[mine]], coords, assigned.sections[s])
     return out
-
-
-def _cross_size(section: Section) -> float:
-    if isinstance(section, ShellSection | GeneralShell):
-        return section.thickness
-    return section.area if isinstance(section, BeamSection | TrussSection) else 1.0

@@ -1,0 +1,68 @@
+"""Amounts of a study against its units: clearances and motions given in metres where millimetres are meant."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from creak.dynamics.loads import Loads
+from creak.errors import InputError
+from creak.model.mesh import Model
+from creak.studies.file.case import Driving, Touching
+from creak.studies.prepare.unit_check import SYSTEMS, across
+from creak.studies.warned import Warned
+from creak.words import percent
+
+WIDE = 0.1
+"""Share of the model's size above which a clearance can hardly be meant; above all of it none is."""
+ROUGH = 1e-6
+"""m: clearances below this are less than the roughness of surfaces."""
+WEAK, HARD = 0.02, 3000.0
+"""m/s^2: peaks of 2 mg and 300 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
+
+
+def clearance_warnings(model: Model, touching: Touching) -> list[str]:
+    """Clearances as large as a good part of the model, or smaller than surfaces are rough.
+
+    Raises
+    ------
+    InputError : one larger than the model.
+    """
+    size, system = across(model), SYSTEMS[touching.units]
+    unit, found = system.words[0], []
+    for name, t in touching.contacts.items():
+        if not isinstance(t.clearance, int | float):
+            continue
+        wide, asked = abs(t.clearance), f"is it in {unit}, as [model] units = {touching.units!r} says?"
+        if size and wide > size:
+            raise InputError(
+                f"clearance = {t.clearance:g} {unit} is more than the whole model, {size:.3g} {unit} across",
+                where=touching.places.where("contact", name, "clearance"),
+                expected=f"a gap between the two surfaces, in {unit}",
+                fix=f"Is it in another unit? In {touching.units} lengths are in {unit}.",
+            )
+        if size and wide > WIDE * size:
+            found.append(
+                f"[contact.{name}] clearance = {t.clearance:g} {unit} is {percent(wide / size)} of the model's size: "
+                f"{asked}"
+            )
+        elif 0.0 < wide * system.length < ROUGH:
+            found.append(
+                f"[contact.{name}] clearance = {t.clearance:g} {unit} is less than surfaces are rough: {asked} 0 says "
+                "that they touch"
+            )
+    return [Warned(text) for text in found]
+
+
+def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
+    """Prescribed vibration far beyond, or as an acceleration far below, what vehicles and shakers do."""
+    system, found = SYSTEMS[driving.units], []
+    for j, (name, t) in enumerate(driving.moving.items()):
+        if t.dof not in ("x", "y", "z") or not t.signal.stated:
+            continue
+        peak = system.length * float(np.abs(loads.support[2, :, j]).max(initial=0.0))
+        if peak > HARD or (t.kind == "acceleration" and 0.0 < peak < WEAK):
+            found.append(
+                f"[excitation.{name}] accelerates by {'up to' if peak > HARD else 'no more than'} {peak:.2g} m/s2: are "
+                f"its amounts in {system.words[0]} and s, as [model] units = {driving.units!r} says?"
+            )
+    return [Warned(text) for text in found]
