@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.elements.geometry import (
     DEGENERATE,
     gauss_triangle,
@@ -49,23 +49,22 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
 
     K = K_membrane(ux, uy, rz) + K_plate(uz, rx, ry) in the plane of the element, turned to global axes.
     The membrane is Felippa's optimal ANDES triangle, which is exact in in-plane bending of a rectangle cut
-    along its diagonal; bending and shear are DKMT, good from thin to moderately thick plates. It does not know the
-    layers of twist at free edges, which are as wide as the shell is thick: strips whose elements are wider than that
-    twist too stiffly, by .63 t/b of their torsional stiffness. Drilling rotations of neighbours in different planes
-    work against bending: doubly curved shells that bend without stretching are too stiff until L^2 < 2 R t (element
-    side L, radius R). Use quadrilaterals there.
+    along its diagonal; bending and shear are DKMT, good from thin to moderately thick plates, with the layers in
+    which a twisting moment falls to nothing at edges (`own.free_sides`). Drilling rotations of neighbours in different
+    planes work against bending: doubly curved shells that bend without stretching are too stiff until L^2 < 2 R t
+    (element side L, radius R). Use quadrilaterals there.
     """
     _require_area(coords)
 
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         frame, plane = _to_plane(piece)
         stiff = _one_each(rigidity(section, frame[:, None], mine, CENTRE))
-        return rotate_to_global(_local(plane, stiff), frame)
+        return rotate_to_global(_local(plane, stiff, mine.free_sides), frame)
 
     return in_chunks(kernel, coords, 18, own)
 
 
-def _local(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+def _local(plane: FloatArray, stiff: Rigidity, free: BoolArray | None) -> FloatArray:
     """(n, 18, 18) in local axes.
 
     Membrane, coupling and bending are the energy of one field, (e, k)' [A B; B D] (e, k) of the means of membrane
@@ -74,7 +73,7 @@ def _local(plane: FloatArray, stiff: Rigidity) -> FloatArray:
     """
     local = np.zeros((plane.shape[0], 18, 18))
     local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, stiff)
-    local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff)
+    local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff, free)
     if stiff.B is not None:
         mean, area = _mean_curvature(plane, stiff), _plane_area(plane)[:, None, None]
         across = np.asarray(_force_lumping(plane) @ stiff.B @ mean, dtype=np.float64)
@@ -257,7 +256,7 @@ def _natural_to_cartesian(side: FloatArray, length2: FloatArray) -> FloatArray:
     return np.linalg.inv(rows).astype(np.float64)
 
 
-def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+def _plate(plane: FloatArray, stiff: Rigidity, free: BoolArray | None) -> FloatArray:
     """DKMT plate about its neutral surface: rotations are quadratic along the sides, less so where the shell is thick.
 
     beta = sum N_i beta_i + sum_k 4 N_i N_j bent_k t_k,   beta = (ry, -rx), t_k along side k from node i to j
@@ -285,7 +284,38 @@ def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:
         curvature, gamma = _curvature(sides, gradients, N), _shear(sides, gradients, N)
         full += weight * (curvature.transpose(0, 2, 1) @ stiff.neutral @ curvature)
         full += weight * (gamma.transpose(0, 2, 1) @ stiff.S @ gamma)
+    if free is not None and free.any():
+        full -= _edge_layers(plane, stiff, sides, gradients, free)
     return np.asarray(full * _plane_area(plane)[:, None, None], dtype=np.float64)
+
+
+def _edge_layers(
+    plane: FloatArray, stiff: Rigidity, sides: Sides, gradients: FloatArray, free: BoolArray
+) -> FloatArray:
+    """(n, 9, 9) per area: what the layers at free sides take of the energy of twist.
+
+    Near a free edge the twisting moment M_ts falls to nothing within a layer of thickness l = (D_t/S_t)^(1/2), where
+    rotations along the edge give way: beta_t = b exp(-y/l). Eliminating b frees l M_ts^2/(2 D_t) per length of the
+    edge. Of the moment in the middle of the side that is 1/3 of the element's energy of M_ts at most (the rule of the
+    middles of the sides is exact), so l becomes w tanh(l^-1 w) l/w, w = A/(3 L): a layer in a strip of width w.
+    Where the mesh resolves the layer there is no moment at the side, and nothing to free.
+    """
+    total = np.zeros((plane.shape[0], 9, 9))
+    c, s = sides.direction.transpose(2, 0, 1)
+    twist = np.stack([-c * s, c * s, c * c - s * s], axis=2)
+    twisted = twist @ stiff.neutral
+    D = (twisted * twist).sum(axis=2)
+    S = ((sides.direction @ stiff.S) * sides.direction).sum(axis=2)
+    there = free & (D > 0.0) & (S > 0.0)
+    D, S = np.where(there, D, 1.0), np.where(there, S, 1.0)
+    z = _plane_area(plane)[:, None] / (3.0 * sides.length) * np.sqrt(S / D)
+    share = np.where(there, np.tanh(z) / (3.0 * z * D), 0.0)
+    for k in range(3):
+        N = np.full(3, 0.5)
+        N[k - 1] = 0.0
+        moment = twisted[:, k, None] @ _curvature(sides, gradients, N)
+        total += share[:, k, None, None] * (moment.transpose(0, 2, 1) @ moment)
+    return total
 
 
 def _gradients(plane: FloatArray) -> FloatArray:
