@@ -282,15 +282,14 @@ def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[Kin
 def _rigid_body(
     deck: Outline, scope: Scope, block: Block, elements: Elements, nodes: Registry, element_names: Registry
 ) -> list[Constraint]:
-    """Kinematic couplings: ELSET and TIE NSET in all dofs, PIN NSET in the displacements."""
+    """Kinematic couplings: ELSET, TIE NSET and CalculiX's NSET in all dofs, PIN NSET in the displacements."""
     ref_idx = reference_node(scope, block, nodes)
     if block.option("POSITION", "INPUT") != "INPUT":
         deck.note(block, "creak leaves the reference node where it is", changes=True, what="*RIGID BODY, POSITION")
     tied: list[IntArray] = []
     if block.has("ELSET"):
         tied.append(nodes_of(elements, element_names.find(block.need("ELSET"), scope.name, block.where)))
-    if block.has("TIE NSET"):
-        tied.append(nodes.find(block.need("TIE NSET"), scope.name, block.where))
+    tied += [nodes.find(block.need(k), scope.name, block.where) for k in ("TIE NSET", "NSET") if block.has(k)]
     result: list[Constraint] = []
     name = f"RIGID-{block.get('REF NODE')}"
     pinned = np.zeros(0, np.int64)
