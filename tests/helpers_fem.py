@@ -10,7 +10,7 @@ import scipy.linalg
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from creak.elements.free_sides import free_sides
+from creak.elements.free_sides import ending_sides, free_sides, twisting_sides
 from creak.elements.shells import quad4 as shell_quad4
 from creak.elements.shells import quad8 as shell_quad8
 from creak.elements.shells import tri3 as shell_tri3
@@ -19,6 +19,7 @@ from creak.model.materials import Material, ShellSection
 from creak.model.mesh import Own
 
 KINDS = {"quad": shell_quad4, "tri": shell_tri3}
+NONE = np.zeros(0, dtype=int)
 QUADRATIC = {"quad8": shell_quad8, "tri6": shell_tri6}
 
 
@@ -43,8 +44,17 @@ class Mesh:
         cols = np.tile(dofs, (1, dofs.shape[1])).ravel()
         return sp.coo_matrix((blocks.ravel(), (rows, cols)), shape=(self.n_dof, self.n_dof)).tocsc()
 
-    def stiffness(self, section: ShellSection) -> sp.csc_matrix:
-        own = Own(free_sides=free_sides([self.elements])[0])
+    def stiffness(self, section: ShellSection, held: np.ndarray = NONE) -> sp.csc_matrix:
+        """Of the elements beside supports that hold the dof rows `held`."""
+        if self.elements.shape[1] == 3:
+            axes = np.zeros((len(self.coords), 6))
+            axes.ravel()[np.asarray(held, dtype=int)] = 1.0
+            at = np.flatnonzero(axes[:, 3:].any(axis=1))
+            ends = ending_sides(self.coords, [self.elements])[0]
+            free = twisting_sides(self.coords, self.elements, ends, at, axes[at, 3:, None] * np.eye(3))
+        else:
+            free = free_sides([self.elements])[0]
+        own = Own(free_sides=free)
         return self.assemble(self.module.stiffness(self.coords[self.elements], section, own))
 
     def mass(self, section: ShellSection) -> sp.csc_matrix:

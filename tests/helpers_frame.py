@@ -65,14 +65,15 @@ def corner_nodes() -> list[tuple[int, int, float]]:
     return found
 
 
-def frame_deck(corner: float | None = None) -> str:
-    """Three plates of S4; at the corners they turn against each other about y on springs.
+def frame_deck(corner: float | None = None, kind: str = "S4") -> str:
+    """Three plates of S4, or of two S3 in the place of each; at the corners they turn against each other about y on springs.
 
     Parameters
     ----------
     corner : N mm/rad of each corner; None: welded.
     """
     nodes, elements = [], []
+    pieces = ([0, 1, 2, 3],) if kind == "S4" else ([0, 1, 2], [0, 2, 3])
     top = -0.5 * THICKNESS
     heights = [*np.linspace(-HEIGHT, -0.5 * HEIGHT, UP // 2 + 1), *np.linspace(-0.5 * HEIGHT, top, UP // 2 + 1)[1:]]
 
@@ -83,7 +84,9 @@ def frame_deck(corner: float | None = None) -> str:
         for i in range(len(lines) - 1):
             for j in range(ALONG):
                 a = first + i * (ALONG + 1) + j
-                elements.append(f"{len(elements) + 1}, {a}, {a + ALONG + 1}, {a + ALONG + 2}, {a + 1}")
+                corners = (a, a + ALONG + 1, a + ALONG + 2, a + 1)
+                for piece in pieces:
+                    elements.append(", ".join(str(x) for x in (len(elements) + 1, *(corners[i] for i in piece))))
 
     plate(1, [(0.0, z) for z in heights])
     plate(10_001, [(WIDTH, z) for z in heights])
@@ -96,5 +99,5 @@ def frame_deck(corner: float | None = None) -> str:
             name = f"CORNER{k}"
             springs.append(f"*ELEMENT, TYPE=SPRING2, ELSET={name}\n{90_001 + k}, {leg}, {over}")
             springs.append(f"*SPRING, ELSET={name}\n5, 5\n{corner * share:.12g}")
-    lines = ["*NODE", *nodes, "*ELEMENT, TYPE=S4, ELSET=ALL", *elements, *springs, *joined]
+    lines = ["*NODE", *nodes, f"*ELEMENT, TYPE={kind}, ELSET=ALL", *elements, *springs, *joined]
     return "\n".join(lines) + "\n" + MATERIAL + f"*SHELL SECTION, ELSET=ALL, MATERIAL=ALU\n{THICKNESS},\n"

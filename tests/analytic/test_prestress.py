@@ -142,7 +142,7 @@ def plate(kind: str, n: int = 8, side: float = 100.0) -> str:
     )
 
 
-@pytest.mark.parametrize(("kind", "limit"), [("S4", 0.01), ("S3", 0.025)])
+@pytest.mark.parametrize(("kind", "limit"), [("S4", 0.01), ("S3", 0.01)])
 def test_a_plate_in_tension(tmp_path, kind, limit, measured):
     """Simply supported and stretched by u: omega^2 rho t = D (2 pi^2/a^2)^2 + N (pi/a)^2, N = E t u/a."""
     side, pull = 100.0, 0.2

@@ -31,11 +31,8 @@ from creak.model.constraints import linked_nodes, oblique_supports
 from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS, dof_label, nodes_of
 from creak.model.materials import Discrete, GeneralShell
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import EXACT, EXACTLY, SHELL_FACETS, facets_of_shells, normals_at_nodes, unit
+from creak.model.shell_facets import EXACT, EXACTLY, SHELL_FACETS, SMOOTH, facets_of_shells, normals_at_nodes, unit
 
-SMOOTH = float(np.cos(np.deg2rad(20.0)))
-"""Cosine of the angle up to which shells at a node count as one smooth surface: 20 degrees, as Nastran (SNORM) and
-Abaqus (*NORMAL) have it."""
 ROUND_OFF = 1e-12
 
 
@@ -114,7 +111,7 @@ def turned(matrix: FloatArray, turns: FloatArray) -> FloatArray:
 
 def held_drilling(model: Model, nodes: IntArray | None = None) -> HeldDrilling | None:
     """The nodes (among `nodes`) where supports hold rotations about normals of shells; None: there are none."""
-    at, held = _held(model, ROTATIONS)
+    at, held = held_directions(model, ROTATIONS)
     if nodes is not None:
         mine = np.isin(at, nodes)
         at, held = at[mine], held[mine]
@@ -154,7 +151,7 @@ def still_edges(model: Model, nodes: IntArray) -> list[LinearEquation]:
     mine = [nodes[:0], *(b.nodes_idx.ravel() for b in model.blocks if b.kind == "tri3" and _strains(b))]
     others = [linked_nodes(model.constraints, model.fixed)]
     others += [b.nodes_idx.ravel() for b in model.blocks if b.kind not in SHELL_FACETS]
-    at = np.intersect1d(np.intersect1d(nodes, np.concatenate(mine)), _held(model, TRANSLATIONS)[0])
+    at = np.intersect1d(np.intersect1d(nodes, np.concatenate(mine)), held_directions(model, TRANSLATIONS)[0])
     at = np.setdiff1d(at, np.concatenate(others))
     found = _surfaces(model, at)
     if not found:
@@ -180,7 +177,7 @@ def _own_normals(held: FloatArray, normals: list[FloatArray]) -> FloatArray:
     return out
 
 
-def _held(model: Model, dofs: tuple[int, ...]) -> tuple[IntArray, FloatArray]:
+def held_directions(model: Model, dofs: tuple[int, ...]) -> tuple[IntArray, FloatArray]:
     """Nodes (k,) that supports hold in some of three dofs, sorted; the projection (k, 3, 3) on the held directions."""
     axes = np.zeros((model.nodes.count, 3), dtype=bool)
     for f in model.fixed:
@@ -206,7 +203,7 @@ def _surfaces(model: Model, nodes: IntArray) -> list[tuple[FloatArray, BoolArray
     """Of the first, second, ... smooth surface at each node: normals (k, 3); whether it may turn in its plane; whether
     a side of it there cannot; whether it is there."""
     of, normals, resting = [np.zeros(0, dtype=np.int64)], [np.zeros((0, 3))], [np.zeros(0, dtype=bool)]
-    supports = _held(model, TRANSLATIONS)
+    supports = held_directions(model, TRANSLATIONS)
     for block in model.blocks:
         if _strains(block):
             at, there = _found(nodes, block.nodes_idx)

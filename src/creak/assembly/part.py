@@ -14,11 +14,11 @@ from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned
+from creak.assembly.edges import with_edges
 from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, no_supports
-from creak.elements.free_sides import SHELLS, with_free_sides
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.later import later
@@ -108,7 +108,7 @@ def assemble_blocks(
     drilling : where the matrices are those of the rotations that shells have of their own.
     """
     nodes, given = nodes_of(labels[::PER_NODE]), list(blocks)
-    given = with_free_sides(given, _shells_beside(model, given, nodes))
+    given = with_edges(model, given, nodes)
     pattern = NodeBlocks([np.searchsorted(nodes, block.nodes_idx) for block in given], nodes.size)
     K, M, C = pattern.zeros(), pattern.zeros(), None
     for block, rows, (Ke, Me, Ce) in _element_matrices(model, given, u, drilling):
@@ -124,17 +124,6 @@ def assemble_blocks(
     stiffness = pattern.matrix(K)
     del K
     return PartMatrices(labels, stiffness, pattern.matrix(M), None if C is None else pattern.matrix(C))
-
-
-def _shells_beside(model: Model, blocks: list[ElementBlock], nodes: IntArray) -> list[IntArray]:
-    """Corner nodes of the shells of other parts that may have a side in common with the blocks."""
-    shared = np.zeros(model.nodes.count, dtype=bool)
-    shared[np.intersect1d(shared_nodes(model), nodes)] = True
-    if not shared.any():
-        return []
-    parts = {block.part for block in blocks}
-    others = [block.nodes_idx for block in model.blocks if block.kind in SHELLS and block.part not in parts]
-    return [corners[np.count_nonzero(shared[corners], axis=1) >= 2] for corners in others]
 
 
 def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tuple[float, float, bool]:

@@ -53,7 +53,8 @@ class Own:
     arms: FloatArray | None = None
     """(n_elem, n_node_per_element, 3) rigid arms from the nodes to the corners of the element, global axes."""
     free_sides: BoolArray | None = None
-    """(n_elem, 4) sides of quadrilateral shells, node k to k + 1, that no other shell has; None: not looked for."""
+    """(n_elem, 4 or 3) sides of shells, node k to k + 1: of quadrilaterals those that no other shell has, of triangles
+    those along which a twisting moment falls to nothing (`elements.free_sides`); None: not looked for."""
 
     def take(self, rows: slice | IntArray) -> Own:
         """The same of some elements."""

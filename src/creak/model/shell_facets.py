@@ -18,6 +18,9 @@ A shell with middle nodes counts as several facets, so that contact and ties rea
 what lies between the middle nodes, as faces of solids do."""
 N_CORNER = {"quad4": 4, "tri3": 3, "quad8": 4, "tri6": 3}
 
+SMOOTH = float(np.cos(np.deg2rad(20.0)))
+"""Cosine of the angle up to which shells at a node count as one smooth surface: 20 degrees, as Nastran (SNORM) and
+Abaqus (*NORMAL) have it."""
 EXACT = 1.7e-3
 """Sine of the angle (0.1 degree) up to which a direction is the normal, as of material directions."""
 EXACTLY = float(np.sqrt(1.0 - EXACT**2))

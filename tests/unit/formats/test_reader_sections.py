@@ -51,6 +51,13 @@ def test_general_beam_section(read: Reader) -> None:
     assert section.material.shear_modulus == pytest.approx(100.0)
 
 
+def test_general_beam_section_with_a_material_is_that_of_calculix(read: Reader) -> None:
+    """Dimensions and axis as of *BEAM SECTION, and no line of moduli."""
+    lines = f"ELSET=B, MATERIAL=STEEL, SECTION=PIPE\n .11, .01\n 0., 1., 0.\n{STEEL}"
+    general, plain = (read(f"{BEAMS}*BEAM {name}SECTION, {lines}").blocks[0].section for name in ("GENERAL ", ""))
+    assert general == plain
+
+
 def test_truss(read: Reader) -> None:
     text = BEAMS.replace("B33", "T3D2") + f"*SOLID SECTION, ELSET=B, MATERIAL=STEEL\n 2.5\n{STEEL}"
     block = read(text).blocks[0]
@@ -151,6 +158,12 @@ def test_kinematic_coupling_groups_lines_by_dofs(read: Reader) -> None:
         ([1], (1, 2, 3)),
         ([2], (1, 2, 3, 4, 5, 6)),
     ]
+
+
+def test_rigid_body_of_a_node_set_as_calculix_writes_it(read: Reader) -> None:
+    model = read(_with_beams("*NODE\n 9, 5., 5.\n*NSET, NSET=SOME\n 2, 3\n*RIGID BODY, REFNODE=9, NSET=SOME\n"))
+    (c,) = (c for c in model.constraints if isinstance(c, KinematicCoupling))
+    assert (c.nodes_idx.tolist(), c.dofs) == ([1, 2], (1, 2, 3, 4, 5, 6))
 
 
 def test_rigid_body_of_elements_and_pinned_nodes(read: Reader) -> None:

@@ -132,6 +132,22 @@ def test_coupling_to_a_face_of_solids_weighs_by_area(read: Reader) -> None:
     assert weights == pytest.approx({1: 1.0, 4: 1.0, 2: 1.0 + 2 / 3, 3: 1.0 + 2 / 3, 9: 2 / 3})
 
 
+@pytest.mark.parametrize("parameter", ["COUPLING", "ROTATIONAL COUPLING"])
+@pytest.mark.parametrize("shells", [False, True])
+def test_structural_coupling_of_nodes_without_rotations_is_that_of_the_continuum(
+    read: Reader, parameter: str, shells: bool
+) -> None:
+    """On solids it is read; at a shell, with rotations to couple, it changes the answer."""
+    faces = " 1, S1\n 2, S1\n" if shells else " 2, S1\n"
+    text = DECK + f"*NODE\n 90, 1., 1., 0.\n*SURFACE, NAME=FOOT\n{faces}"
+    text += "*COUPLING, CONSTRAINT NAME=C, REF NODE=90, SURFACE=FOOT\n*DISTRIBUTING"
+    plain, model = read(text + "\n"), read(f"{text}, {parameter}=STRUCTURAL\n")
+    np.testing.assert_array_equal(model.constraints[0].weights, plain.constraints[0].weights)
+    (note,) = (u for u in model.unread if "STRUCTURAL" in u.keyword)
+    assert note.changes_answer == shells
+    assert ("no published source" if shells else "the coupled nodes have no rotations") in note.why
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -147,3 +147,11 @@ def test_mistakes_are_named(read: Reader, tie: str, words: str) -> None:
 def test_parameters_that_creak_does_not_read_are_listed(read: Reader) -> None:
     model = read(cut_plate((3, 4), (3, 6), SEAM.replace("=SEAM", "=SEAM, CYCLIC SYMMETRY")))
     assert [u.keyword for u in model.unread if u.changes_answer] == ["*TIE, CYCLICSYMMETRY"]
+
+
+def test_cyclic_symmetry_is_told_as_what_it_is(read: Reader) -> None:
+    """A sector tied to itself, turned: no tie of this mesh, whatever its surfaces are."""
+    cloud = "*SURFACE, NAME=CLOUD, TYPE=NODE\nRIGHT_NODES\n"
+    model = read(cut_plate((3, 4), (3, 6), f"{cloud}*TIE, CYCLIC SYMMETRY, NAME=SEAM\nCLOUD, CLOUD\n"))
+    assert not ties(model)
+    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*TIE, CYCLICSYMMETRY", True)]

@@ -82,7 +82,7 @@ def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Ow
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         surface = evaluate(piece, points, weights)
         stiff = rigidity(section, surface.axes, mine, shape(points))
-        bending, bent = _neutral(stiff), curvature(piece, surface)
+        bending, bent = stiff.neutral, curvature(piece, surface)
         if stiff.B is None:
             total = membrane_stiffness(piece, surface, stiff)
         else:
@@ -181,19 +181,12 @@ def _heat_load(
     else:
         both = np.concatenate([operator, np.pad(bent, ((0, 0), (0, 0), (0, 0), (0, 5)))], axis=2)
         taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
-        full = weighted_gram(both, replace(stiff, D=stiff.D - _neutral(stiff)).coupled, surface.weights)
+        full = weighted_gram(both, replace(stiff, D=stiff.D - stiff.neutral).coupled, surface.weights)
         load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
     grown = np.zeros((len(coords), 4, 6))
     grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
     dilated = (_stiffness(coords, section, own, softened=softened) @ grown.reshape(len(coords), 24, 1))[..., 0]
     return dilated + condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
-
-
-def _neutral(stiff: Rigidity) -> FloatArray:
-    """Bending stiffness about the neutral surface, D - B A^-1 B."""
-    if stiff.B is None:
-        return stiff.D
-    return np.asarray(stiff.D - stiff.B @ np.linalg.solve(stiff.A, stiff.B), dtype=np.float64)
 
 
 def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity, bent: FloatArray) -> FloatArray:

@@ -82,7 +82,7 @@ def sides_of(coords: FloatArray, surface: Surface, bending: FloatArray, stiff: R
     cosines = cosines / np.linalg.norm(cosines, axis=2, keepdims=True)
     c, s = cosines[..., 0], cosines[..., 1]
     D, S = _mean_of(bending, surface), _mean_of(stiff.S, surface)
-    along, twist = np.stack([c * c, s * s, c * s], axis=-1), np.stack([-c * s, c * s, c * c - s * s], axis=-1)
+    along, twist = np.stack([c * c, s * s, 2.0 * c * s], axis=-1), np.stack([-c * s, c * s, c * c - s * s], axis=-1)
     bent, twisted, sheared = _along(along, D), _along(twist, D), _along(cosines, S)
     ratio = np.divide(sheared, twisted, out=np.zeros_like(twisted), where=twisted > 0.0)
     frame = strain_transform(evaluate(coords, CENTRE, np.array([4.0])).inverse)[:, 0]

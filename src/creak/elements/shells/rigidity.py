@@ -35,6 +35,13 @@ class Rigidity:
     """Poisson's ratio of the isotropic part of A."""
 
     @property
+    def neutral(self) -> FloatArray:
+        """Bending stiffness about the neutral surface, D - B A^-1 B."""
+        if self.B is None:
+            return self.D
+        return np.asarray(self.D - self.B @ np.linalg.solve(self.A, self.B), dtype=np.float64)
+
+    @property
     def coupled(self) -> FloatArray:
         """[A B; B D], (..., 6, 6)."""
         B = np.zeros_like(self.A) if self.B is None else self.B

@@ -1,12 +1,12 @@
-"""Three-node flat shell: MITC3+ bending and shear, optimal ANDES membrane with drilling rotations."""
+"""Three-node flat shell: DKMT bending and shear, optimal ANDES membrane with drilling rotations."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.elements.geometry import (
     DEGENERATE,
     gauss_triangle,
@@ -17,18 +17,31 @@ from creak.elements.geometry import (
     unit,
 )
 from creak.elements.shells.common import mean_normal, shell_mass, stressed_stiffness
-from creak.elements.shells.quad4_membrane import condensed
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
 
 MEMBRANE_DOFS = np.array([0, 1, 5, 6, 7, 11, 12, 13, 17])
 """(ux, uy, rz) of the three nodes in local axes."""
-PLATE_DOFS = np.array([2, 3, 4, 8, 9, 10, 14, 15, 16, 18, 19])
-"""(uz, rx, ry) of the three nodes in local axes, then (rx, ry) of the bubble."""
+PLATE_DOFS = np.array([2, 3, 4, 8, 9, 10, 14, 15, 16])
+"""(uz, rx, ry) of the three nodes in local axes."""
 CENTRE = np.full((1, 3), 1.0 / 3.0)
-TYING_SHIFT = 1e-4
-"""Distance of the inner tying points from the centroid (Lee, Lee and Bathe 2014)."""
+LINEAR = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
+"""Derivatives of the linear shape functions by r and s."""
+
+
+@dataclass(frozen=True)
+class Sides:
+    """Sides 12, 23, 31 of triangles in their plane, and what happens along them, on (w, rx, ry) of each node."""
+
+    direction: FloatArray
+    """(n, 3, 2) unit vectors."""
+    length: FloatArray
+    """(n, 3)."""
+    bent: FloatArray
+    """(n, 3, 9): rotation along the side in its middle, beyond the mean of its ends."""
+    sheared: FloatArray
+    """(n, 3, 9): shear strain along the side."""
 
 
 def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
@@ -36,42 +49,52 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
 
     K = K_membrane(ux, uy, rz) + K_plate(uz, rx, ry) in the plane of the element, turned to global axes.
     The membrane is Felippa's optimal ANDES triangle, which is exact in in-plane bending of a rectangle cut
-    along its diagonal; bending and shear are MITC3+, good from thin to moderately thick plates. Drilling
-    rotations of neighbours in different planes work against bending: doubly curved shells that bend without
-    stretching are too stiff until L^2 < 2 R t (element side L, radius R). Use quadrilaterals there.
+    along its diagonal; bending and shear are DKMT, good from thin to moderately thick plates, with the layers in
+    which a twisting moment falls to nothing at edges (`own.free_sides`). Drilling rotations of neighbours in different
+    planes work against bending: doubly curved shells that bend without stretching are too stiff until L^2 < 2 R t
+    (element side L, radius R). Use quadrilaterals there.
     """
     _require_area(coords)
 
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         frame, plane = _to_plane(piece)
         stiff = _one_each(rigidity(section, frame[:, None], mine, CENTRE))
-        return rotate_to_global(condensed(_local(plane, stiff), 18), frame)
+        return rotate_to_global(_local(plane, stiff, mine.free_sides), frame)
 
     return in_chunks(kernel, coords, 18, own)
 
 
-def _local(plane: FloatArray, stiff: Rigidity) -> FloatArray:
-    """(n, 20, 20) in local axes, with the two rotations of the bubble."""
-    local = np.zeros((plane.shape[0], 20, 20))
+def _local(plane: FloatArray, stiff: Rigidity, free: BoolArray | None) -> FloatArray:
+    """(n, 18, 18) in local axes.
+
+    Membrane, coupling and bending are the energy of one field, (e, k)' [A B; B D] (e, k) of the means of membrane
+    strain and curvature, and positive wherever [A B; B D] is. What varies of the curvature within the element bends the
+    shell about its neutral surface.
+    """
+    local = np.zeros((plane.shape[0], 18, 18))
     local[:, MEMBRANE_DOFS[:, None], MEMBRANE_DOFS] = _membrane(plane, stiff)
-    local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff)
+    local[:, PLATE_DOFS[:, None], PLATE_DOFS] = _plate(plane, stiff, free)
     if stiff.B is not None:
-        across = _coupling(plane, stiff.B)
+        mean, area = _mean_curvature(plane, stiff), _plane_area(plane)[:, None, None]
+        across = np.asarray(_force_lumping(plane) @ stiff.B @ mean, dtype=np.float64)
         local[:, MEMBRANE_DOFS[:, None], PLATE_DOFS] += across
         local[:, PLATE_DOFS[:, None], MEMBRANE_DOFS] += across.transpose(0, 2, 1)
+        both = mean.transpose(0, 2, 1) @ (stiff.D - stiff.neutral) @ mean
+        local[:, PLATE_DOFS[:, None], PLATE_DOFS] += area * both
     return local
 
 
 def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:
     """Of the mean rise: N on the mean membrane strain, M on the mean curvature."""
     frame, plane = _to_plane(coords)
+    stiff = _one_each(rigidity(section, frame[:, None], own, CENTRE))
     N, M = (r[:, 0, :, None] for r in heat_resultants(section, frame[:, None], own, CENTRE, rise))
-    local = np.zeros((len(coords), 20))
+    local = np.zeros((len(coords), 18))
     local[:, MEMBRANE_DOFS] = (_force_lumping(plane) @ N)[..., 0]
     if M.any():
-        mean = _mean_curvature(plane).transpose(0, 2, 1)
+        mean = _mean_curvature(plane, stiff).transpose(0, 2, 1)
         local[:, PLATE_DOFS] = _plane_area(plane)[:, None] * (mean @ M)[..., 0]
-    return turn_to_global(local[:, :18], frame)
+    return turn_to_global(local, frame)
 
 
 def geometric_stiffness(
@@ -83,18 +106,14 @@ def geometric_stiffness(
     area = _plane_area(plane)
     local = (u.reshape(len(u), 3, 2, 3) @ frame.transpose(0, 2, 1)[:, None]).reshape(len(u), 18, 1)
     force = stiff.A @ (_force_lumping(plane).transpose(0, 2, 1) @ local[:, MEMBRANE_DOFS] / area[:, None, None])
-    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
-    inverse = np.linalg.inv(jacobian).astype(np.float64)
     if stiff.B is not None:
-        force = force + stiff.B @ (_curvature(inverse, CENTRE[0])[:, :, :9] @ local[:, PLATE_DOFS[:9]])
+        force = force + stiff.B @ (_mean_curvature(plane, stiff) @ local[:, PLATE_DOFS])
     points, weights = gauss_triangle()
     L = np.column_stack([1.0 - points.sum(axis=1), points])
-    slopes = np.broadcast_to(np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]]), (len(points), 2, 3))
-    after = np.roll(slopes, -1, axis=2)
-    edges = 4.0 * (L[:, None] * after + np.roll(L, -1, axis=1)[:, None] * slopes)
-    along, over = inverse[:, None] @ slopes, inverse[:, None] @ edges
+    slopes = np.broadcast_to(_gradients(plane)[:, None], (len(plane), len(points), 2, 3))
+    edges = 4.0 * (L[:, None] * np.roll(slopes, -1, axis=3) + np.roll(L, -1, axis=1)[:, None] * slopes)
     return stressed_stiffness(
-        coords, frame[:, 2], along, over, force[:, [[0, 2], [2, 1]], 0], area[:, None] * weights, section
+        coords, frame[:, 2], slopes, edges, force[:, [[0, 2], [2, 1]], 0], area[:, None] * weights, section
     )
 
 
@@ -237,28 +256,16 @@ def _natural_to_cartesian(side: FloatArray, length2: FloatArray) -> FloatArray:
     return np.linalg.inv(rows).astype(np.float64)
 
 
-def _coupling(plane: FloatArray, B: FloatArray) -> FloatArray:
-    """(n, 9, 11): area e' B k of the mean membrane strain e = L' u / area and the mean curvature k.
+def _plate(plane: FloatArray, stiff: Rigidity, free: BoolArray | None) -> FloatArray:
+    """DKMT plate about its neutral surface: rotations are quadratic along the sides, less so where the shell is thick.
 
-    The membrane's basic part has that constant strain, so membrane, coupling and bending together are the
-    energy of one field and positive wherever [A B; B D] is.
-    """
-    return np.asarray(_force_lumping(plane) @ B @ _mean_curvature(plane), dtype=np.float64)
+    beta = sum N_i beta_i + sum_k 4 N_i N_j bent_k t_k,   beta = (ry, -rx), t_k along side k from node i to j
+    bent_k = -(3/2) gamma_k / (1 + f_k),   gamma_k = (w_j - w_i)/L_k + t_k . (beta_i + beta_j)/2
+    f_k = 12 D_k / (S_k L_k^2),   shear strain along the side f_k / (1 + f_k) gamma_k, carried into the element by
+    sum L_k (N_i grad N_j - N_j grad N_i): what varies linearly along a side is left to bending, so that a thin plate
+    is a discrete Kirchhoff triangle (DKT) and a thick one a linear element.
 
-
-def _mean_curvature(plane: FloatArray) -> FloatArray:
-    """(n, 3, 11): mean over the element; the bubble, whose slopes have no mean, has no part in it."""
-    points, weights = gauss_triangle()
-    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
-    inverse = np.linalg.inv(jacobian).astype(np.float64)
-    each = [w * _curvature(inverse, point) for point, w in zip(points, weights, strict=True)]
-    return np.asarray(sum(each), dtype=np.float64)
-
-
-def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:
-    """MITC3+ plate: bending and tied shear with a rotation bubble, which the caller condenses out.
-
-    Lee, Lee and Bathe, Comput. Struct. 138 (2014) 12.
+    Katili, Int. J. Numer. Meth. Eng. 36 (1993) 1859.
 
     Parameters
     ----------
@@ -267,73 +274,97 @@ def _plate(plane: FloatArray, stiff: Rigidity) -> FloatArray:
 
     Returns
     -------
-    (n, 11, 11) on (uz, rx, ry) of each node and (rx, ry) of the bubble.
+    (n, 9, 9) on (uz, rx, ry) of each node.
     """
     points, weights = gauss_triangle()
-    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
-    inverse = np.linalg.inv(jacobian).astype(np.float64)
-    area = _plane_area(plane)
-    full = np.zeros((plane.shape[0], 11, 11))
-    for point, weight in zip(points, weights, strict=True):
-        curvature = _curvature(inverse, point)
-        gamma = inverse @ _tied_shear(jacobian, point)
-        full += weight * (curvature.transpose(0, 2, 1) @ stiff.D @ curvature)
+    sides, gradients = _sides(plane, stiff), _gradients(plane)
+    full = np.zeros((plane.shape[0], 9, 9))
+    for (r, s), weight in zip(points, weights, strict=True):
+        N = np.array([1.0 - r - s, r, s])
+        curvature, gamma = _curvature(sides, gradients, N), _shear(sides, gradients, N)
+        full += weight * (curvature.transpose(0, 2, 1) @ stiff.neutral @ curvature)
         full += weight * (gamma.transpose(0, 2, 1) @ stiff.S @ gamma)
-    return np.asarray(full * area[:, None, None], dtype=np.float64)
+    if free is not None and free.any():
+        full -= _edge_layers(plane, stiff, sides, gradients, free)
+    return np.asarray(full * _plane_area(plane)[:, None, None], dtype=np.float64)
 
 
-def _rotation_shapes(point: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Rotation functions f (4,) and df (2, 4) at (r, s): linear, and f4 = 27 r s (1-r-s)."""
-    r, s = point
-    q = 1.0 - r - s
-    bubble = 27.0 * r * s * q
-    slope = 27.0 * np.array([s * (q - r), r * (q - s)])
-    f = np.array([q - bubble / 3, r - bubble / 3, s - bubble / 3, bubble])
-    df = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0]])
-    df[:, :3] -= slope[:, None] / 3
-    df[:, 3] = slope
-    return f, df
+def _edge_layers(
+    plane: FloatArray, stiff: Rigidity, sides: Sides, gradients: FloatArray, free: BoolArray
+) -> FloatArray:
+    """(n, 9, 9) per area: what the layers at free sides take of the energy of twist.
 
-
-def _curvature(inverse: FloatArray, point: FloatArray) -> FloatArray:
-    """(n, 3, 11): d(ry)/dx, -d(rx)/dy, d(ry)/dy - d(rx)/dx on (w, rx, ry) x 3 and the bubble (rx, ry)."""
-    _, df = _rotation_shapes(point)
-    slope = inverse @ df
-    out = np.zeros((inverse.shape[0], 3, 11))
-    at_rx, at_ry = np.array([1, 4, 7, 9]), np.array([2, 5, 8, 10])
-    out[:, 0, at_ry] = slope[:, 0]
-    out[:, 1, at_rx] = -slope[:, 1]
-    out[:, 2, at_ry] = slope[:, 1]
-    out[:, 2, at_rx] = -slope[:, 0]
-    return out
-
-
-def _covariant_shear(jacobian: FloatArray, point: tuple[float, float]) -> FloatArray:
-    """(n, 2, 11): dw/dr + beta . x_r and dw/ds + beta . x_s with beta = (ry, -rx)."""
-    f, _ = _rotation_shapes(np.array(point))
-    out = np.zeros((jacobian.shape[0], 2, 11))
-    out[:, 0, 0] = out[:, 1, 0] = -1.0
-    out[:, 0, 3] = out[:, 1, 6] = 1.0
-    at_rx, at_ry = np.array([1, 4, 7, 9]), np.array([2, 5, 8, 10])
-    out[:, :, at_ry] = jacobian[:, :, 0, None] * f
-    out[:, :, at_rx] = -jacobian[:, :, 1, None] * f
-    return out
-
-
-def _tied_shear(jacobian: FloatArray, point: FloatArray) -> FloatArray:
-    """(n, 2, 11) covariant shear strains at (r, s), interpolated from six tying points.
-
-    g_r = 2/3 (g_r - g_s/2)(B) + 1/3 (g_r + g_s)(C) + c (3 s - 1)/3
-    g_s = 2/3 (g_s - g_r/2)(A) + 1/3 (g_r + g_s)(C) + c (1 - 3 r)/3
-    c = (g_r - g_s)(F) - g_r(D) + g_s(E)
+    Near a free edge the twisting moment M_ts falls to nothing within a layer of thickness l = (D_t/S_t)^(1/2), where
+    rotations along the edge give way: beta_t = b exp(-y/l). Eliminating b frees l M_ts^2/(2 D_t) per length of the
+    edge. Of the moment in the middle of the side that is 1/3 of the element's energy of M_ts at most (the rule of the
+    middles of the sides is exact), so l becomes w tanh(l^-1 w) l/w, w = A/(3 L): a layer in a strip of width w.
+    Where the mesh resolves the layer there is no moment at the side, and nothing to free.
     """
-    r, s = point
-    d = TYING_SHIFT
-    a, b, c = (_covariant_shear(jacobian, p) for p in ((1 / 6, 2 / 3), (2 / 3, 1 / 6), (1 / 6, 1 / 6)))
-    near = (1 / 3 + d, 1 / 3 - 2 * d), (1 / 3 - 2 * d, 1 / 3 + d), (1 / 3 + d, 1 / 3 + d)
-    at_d, at_e, at_f = (_covariant_shear(jacobian, p) for p in near)
-    twist = at_f[:, 0] - at_f[:, 1] - at_d[:, 0] + at_e[:, 1]
-    common = (c[:, 0] + c[:, 1]) / 3
-    g_r = (2 * b[:, 0] - b[:, 1]) / 3 + common + twist * (3 * s - 1) / 3
-    g_s = (2 * a[:, 1] - a[:, 0]) / 3 + common + twist * (1 - 3 * r) / 3
-    return np.stack([g_r, g_s], axis=1)
+    total = np.zeros((plane.shape[0], 9, 9))
+    c, s = sides.direction.transpose(2, 0, 1)
+    twist = np.stack([-c * s, c * s, c * c - s * s], axis=2)
+    twisted = twist @ stiff.neutral
+    D = (twisted * twist).sum(axis=2)
+    S = ((sides.direction @ stiff.S) * sides.direction).sum(axis=2)
+    there = free & (D > 0.0) & (S > 0.0)
+    D, S = np.where(there, D, 1.0), np.where(there, S, 1.0)
+    z = _plane_area(plane)[:, None] / (3.0 * sides.length) * np.sqrt(S / D)
+    share = np.where(there, np.tanh(z) / (3.0 * z * D), 0.0)
+    for k in range(3):
+        N = np.full(3, 0.5)
+        N[k - 1] = 0.0
+        moment = twisted[:, k, None] @ _curvature(sides, gradients, N)
+        total += share[:, k, None, None] * (moment.transpose(0, 2, 1) @ moment)
+    return total
+
+
+def _gradients(plane: FloatArray) -> FloatArray:
+    """(n, 2, 3): derivatives of the linear shape functions by x and y."""
+    jacobian = np.stack([plane[:, 1] - plane[:, 0], plane[:, 2] - plane[:, 0]], axis=1)
+    return np.linalg.inv(jacobian).astype(np.float64) @ LINEAR
+
+
+def _sides(plane: FloatArray, stiff: Rigidity) -> Sides:
+    """What the sides take of the shear strain that their ends imply for bending, and what is left of it."""
+    side = np.roll(plane, -1, axis=1) - plane
+    length = np.linalg.norm(side, axis=2)
+    direction = side / length[:, :, None]
+    c, s = direction[:, :, 0], direction[:, :, 1]
+    implied = np.zeros((plane.shape[0], 3, 3, 3))
+    for k in range(3):
+        ends = [k, (k + 1) % 3]
+        implied[:, k, ends, 0] = np.array([-1.0, 1.0]) / length[:, k, None]
+        implied[:, k, ends, 1] = -0.5 * s[:, k, None]
+        implied[:, k, ends, 2] = 0.5 * c[:, k, None]
+    along = np.stack([c * c, s * s, 2.0 * c * s], axis=2)
+    bending = ((along @ stiff.neutral) * along).sum(axis=2)
+    shear = ((direction @ stiff.S) * direction).sum(axis=2) * length**2
+    both = shear + 12.0 * bending
+    taken = np.divide(shear, both, out=np.zeros_like(both), where=both > 0.0)[:, :, None]
+    strain = implied.reshape(-1, 3, 9)
+    return Sides(direction, length, -1.5 * taken * strain, (1.0 - taken) * strain)
+
+
+def _curvature(sides: Sides, gradients: FloatArray, N: FloatArray) -> FloatArray:
+    """(n, 3, 9): d(ry)/dx, -d(rx)/dy, d(ry)/dy - d(rx)/dx at the point whose linear shape functions are N."""
+    out = np.zeros((gradients.shape[0], 3, 3, 3))
+    out[:, 0, :, 2] = gradients[:, 0]
+    out[:, 1, :, 1] = -gradients[:, 1]
+    out[:, 2, :, 2] = gradients[:, 1]
+    out[:, 2, :, 1] = -gradients[:, 0]
+    slope = 4.0 * (N * np.roll(gradients, -1, axis=2) + np.roll(N, -1) * gradients)
+    x, y = slope.transpose(1, 0, 2)
+    c, s = sides.direction.transpose(2, 0, 1)
+    each = np.stack([x * c, y * s, y * c + x * s], axis=1)
+    return np.asarray(out.reshape(-1, 3, 9) + each @ sides.bent, dtype=np.float64)
+
+
+def _shear(sides: Sides, gradients: FloatArray, N: FloatArray) -> FloatArray:
+    """(n, 2, 9): transverse shear strains at the point whose linear shape functions are N."""
+    edge = N * np.roll(gradients, -1, axis=2) - np.roll(N, -1) * gradients
+    return np.asarray((edge * sides.length[:, None]) @ sides.sheared, dtype=np.float64)
+
+
+def _mean_curvature(plane: FloatArray, stiff: Rigidity) -> FloatArray:
+    """(n, 3, 9): it is linear over the element, so it is that of the centre."""
+    return _curvature(_sides(plane, stiff), _gradients(plane), CENTRE[0])

@@ -15,7 +15,7 @@ from creak.formats.abaqus.joints.rigid import joint_constraints
 from creak.formats.abaqus.joints.ties import read_ties
 from creak.formats.abaqus.loads.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.loads.pressures import Bodies
-from creak.formats.abaqus.loads.prestress import list_prestress, read_static
+from creak.formats.abaqus.loads.prestress import held_in_modes, list_prestress, read_static
 from creak.formats.abaqus.loads.steps import read_run
 from creak.formats.abaqus.loads.temperatures import node_temperatures
 from creak.formats.abaqus.mesh.blocks import make_blocks
@@ -125,7 +125,8 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces))
         run = read_run(deck, node_names, bodies, place.transforms)
     static = list_prestress(deck) if run is None else None
-    fixed = read_boundaries(deck, node_names) if run is None else list(run.step.fixed)
+    held = held_in_modes(deck, static)
+    fixed = read_boundaries(deck, node_names, held) if run is None else list(run.step.fixed)
     fixed, skew = held_along_axes(fixed, place.transforms)
     constraints += skew
     velocity = read_initial_velocity(deck, node_names)

@@ -95,3 +95,21 @@ def test_supports_of_the_step_of_the_modes_hold(tmp_path):
 def test_other_supports_of_modes_are_told(tmp_path, steps, keyword):
     """A misspelled *BOUNDARY, and modes of a later step with other supports."""
     assert [u.keyword for u in found(tmp_path, steps).values() if u.changes_answer] == [keyword] * (keyword is not None)
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        "*STEP\n*FREQUENCY\n4\n*BOUNDARY\n1, 3, 3, .5\n*END STEP\n",
+        "*STEP\n*STATIC\n*BOUNDARY\n1, 3, 3, .5\n*END STEP\n*STEP\n" + MODES,
+    ],
+)
+def test_a_prescribed_displacement_fixes_its_dof_in_the_modes(tmp_path, steps):
+    """Of the step of the modes and of a linear one before it; a *DYNAMIC step leaves it to the study."""
+    path = tmp_path / "deck.inp"
+    fixed = []
+    for text in (steps, steps.replace(", .5", ""), steps.replace("*FREQUENCY\n4", "*DYNAMIC\n1., 1.")):
+        path.write_text(cut_plate((2, 2), (2, 2), text), encoding="utf-8")
+        fixed.append([(f.nodes_idx.tolist(), f.dofs) for f in read_deck(path).fixed])
+    assert fixed[0] == fixed[1]
+    assert len(fixed[2]) == len(fixed[0]) - 1

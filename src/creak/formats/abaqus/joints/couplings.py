@@ -36,7 +36,7 @@ def read_couplings(
     """
     result: list[Constraint] = []
     for scope, block in deck.blocks("COUPLING"):
-        result += _coupling(deck, scope, block, surfaces, nodes, place)
+        result += _coupling(deck, scope, block, surfaces, nodes, place, elements)
     for scope, block in deck.blocks("KINEMATIC COUPLING"):
         for found in _kinematic_coupling(scope, block, nodes):
             result += _along_axes(found, constant_axes(deck, scope, block, place.orientations), place)
@@ -169,7 +169,13 @@ def _others(rows: IntArray, ref_idx: int, block: Block) -> IntArray:
 
 
 def _coupling(
-    deck: Outline, scope: Scope, block: Block, surfaces: dict[str, RawSurface], nodes: Registry, place: Placement
+    deck: Outline,
+    scope: Scope,
+    block: Block,
+    surfaces: dict[str, RawSurface],
+    nodes: Registry,
+    place: Placement,
+    elements: Elements,
 ) -> list[Constraint]:
     ref_idx = reference_node(scope, block, nodes)
     name = block.get("CONSTRAINT NAME") or block.get("SURFACE")
@@ -194,7 +200,7 @@ def _coupling(
     coupled = _others(surface.nodes_idx[near], ref_idx, block)
     if option.name == "KINEMATIC":
         return _along_axes(KinematicCoupling(name, ref_idx, coupled, dofs, block.where), frame, place)
-    _note_weighting(deck, option)
+    _note_weighting(deck, option, turn=elements.turn(coupled))
     if frame is not None and any(0 < len(set(g) & set(dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))):
         deck.note(
             block,
@@ -229,7 +235,8 @@ def _listed_dofs(option: Block) -> tuple[int, ...]:
     return tuple(sorted(dofs)) or (1, 2, 3, 4, 5, 6)
 
 
-def _note_weighting(deck: Outline, option: Block) -> None:
+def _note_weighting(deck: Outline, option: Block, *, turn: bool) -> None:
+    """`turn` tells whether the coupled nodes have rotations, which COUPLING=STRUCTURAL would couple too."""
     if option.option("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
         deck.note(
             option,
@@ -237,13 +244,18 @@ def _note_weighting(deck: Outline, option: Block) -> None:
             changes=True,
             what="*DISTRIBUTING, WEIGHTING METHOD",
         )
-    if option.option("COUPLING", "CONTINUUM") != "CONTINUUM":
-        deck.note(
-            option,
-            "creak does not couple rotations of the coupled nodes",
-            changes=True,
-            what="*DISTRIBUTING, COUPLING=STRUCTURAL",
-        )
+    for parameter in ("COUPLING", "ROTATIONAL COUPLING"):
+        if option.option(parameter, "CONTINUUM") != "CONTINUUM":
+            why = (
+                "no published source tells how rotations of the coupled nodes are weighed against their displacements;"
+                f" without {parameter} creak couples the displacements alone"
+            )
+            deck.note(
+                option,
+                why if turn else "the coupled nodes have no rotations: the same as CONTINUUM",
+                changes=turn,
+                what=f"*DISTRIBUTING, {parameter}=STRUCTURAL",
+            )
 
 
 def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[KinematicCoupling]:
@@ -270,15 +282,14 @@ def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[Kin
 def _rigid_body(
     deck: Outline, scope: Scope, block: Block, elements: Elements, nodes: Registry, element_names: Registry
 ) -> list[Constraint]:
-    """Kinematic couplings: ELSET and TIE NSET in all dofs, PIN NSET in the displacements."""
+    """Kinematic couplings: ELSET, TIE NSET and CalculiX's NSET in all dofs, PIN NSET in the displacements."""
     ref_idx = reference_node(scope, block, nodes)
     if block.option("POSITION", "INPUT") != "INPUT":
         deck.note(block, "creak leaves the reference node where it is", changes=True, what="*RIGID BODY, POSITION")
     tied: list[IntArray] = []
     if block.has("ELSET"):
         tied.append(nodes_of(elements, element_names.find(block.need("ELSET"), scope.name, block.where)))
-    if block.has("TIE NSET"):
-        tied.append(nodes.find(block.need("TIE NSET"), scope.name, block.where))
+    tied += [nodes.find(block.need(k), scope.name, block.where) for k in ("TIE NSET", "NSET") if block.has(k)]
     result: list[Constraint] = []
     name = f"RIGID-{block.get('REF NODE')}"
     pinned = np.zeros(0, np.int64)

@@ -80,6 +80,8 @@ def read_ties(
     ties: list[Constraint] = []
     tied = [(deck.scopes[-1], block) for block in tied_pairs(deck)]
     for scope, block in [*deck.blocks("TIE"), *tied]:
+        if block.has("CYCLIC SYMMETRY"):
+            continue  # of a sector with itself, turned; listed with the parameters that are not read
         rows = list(block.rows())
         if not rows:
             raise InputError(

@@ -24,10 +24,10 @@ _NAMED = {
 }
 
 
-def read_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
+def read_boundaries(deck: Outline, nodes: Registry, held: Sequence[Block] = ()) -> list[Fixed]:
     """Dofs held at zero, in the model data and in the first step, whose OP=NEW takes those of the model data away.
 
-    Non-zero values in the step are left to the study's [excitation].
+    Non-zero values in the step are left to the study's [excitation], but for the blocks `held`, which fix their dofs.
 
     Raises
     ------
@@ -40,7 +40,7 @@ def read_boundaries(deck: Outline, nodes: Registry) -> list[Fixed]:
     if any(block.option("OP", "MOD") == "NEW" for block in deck.step_boundaries):
         result = []
     for block in deck.step_boundaries:
-        result += _fixed(block, "", nodes, in_step=True)
+        result += _fixed(block, "", nodes, in_step=True, held=any(block is b for b in held))
     return result
 
 
@@ -82,14 +82,14 @@ def boundary_dofs(fields: Sequence[str], where: str) -> tuple[tuple[int, ...], f
     return dofs, to_float(fields[3] if len(fields) > 3 else "", where, "boundary value")
 
 
-def _fixed(block: Block, scope: str, nodes: Registry, *, in_step: bool) -> list[Fixed]:
+def _fixed(block: Block, scope: str, nodes: Registry, *, in_step: bool, held: bool = False) -> list[Fixed]:
     result: list[Fixed] = []
     for fields, where in block.rows():
         rows = nodes.find(fields[0], scope, where)
         dofs, value = boundary_dofs(fields, where)
-        if value and in_step:
+        if value and in_step and not held:
             continue
-        if value:
+        if value and not in_step:
             raise InputError(
                 f"*BOUNDARY on {fields[0]} prescribes {value:g}",
                 expected="0 in the model data",

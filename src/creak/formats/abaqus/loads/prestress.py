@@ -145,6 +145,19 @@ def step_of_modes(deck: Outline) -> int:
     return next((i for i, step in enumerate(deck.steps) if _named(step, ABOUT_IT)), 0)
 
 
+def held_in_modes(deck: Outline, followed: StepBlocks | None) -> list[Block]:
+    """*BOUNDARY blocks whose dofs are fixed in the modes of *FREQUENCY whatever their values, as in Abaqus.
+
+    They are those of its step and of the steps before, but for the static step that is `followed`: `read_static` reads
+    how that moves them.
+    """
+    at = step_of_modes(deck)
+    if not deck.steps or _named(deck.steps[at], ("FREQUENCY",)) is None:
+        return []
+    steps = (step for step in deck.steps[: at + 1] if step is not followed)
+    return [b for step in steps for b in step.blocks if b.name == "BOUNDARY"]
+
+
 def _named(step: StepBlocks, names: tuple[str, ...]) -> Block | None:
     return next((b for b in step.blocks if b.name in names), None)
 

@@ -138,6 +138,7 @@ _FAMILIES = (
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
 SOLIDS = ("hex8", "wedge6", "pyramid5", "tet4", "tet10", "hex20", "hex20r", "wedge15")
+ROTATIONLESS = ("truss2", "coh8", "coh6", *SOLIDS)
 STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", "truss2", "coh8", "coh6", *SOLIDS)
 
 
@@ -165,6 +166,11 @@ class Elements:
         """(n_elem,) True for shells, beams, trusses and solids."""
         table = np.array([t.kind in STRUCTURAL for t in TYPES])
         return np.asarray(table[self.type_idx], dtype=np.bool_)
+
+    def turn(self, nodes: IntArray) -> bool:
+        """Whether something other than solids and bars, which have no rotations, is at any of the node rows."""
+        table = np.array([t.kind not in ROTATIONLESS for t in TYPES])
+        return bool(np.isin(self.nodes_idx[table[self.type_idx]], nodes).any())
 
     @cached_property
     def free_faces(self) -> BoolArray:

@@ -42,13 +42,16 @@ def read_beam_section(scope: Scope, block: Block, materials: dict[str, RawMateri
 def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> BeamSection:
     """*BEAM GENERAL SECTION: dimensions or A, I11, I12, I22, J; axis 1; E, G. Density on the keyword line.
 
-    *CENTROID and *SHEAR CENTER after it move these points off the nodes.
+    *CENTROID and *SHEAR CENTER after it move these points off the nodes. With MATERIAL it is CalculiX's form, which is
+    that of *BEAM SECTION.
 
     Raises
     ------
     InputError : unknown shape, missing density or moduli, second moments of no section, bad values.
     """
     shape = block.option("SECTION", "GENERAL")
+    if block.has("MATERIAL") and shape != "GENERAL":
+        return read_beam_section(scope, block, materials)
     rows = list(block.rows(blanks=True))
     found, rows, given = _general(block, rows) if shape == "GENERAL" else _shape(block, shape, rows)
     found = replace(
