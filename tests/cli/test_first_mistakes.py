@@ -74,12 +74,25 @@ def test_metres_taken_for_millimetres(creak, tmp_path):
         (None, SHORT.replace("[model]", '[model]\nunits = "m-kg-s"'), 'set [model] units = "mm-t-s"'),
         # Only 60 % of the strips' volume: one of 1 mm on one of 1.5 mm, both 120 mm long and 20 mm wide.
         (second_material("2.1e11", "7850."), SHORT, "40 % of the model's volume"),
-        (second_material("210.", "7.85e-6"), SHORT, "give SECOND E = 210000 and density = 7.85e-09"),
-        (second_material("3.05e7", "7.35e-4"), SHORT, "is in in-lbf-s"),
     ],
 )
 def test_two_systems_of_units_are_refused(creak, tmp_path, deck, study, words):
     assert words in refused(creak, tmp_path, deck, study)
+
+
+@pytest.mark.parametrize(
+    ("modulus", "density", "words"),
+    [
+        ("210.", "7.85e-6", "give SECOND E = 210000 and density = 7.85e-09"),
+        ("3.05e7", "7.35e-4", "is in in-lbf-s"),
+    ],
+)
+def test_units_that_no_study_can_name_are_warned_of(creak, tmp_path, modulus, density, words):
+    """They may be meant: a body whose mass was scaled, or a model without dimensions."""
+    study = write_strips(tmp_path, second_material(modulus, density), SHORT)
+    said = creak("run", study, "--quick", "--out", tmp_path / "out")
+    assert said.status == 0
+    assert words in said.err
 
 
 @pytest.mark.parametrize(

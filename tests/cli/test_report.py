@@ -112,7 +112,7 @@ def test_the_motion_of_a_contact_s_line_is_its_gap(folder):
     """z of each point against the gap of its channel; the measures of the line against the motion itself."""
     time, _, motion = moved(folder)
     with h5py.File(folder / "results.h5") as file:
-        run, lines = file["runs/reduced"], file["report/elines"]
+        run, lines = file["runs/reduced"], file["findings/elines"]
         rows = np.searchsorted(run["time"][()], time - 1e-9)
         np.testing.assert_allclose(run["time"][()][rows], time, rtol=1e-12)
         column = [run["channels"].asstr()[()].tolist().index(name) for name in run["elines/points"].asstr()[()]]

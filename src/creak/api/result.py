@@ -10,6 +10,7 @@ from creak.api.extras import need_report
 from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
 from creak.errors import NumericalError
 from creak.studies.evaluate import Evaluation
+from creak.studies.warned import Warned
 
 if TYPE_CHECKING:
     import h5py
@@ -97,8 +98,8 @@ class Result(Evaluation):
 
     @property
     def notes(self) -> list[str]:
-        """What the user should know about the answer."""
-        return list(self.summary["notes"])
+        """What the user should know about the answer; those that ask to act are `Warned`."""
+        return [Warned(note.text) if note.warns else note.text for note in self.findings.said]
 
     @property
     def stopped(self) -> str | None:

@@ -114,6 +114,7 @@ def test_what_is_kept_neither(name, kind, tmp_path, monkeypatch):
 
 BRANCH = {
     "model.deck": STUDY.replace('"strips.inp"', '"FILE.inp"'),
+    "damping.from_test": STUDY + '[damping]\nfrom_test = "FILE.unv"\n',
     "contact.*.clearance": STUDY.replace('method = "surface-to-surface"', 'clearance = "FILE.csv"'),
     "excitation.*.signal.file": STUDY.replace(
         '"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "FILE.csv"'
@@ -137,7 +138,7 @@ BRANCH = {
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 @pytest.mark.parametrize("place", BRANCH)
 def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path, monkeypatch):
-    ending = next(word for word in ("inp", "csv", "op4", "toml") if f"FILE.{word}" in BRANCH[place])
+    ending = next(word for word in ("inp", "csv", "op4", "toml", "unv") if f"FILE.{word}" in BRANCH[place])
     node(tmp_path / f"FILE.{ending}", kind, monkeypatch)
     for name in ("bar_K.mtx", "bar_M.mtx"):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real symmetric\n1 1\n1.0\n")

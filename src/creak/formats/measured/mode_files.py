@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_modes import read_csv_modes
 from creak.formats.measured.modes import MeasuredFrfs, MeasuredModes
 from creak.formats.measured.uff_frfs import read_uff_frfs
@@ -56,7 +57,7 @@ def read_test(path: Path) -> ModalTest:
 
 
 def _reader(path: Path) -> Callable[[Path], MeasuredModes]:
-    reader = READERS.get(path.suffix.lower())
+    reader = READERS.get(plain_file(path).suffix.lower())
     if reader is None:
         raise InputError(f"measured modes in {path.name}", expected=f"a file that ends in {', '.join(READERS)}")
     return reader

@@ -133,14 +133,14 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
 
 
 def check_units(model: Model, units: str, places: Places) -> None:
-    """Raise InputError where a good share of the model's volume is of materials in another system than the study's.
+    """Raise InputError where a good share of the volume is of materials in the other system that a study can name.
 
     Light skins and small helpers, whose figures are often odd, have next to no volume: of them is warned alone. So is
-    of figures that fit no system.
+    of figures that fit no system which a study can name: a run in units without a name is right but for its labels.
     """
     declared = SYSTEMS[units]
     told = _by_material(model)
-    odd, share = _odd(told, declared)
+    odd, share = _odd([m for m in told if (_system_of(m, declared) or declared).name in SYSTEMS], declared)
     if share <= SHARE:
         return
     first = max(odd, key=lambda m: m.volume)

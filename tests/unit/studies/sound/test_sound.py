@@ -320,7 +320,7 @@ def test_the_page_plays_each_place_and_draws_its_loudness(result, folder):
 
 
 def test_a_silent_run_has_no_player(result):
-    view = replace(result._view(0.0), sound=None)
+    view = replace(result.findings, sound=None)
     assert players(view) == []
     assert loudness_figure(view).spec is None
 
