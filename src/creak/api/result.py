@@ -113,7 +113,7 @@ class Result(Evaluation):
 
         return unreliable_runs(self.summary)
 
-    def save(self, folder: str | Path, animation_mb: float = 12.0, page: str | None = None) -> list[Path]:
+    def save(self, folder: str | Path, animation_mb: float = 5.0, page: str | None = None) -> list[Path]:
         """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
 
         They appear together or not at all. A report.html or convergence.csv of another run is removed. Where what a
@@ -152,14 +152,14 @@ class Result(Evaluation):
             raise NumericalError(f"{notes[0]}, its results are in {folder}")
         return written
 
-    def page(self, animation_mb: float = 12.0) -> str:
+    def page(self, animation_mb: float = 5.0) -> str:
         """The report as the text of one HTML file; parameters and errors as `report`."""
         need_report()
         from creak.report.html import report_text
 
         return report_text(self.findings, self._drawn(animation_mb))
 
-    def report(self, path: str | Path, animation_mb: float = 12.0) -> Path:
+    def report(self, path: str | Path, animation_mb: float = 5.0) -> Path:
         """Write the report as one HTML file; returns its path.
 
         Parameters

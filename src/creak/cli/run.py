@@ -70,7 +70,7 @@ def run(
         False, "--check-changes", help="The same, each checked by a full run of the changed model."
     ),
     animation_mb: float = typer.Option(
-        12.0,
+        5.0,
         "--animation-mb",
         min=0.0,
         help="Megabytes that the 3-D motion of the hardest events may add to report.html; 0: none.",

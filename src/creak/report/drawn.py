@@ -15,7 +15,7 @@ from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 
-ANIMATION_BYTES = 12_000_000
+ANIMATION_BYTES = 5_000_000
 """What the motion around events may take of a report."""
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import gzip
 import json
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -171,9 +173,14 @@ def file_parts() -> dict[str, Any]:
     own = {name.replace(".", "_"): Markup((FILES / name).read_text(encoding="utf-8")) for name in SCRIPTS}
     return own | {
         "css": Markup((FILES / "report.css").read_text(encoding="utf-8")),
-        "plotly": Markup(get_plotlyjs()),
+        "plotly": _packed(get_plotlyjs()),
         "colours": script_json(palette.DARK),
     }
+
+
+def _packed(text: str) -> Markup:
+    """Text as base64 of gzip, which the page unpacks when it needs it: two fifths of its size."""
+    return Markup(base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii"))
 
 
 def _told_parts(result: Findings) -> dict[str, Any]:

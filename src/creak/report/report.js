@@ -26,12 +26,18 @@ function recoloured(spec) {
 const LINKED = ["force", "gap"];
 const drawn = new Set();
 let printing = false, library = null;
+// The text of an element that holds base64 of gzip.
+function unpacked(id) {
+  const bytes = Uint8Array.from(atob(document.getElementById(id).textContent), c => c.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"))).text();
+}
+
 function plotly() {
-  library = library || new Promise(done => {
+  library = library || unpacked("plotly-source").then(text => {
     const script = document.createElement("script");
-    script.textContent = document.getElementById("plotly-source").textContent;
+    script.textContent = text;
     document.head.append(script);
-    done(window.Plotly);
+    return window.Plotly;
   });
   return library;
 }
