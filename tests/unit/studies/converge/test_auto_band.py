@@ -56,7 +56,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
 
     for module in (job, repeats):
         monkeypatch.setattr(module, "march_run", counted)
-    found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    found = run(bar(tmp_path, AUTO, time='end = 2e-3\n[reference]\nrun = "none"'))
     stages = found.summary["runs"]["reduced"]["stages"]
     assert len(stages) > 2
     assert len(sizes) == len(set(sizes)) == len(stages) + 1
