@@ -21,6 +21,7 @@ from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
 from creak.studies.tasks.workers import THREADS, threads_of
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow
@@ -120,11 +121,12 @@ def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
 def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     """No process of a sweep listens on a port. kill -9 of a worker, then of the first process, which leaves none of the
     others; the next start does the rest, and only the rest."""
-    path = sweep_in(tmp_path, 'seeds = [1, 2, 3]\n[[case]]\nname = "good"\n')
+    path = sweep_in(tmp_path, 'seeds = [1, 2, 3, 4]\n[[case]]\nname = "good"\n', periods=2)
     text = path.read_text()
     path.write_text(f'{text}[[case]]\nname = "bad"\nchanges = {{ "excitation.root.node_set" = "NOWHERE" }}\n')
     out = tmp_path / "sweep_sweep"
-    command = [sys.executable, "-m", "creak.cli.main", "sweep", str(path), "--workers", "2", "--no-reports"]
+    words = ("sweep", str(path), "--no-reports", "--workers")
+    command = [sys.executable, "-m", "creak.cli.main", *words, "2"]
 
     def done() -> list[Path]:
         return sorted(p for p in out.glob("good*/case.json") if not p.parent.name.startswith("."))
@@ -150,13 +152,13 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     kept = {p: p.stat().st_mtime_ns for p in done()}
     assert len(kept) >= 2
 
-    second = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
-    assert second.returncode == 1
-    assert "3 of 6 cases failed" in second.stderr
-    assert "bad,seed=3: " in second.stderr
-    assert len(done()) == 3
+    second = say(*words, "1")
+    assert second.status == 1
+    assert "4 of 8 cases failed" in second.err
+    assert "bad,seed=3: " in second.err
+    assert len(done()) == 4
     assert {p: p.stat().st_mtime_ns for p in kept} == kept
     assert [p.name for p in out.iterdir() if p.name.startswith(".")] == []
     assert {name: row["status"] for name, row in rows_of(out).items()} == {
-        f"{kind},seed={k}": status for kind, status in (("good", "done"), ("bad", "failed")) for k in range(1, 4)
+        f"{kind},seed={k}": status for kind, status in (("good", "done"), ("bad", "failed")) for k in range(1, 5)
     }

@@ -29,7 +29,7 @@ def blow(found):
     return event["t_end"] - event["t_start"], event["impulse"]
 
 
-@pytest.mark.parametrize("end", [2e-4, 2e-3, 2e-2])
+@pytest.mark.parametrize("end", [2e-4, 2e-2])
 def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
     """A blow of 2 L / c, however long the run is, and with it the frequency that the first stage begins at."""
     found = run(bar(tmp_path, AUTO, time=f"end = {end}"))

@@ -8,7 +8,6 @@ from creak.api.study import run
 from creak.studies.converge.settling import BASE, MORE_MODES
 from helpers_bar import FIRST, LENGTH, WAVE, bar
 
-
 NO_SPOTS = '\n[reference]\nrun = "none"'
 """Where the runs of the reduced model alone are looked at."""
 
