@@ -56,7 +56,7 @@ CASE_CONTROL = "SPC = 1\nTSTEP = 5\nDLOAD = 7\nDISPLACEMENT = 2"
 FORCE = "TSTEP,5,20,1.-3\nTLOAD1,7,6,,,8\nTABLED1,8\n,0.,0.,.01,1.,ENDT\nDAREA,6,1039,3,1."
 SWEEP = 'base = "study.toml"\n[grid]\n"reduction.f_max" = [2000]\n'
 SCATTER = '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.0, high = 0.6 }\n'
-QUICK_RUN = 'accuracy = "quick"\nperiods = 1'
+QUICK_RUN = 'accuracy = "quick"\nend = 0.06'
 COARSEST = 40.0
 """mm, mesh size of the door."""
 QUICK = {

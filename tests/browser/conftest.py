@@ -63,14 +63,16 @@ def chromium() -> Iterator[Any]:
         browser.close()
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def opened(report: Path, chromium: Any) -> Iterator[Callable[..., Any]]:
-    """Opens the report at a width and colour scheme; the page lists what went wrong in `problems`."""
-    pages = []
+    """Opens the report at a width and colour scheme, once each; the page lists what went wrong in `problems`."""
+    pages: dict[tuple[int, str], Any] = {}
 
     def open_at(width: int = 1300, scheme: str = "light") -> Any:
+        if (width, scheme) in pages:
+            return pages[width, scheme]
         page = chromium.new_page(viewport={"width": width, "height": 900}, color_scheme=scheme)
-        pages.append(page)
+        pages[width, scheme] = page
         page.problems = []
         page.on("console", lambda m: page.problems.append(m.text) if m.type in ("error", "warning") else None)
         page.on("pageerror", lambda e: page.problems.append(str(e)))
@@ -79,5 +81,5 @@ def opened(report: Path, chromium: Any) -> Iterator[Callable[..., Any]]:
         return page
 
     yield open_at
-    for page in pages:
+    for page in pages.values():
         page.close()

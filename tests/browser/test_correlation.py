@@ -8,7 +8,7 @@ from creak.formats.measured.histories import read_histories
 from creak.report.correlation_page import write_correlation
 from creak.report.records_page import write_records
 from creak.studies.models.beside_test import deck_beside_test
-from helpers_decks import write_strips
+from helpers_decks import STUDY, write_strips
 from helpers_frfs import function
 from helpers_modal import COUNT, every_mode, measured_strip, points_15, strip_deck
 
@@ -27,7 +27,7 @@ def report(tmp_path_factory):
     return folder / "page.html"
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def opened(report, chromium):
     page = chromium.new_page(viewport={"width": 1300, "height": 900})
     page.problems = []
@@ -77,7 +77,8 @@ def test_a_list_chooses_the_function(opened):
 
 def test_a_run_beside_time_histories_of_a_test(chromium, tmp_path):
     """A list chooses the channel; the course, the spectrum and the contacts are drawn."""
-    creak.run(creak.read_study(write_strips(tmp_path))).save(tmp_path / "out")
+    study = STUDY.replace("periods = 2", "periods = 1") + '[reference]\nrun = "none"\n'
+    creak.run(write_strips(tmp_path, study=study)).save(tmp_path / "out")
     run = read_histories(tmp_path / "out" / "results.h5")
     rows = zip(run.time, run.displacement[:, 0, 2], run.normal_force.sum(axis=1), strict=True)
     lines = [f"time,{run.node_names[0]} z,tip force", *(",".join(f"{x:.9g}" for x in row) for row in rows)]

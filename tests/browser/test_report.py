@@ -27,6 +27,15 @@ def draw_all(page):
     page.wait_for_selector("#view-motion.ready canvas")
 
 
+def moving(page):
+    """The view of the motion, ready and at rest."""
+    seen(page, "#view-motion")
+    page.wait_for_selector("#view-motion.ready")
+    if page.inner_text("#play") != "Play":
+        page.click("#play")
+    return "#view-motion canvas"
+
+
 def pixels(page, query):
     """The canvas as drawn now, after two frames."""
     page.evaluate("new Promise(done => requestAnimationFrame(() => requestAnimationFrame(done)))")
@@ -58,9 +67,7 @@ def test_everything_is_drawn_without_errors_and_nothing_is_fetched(opened):
 
 def test_animation_plays_and_stops(opened):
     page = opened()
-    seen(page, "#view-motion")
-    page.wait_for_selector("#view-motion.ready")
-    canvas = "#view-motion canvas"
+    canvas = moving(page)
     words, before = page.inner_text("#frame-counter"), pixels(page, canvas)
     page.click("#play")
     page.wait_for_function("was => document.getElementById('frame-counter').textContent !== was", arg=words)
@@ -75,9 +82,7 @@ def test_animation_plays_and_stops(opened):
 
 def test_parts_exaggeration_event_and_turning_change_the_view(opened):
     page = opened()
-    seen(page, "#view-motion")
-    page.wait_for_selector("#view-motion.ready")
-    canvas = "#view-motion canvas"
+    canvas = moving(page)
     looks = [pixels(page, canvas)]
     page.click("#parts-motion button:has-text('UPPER')")
     looks.append(pixels(page, canvas))
@@ -91,17 +96,18 @@ def test_parts_exaggeration_event_and_turning_change_the_view(opened):
     page.keyboard.press("ArrowLeft")
     looks.append(pixels(page, canvas))
     assert len(set(looks)) == 5
+    page.click("#parts-motion button:has-text('UPPER')")  # shown again: the page is that of the other tests too
 
 
 def test_a_place_leads_to_its_motion(opened):
     page = opened()
-    seen(page, "#view-motion")
-    page.wait_for_selector("#view-motion.ready")
+    moving(page)
     page.select_option("#motion-event", "2")
     words = page.inner_text("#frame-counter")
     page.locator("[data-animate]").first.click()
     page.wait_for_function("document.getElementById('motion-event').value === '0'")
     page.wait_for_function("was => document.getElementById('frame-counter').textContent !== was", arg=words)
+    moving(page)
 
 
 def test_events_sort_by_keyboard_both_ways(opened):

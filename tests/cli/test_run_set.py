@@ -88,6 +88,8 @@ def superelements_of(folder):
 
 def test_the_second_run_takes_what_the_first_one_kept(study, creak, tmp_path):
     here = study.parent
+    text = study.read_text().replace("[excitation", "clearance = 0.4\n[excitation", 1)
+    study.write_text(text.replace("periods = 2", "periods = 1"))
     assert creak("run", study, "--out", here / "alone", "--no-keep", *SHORT).status == 0
     assert not (here / "superelements").exists()
     assert creak("run", study, "--out", here / "first", *SHORT).status == 0

@@ -21,6 +21,7 @@ from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.tasks import tasks_of
 from creak.studies.tasks.workers import THREADS, threads_of
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.slow
@@ -124,7 +125,8 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     text = path.read_text()
     path.write_text(f'{text}[[case]]\nname = "bad"\nchanges = {{ "excitation.root.node_set" = "NOWHERE" }}\n')
     out = tmp_path / "sweep_sweep"
-    command = [sys.executable, "-m", "creak.cli.main", "sweep", str(path), "--workers", "2", "--no-reports"]
+    words = ("sweep", str(path), "--no-reports", "--workers")
+    command = [sys.executable, "-m", "creak.cli.main", *words, "2"]
 
     def done() -> list[Path]:
         return sorted(p for p in out.glob("good*/case.json") if not p.parent.name.startswith("."))
@@ -150,10 +152,10 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
     kept = {p: p.stat().st_mtime_ns for p in done()}
     assert len(kept) >= 2
 
-    second = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
-    assert second.returncode == 1
-    assert "4 of 8 cases failed" in second.stderr
-    assert "bad,seed=3: " in second.stderr
+    second = say(*words, "1")
+    assert second.status == 1
+    assert "4 of 8 cases failed" in second.err
+    assert "bad,seed=3: " in second.err
     assert len(done()) == 4
     assert {p: p.stat().st_mtime_ns for p in kept} == kept
     assert [p.name for p in out.iterdir() if p.name.startswith(".")] == []

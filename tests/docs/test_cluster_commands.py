@@ -154,7 +154,7 @@ def test_who_does_not_hold_the_key_is_turned_away(cluster, monkeypatch, capsys, 
     wrong = Security(tls_ca_file=ca, tls_client_cert=cert, tls_client_key=private, require_encryption=True)
     for address, security in (("tcp", None), ("tls", wrong)):
         with pytest.raises((OSError, TypeError), match=r"[Cc]losed|reset|[Tt]imed out|TLS|ssl"):
-            Client(f"{address}://127.0.0.1:{port}", security=security, timeout=3.0)
+            Client(f"{address}://127.0.0.1:{port}", security=security, timeout=1.0)
     write_strips(tmp_path)
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\nseeds = [1]\n', encoding="utf-8")
     monkeypatch.setattr("creak.studies.tasks.cluster.WAIT", 1.0)

@@ -29,7 +29,7 @@ def blow(found):
     return event["t_end"] - event["t_start"], event["impulse"]
 
 
-@pytest.mark.parametrize("end", [2e-4, 2e-3, 2e-2])
+@pytest.mark.parametrize("end", [2e-4, 2e-2])
 def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
     """A blow of 2 L / c, however long the run is, and with it the frequency that the first stage begins at."""
     found = run(bar(tmp_path, AUTO, time=f"end = {end}"))
@@ -56,7 +56,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
 
     for module in (job, repeats):
         monkeypatch.setattr(module, "march_run", counted)
-    found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    found = run(bar(tmp_path, AUTO, time='end = 2e-3\n[reference]\nrun = "none"'))
     stages = found.summary["runs"]["reduced"]["stages"]
     assert len(stages) > 2
     assert len(sizes) == len(set(sizes)) == len(stages) + 1

@@ -8,6 +8,9 @@ from creak.api.study import run
 from creak.studies.converge.settling import BASE, MORE_MODES
 from helpers_bar import FIRST, LENGTH, WAVE, bar
 
+NO_SPOTS = '\n[reference]\nrun = "none"'
+"""Where the runs of the reduced model alone are looked at."""
+
 
 def verdict(found):
     main = found.summary["runs"]["reduced"]
@@ -35,7 +38,7 @@ def test_a_stiff_bar_whose_first_mode_lies_far_above_f_max_has_not_settled(tmp_p
 @pytest.mark.parametrize("step", ["", "step = 1e-7\n"])
 def test_a_part_without_modes_between_f_max_and_half_again_gets_those_above(tmp_path, step):
     """Two modes lie below 4 times the first, the third at 5 times, which no run to 1.5 f_max = 4.5 times has."""
-    found = run(bar(tmp_path, f"f_max = {3.0 * FIRST!r}", time=f"{step}end = 2e-4"), converge=True)
+    found = run(bar(tmp_path, f"f_max = {3.0 * FIRST!r}", time=f"{step}end = 2e-4{NO_SPOTS}"), converge=True)
     assert told(found)[0] == {BASE: 1, MORE_MODES: 4}
 
 
@@ -60,10 +63,11 @@ def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
 
 def test_an_assembly_that_is_reduced_as_a_whole_gets_more_of_its_modes(tmp_path):
     """The free bar has its rigid mode below 2 kHz, and vibrates from 13 kHz on; four elements have five modes."""
-    found = run(bar(tmp_path, 'method = "gap-modes"\nf_max = 2000'), converge=True)
+    time = f"end = 2e-4{NO_SPOTS}"
+    found = run(bar(tmp_path, 'method = "gap-modes"\nf_max = 2000', time=time), converge=True)
     assert told(found)[0] == {BASE: 1, MORE_MODES: 4}
     whole = tmp_path / "whole"
     whole.mkdir()
-    found = run(bar(whole, f'method = "gap-modes"\nf_max = {100.0 * FIRST!r}', n=4), converge=True)
+    found = run(bar(whole, f'method = "gap-modes"\nf_max = {100.0 * FIRST!r}', n=4, time=time), converge=True)
     assert told(found)[0] == {BASE: 5, MORE_MODES: 5}
     assert found.convergence.outcomes[MORE_MODES].steps == 0

@@ -193,7 +193,7 @@ def test_summary_tells_them(strips):
 
 
 def test_without_proof_nothing_is_settled(tmp_path):
-    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1\n\n[reference]\nrun = false")
+    text = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "end = 0.1\n\n[reference]\nrun = false")
     reduced = solved(tmp_path, text).summary["runs"]["reduced"]
     assert reduced["verdict"] == "unsettled"
     assert "[reference]" in reduced["reasons"][0]
