@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import io
 from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
@@ -11,12 +10,8 @@ import pytest
 
 from creak.cli.main import main
 from creak.formats.stored.run_identity import META
-from creak.studies.file import schema
 
 EMPTY = f"<!DOCTYPE html><head>{META}<title>x – creak report</title></head>"
-
-SCHEMA = functools.cache(schema.schema_text)
-"""The same for every command, and made in a second: once is enough."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +31,6 @@ def caller(monkeypatch, capsys):
 
     def call(*words: object) -> Said:
         monkeypatch.setattr("sys.argv", ["creak", *map(str, words)])
-        monkeypatch.setattr(schema, "schema_text", SCHEMA)
         capsys.readouterr()
         with pytest.raises(SystemExit) as stop:
             main()
@@ -51,7 +45,6 @@ def say(*words: object) -> Said:
     out, err = (io.TextIOWrapper(io.BytesIO(), encoding="utf-8", newline="", write_through=True) for _ in range(2))
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
         patch.setattr("sys.argv", ["creak", *map(str, words)])
-        patch.setattr(schema, "schema_text", SCHEMA)
         with pytest.raises(SystemExit) as stop:
             main()
     return Said(int(stop.value.code or 0), *(x.buffer.getvalue().decode("utf-8") for x in (out, err)))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import ast
 import inspect
 import json
-import textwrap
+import sys
 from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 from creak.studies.file.config import StudyConfig
@@ -52,14 +53,20 @@ def _texts(kind: type[Table]) -> dict[str, str]:
     """Key -> the text below it, of a table and of those that it extends."""
     found: dict[str, str] = {}
     for base in reversed([k for k in kind.__mro__ if issubclass(k, Table)]):
-        (body,) = ast.parse(textwrap.dedent(inspect.getsource(base))).body
-        assert isinstance(body, ast.ClassDef)
+        body = _classes(base.__module__)[base.__name__]
         for line, text in zip(body.body, body.body[1:], strict=False):
             told = isinstance(text, ast.Expr) and isinstance(text.value, ast.Constant)
             if isinstance(line, ast.AnnAssign) and isinstance(line.target, ast.Name) and told:
                 found[line.target.id] = inspect.cleandoc(text.value.value)  # type: ignore[attr-defined]
     aliases = {f.alias or name: name for name, f in kind.model_fields.items()}
     return {key: found[name] for key, name in aliases.items() if name in found}
+
+
+@cache
+def _classes(module: str) -> dict[str, ast.ClassDef]:
+    """The classes of a module by name, as written; read once, where `inspect` would parse it for each of them."""
+    tree = ast.parse(inspect.getsource(sys.modules[module]))
+    return {node.name: node for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
 
 
 def _without_titles(value: Any) -> Any:
