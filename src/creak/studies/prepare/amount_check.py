@@ -16,8 +16,8 @@ WIDE = 0.1
 """Share of the model's size above which a clearance can hardly be meant; above all of it none is."""
 ROUGH = 1e-6
 """m: clearances below this are less than the roughness of surfaces."""
-WEAK, HARD = 0.02, 3000.0
-"""m/s^2: peaks of 2 mg and 300 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
+WEAK, HARD = 0.02, 1e4
+"""m/s^2: peaks of 2 mg and 1000 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
 
 
 def clearance_warnings(model: Model, touching: Touching) -> list[str]:
