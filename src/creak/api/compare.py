@@ -59,8 +59,10 @@ def compare_records(results: str | Path, test: str | Path, run: str | None = Non
     InputError : a file is wrong, or no channel is one that the run computed.
     """
     from creak.studies.findings import beside_records
+    from creak.studies.findings.stored import read_findings
 
-    f_max = open_result(results).findings.setup.study.config.verification.f_max
+    found, _ = read_findings(Path(results), lambda _: None)
+    f_max = found.setup.study.config.verification.f_max
     return beside_records.compare_records(Path(results), Path(test), f_max, run)
 
 

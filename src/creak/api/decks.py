@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
+    from creak.studies.models.beside_test import BesideTest
     from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
     from creak.studies.models.frfs import FrfComparison
@@ -88,20 +89,9 @@ def correlate(
     InputError : a file is wrong, sensors are not on the model, or no measured mode has a partner.
     NumericalError : the modes could not be found.
     """
-    from creak.errors import InputError
-    from creak.studies.models.beside_test import deck_beside_test
-
-    found = deck_beside_test(
-        Path(deck),
-        Path(test),
-        f_max=f_max,
-        count=count,
-        test_units=test_units,
-        sensors=None if sensors is None else Path(sensors),
-        ignore=ignore,
-    ).modes
-    if found is None:
-        raise InputError("no modes in it", where=test, expected="mode shapes", fix="Call creak.compare_frfs.")
+    options = {"f_max": f_max, "count": count, "test_units": test_units, "ignore": ignore}
+    found = _beside(deck, test, sensors, functions=False, **options).modes
+    assert found is not None  # else the test was refused
     return found
 
 
@@ -131,19 +121,18 @@ def compare_frfs(
     NumericalError : the modes could not be found.
     """
     from creak.errors import InputError
-    from creak.studies.models.beside_test import deck_beside_test
 
-    found = deck_beside_test(
-        Path(deck),
-        Path(test),
-        f_max=f_max,
-        test_units=test_units,
-        sensors=None if sensors is None else Path(sensors),
-        ignore=ignore,
-    ).frfs
+    found = _beside(deck, test, sensors, f_max=f_max, test_units=test_units, ignore=ignore).frfs
     if found is None:
         raise InputError("no frequency response functions in it", where=test, fix="Call creak.correlate for its modes.")
     return found
+
+
+def _beside(deck: str | Path, test: str | Path, sensors: str | Path | None, **options: Any) -> BesideTest:
+    """A deck beside a test; options as `deck_beside_test` has them."""
+    from creak.studies.models.beside_test import deck_beside_test
+
+    return deck_beside_test(Path(deck), Path(test), sensors=None if sensors is None else Path(sensors), **options)
 
 
 def write_door(

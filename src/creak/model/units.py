@@ -41,5 +41,11 @@ UNITS: dict[str, Units] = {
     "mm-t-s": Units("mm", "N", "mJ", "MPa", "t/mm^3", "t", 1000.0, 1000.0),
     "m-kg-s": Units("m", "N", "J", "Pa", "kg/m^3", "kg", 1.0, 1.0),
 }
+LENGTHS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0, "in": 0.0254, "ft": 0.3048}
+"""m in units of length that files and people write."""
+GRAVITY = 9.80665
+"""m/s^2 in 1 g."""
+POUND = 4.4482216152605
+"""N in 1 lbf."""
 METRES = {name: 1.0 / units.per_metre for name, units in UNITS.items()}
 """m in the length of each system."""

@@ -11,8 +11,8 @@ from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_modes import read_csv_modes
 from creak.formats.measured.modes import MeasuredFrfs, MeasuredModes
-from creak.formats.measured.uff_frfs import read_uff_frfs
-from creak.formats.measured.uff_modes import MODE, read_uff_modes
+from creak.formats.measured.uff_frfs import uff_frfs
+from creak.formats.measured.uff_modes import MODE, read_uff_modes, uff_modes
 from creak.formats.measured.uff_sets import data_sets
 
 READERS: dict[str, Callable[[Path], MeasuredModes]] = {
@@ -50,10 +50,12 @@ def read_test(path: Path) -> ModalTest:
     InputError : as `read_measured_modes`, or it holds neither modes nor such functions.
     """
     with _reading(path):
-        read_modes = _reader(path)
-        frfs = read_uff_frfs(path) if read_modes is read_uff_modes else None
-        has_modes = frfs is None or any(one.number == MODE for one in data_sets(path))
-        return ModalTest(path, read_modes(path) if has_modes else None, frfs)
+        if (read_modes := _reader(path)) is not read_uff_modes:
+            return ModalTest(path, read_modes(path), None)
+        sets = data_sets(path)
+        frfs = uff_frfs(path, sets)
+        has_modes = frfs is None or any(one.number == MODE for one in sets)
+        return ModalTest(path, uff_modes(path, sets) if has_modes else None, frfs)
 
 
 def _reader(path: Path) -> Callable[[Path], MeasuredModes]:

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Protocol
 
 from creak.arrays import ComplexArray, FloatArray
+from creak.model.units import LENGTHS
 
-PER_METRE = {"mm": 1000.0, "m": 1.0, "in": 1.0 / 0.0254}
+PER_METRE = {name: 1.0 / LENGTHS[name] for name in ("mm", "m", "in")}
 """Units of length that files of tests are in -> how many are in 1 m."""
 
 

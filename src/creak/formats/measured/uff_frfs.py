@@ -17,7 +17,7 @@ from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE, Meas
 from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, functions
 from creak.formats.measured.uff_modes import MODE
 from creak.formats.measured.uff_points import Points, read_points, require_ended
-from creak.formats.measured.uff_sets import data_sets
+from creak.formats.measured.uff_sets import DataSet
 from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 
 FREQUENCY = 18
@@ -43,9 +43,10 @@ Channel = tuple[int, int]
 """Node and direction of the file, with its sign."""
 
 
-def read_uff_frfs(path: Path) -> MeasuredFrfs | None:
-    """The frequency response functions of a universal file, motion over force; None where it has none and either
-    no functions at all or modes.
+def uff_frfs(path: Path, sets: list[DataSet]) -> MeasuredFrfs | None:
+    """The frequency response functions among the data sets of a universal file, motion over force.
+
+    None where it has none and either no functions at all or modes.
 
     Units are those of data set 164, or of the labels of the ordinate. The channels are named by their nodes.
 
@@ -54,7 +55,6 @@ def read_uff_frfs(path: Path) -> MeasuredFrfs | None:
     InputError : the file has functions but neither a frequency response nor modes, one is cut short or cannot be read,
         its units contradict each other, or it does not tell what was measured.
     """
-    sets = data_sets(path)
     every = list(functions(sets))
     if not every:
         return None

@@ -43,7 +43,12 @@ class _Mode:
 
 
 def read_uff_modes(path: Path) -> MeasuredModes:
-    """The modes of a universal file, at every axis in which a node moves in any of them.
+    """The modes of a universal file, as `uff_modes`."""
+    return uff_modes(path, data_sets(path))
+
+
+def uff_modes(path: Path, sets: list[DataSet]) -> MeasuredModes:
+    """The modes among the data sets of a universal file, at every axis in which a node moves in any of them.
 
     Eigenvalues of complex modes are in rad/s. An axis that is zero in every mode was not measured.
 
@@ -51,7 +56,6 @@ def read_uff_modes(path: Path) -> MeasuredModes:
     ------
     InputError : no modes in it; a data set is cut short or cannot be read; other frames than Cartesian and cylindrical.
     """
-    sets = data_sets(path)
     require_ended(sets, MODE)
     notes: list[str] = []
     modes = [m for one in sets if one.number == MODE if (m := _mode(one, notes)) is not None]

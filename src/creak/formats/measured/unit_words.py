@@ -5,16 +5,16 @@ from __future__ import annotations
 import re
 
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
+from creak.model.units import GRAVITY, LENGTHS, POUND
 
-METRES = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "um": 1e-6, "in": 0.0254, "ft": 0.3048}
 MOTIONS = {
-    **{name: (RECEPTANCE, m) for name, m in METRES.items()},
-    **{f"{name}/s": (MOBILITY, m) for name, m in METRES.items()},
-    **{f"{name}/s^2": (ACCELERANCE, m) for name, m in METRES.items()},
-    "g": (ACCELERANCE, 9.80665),
+    **{name: (RECEPTANCE, m) for name, m in LENGTHS.items()},
+    **{f"{name}/s": (MOBILITY, m) for name, m in LENGTHS.items()},
+    **{f"{name}/s^2": (ACCELERANCE, m) for name, m in LENGTHS.items()},
+    "g": (ACCELERANCE, GRAVITY),
 }
 """Label of a unit -> what it counts, and what it is in m and s."""
-NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": 4.4482216152605, "lb": 4.4482216152605}
+NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
 
 
 def plain_unit(unit: str) -> str:

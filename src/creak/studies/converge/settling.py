@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
@@ -143,7 +144,7 @@ class Settling:
     floor: float = 0.0
     """What changes are shares of at least."""
 
-    @property
+    @cached_property
     def sources(self) -> dict[str, float]:
         """What each thing that decides changes of the figure, sizes: `SOURCES`, and what else does."""
         known = {k: abs(x) for k, x in self.changes.items() if k not in self.told}

@@ -38,7 +38,7 @@ class ModelTable(Table):
     """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
     units: UnitsName = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted. Materials in
-    others are refused."""
+    the other of the two are refused."""
 
 
 class RayleighTable(Table):

@@ -9,9 +9,10 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator
 
+from creak.model import units
 from creak.model.units import METRES
 
-LENGTHS = {"um": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0}
+LENGTHS = {name: units.LENGTHS[name] for name in ("um", "mm", "cm", "m")}
 """m"""
 FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
 """N"""

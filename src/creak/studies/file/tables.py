@@ -55,7 +55,16 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
         return found.time, found.values
     if channel is None:
         return read_table(path, where)
-    header, rows = read_header(path, where, "table")
+    return table_column(path, *read_header(path, where, "table"), channel)
+
+
+def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tuple[FloatArray, FloatArray]:
+    """Time and values, each (n,), of a column of a table that `read_header` read; the first column is time.
+
+    Raises
+    ------
+    InputError : no such column; a value that is no finite number; times that do not increase.
+    """
     if channel.lower() not in header[1:]:
         raise InputError(
             f"the table has no column {channel!r}", where=f"{path}:1", fix=suggest(channel.lower(), header[1:])

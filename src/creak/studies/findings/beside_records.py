@@ -19,7 +19,7 @@ from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
 from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.omega_arithmetic import integrate_twice
-from creak.studies.file.tables import read_header, read_signal
+from creak.studies.file.tables import read_header, table_column
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
 
@@ -163,8 +163,9 @@ def _channels(path: Path) -> Iterator[Channel]:
     if is_measured(path):
         yield from read_channels(path)
         return
-    for column in read_header(path, "", "table")[0][1:]:
-        time, values = read_signal(path, column, "")
+    header, rows = read_header(path, "", "table")
+    for column in header[1:]:
+        time, values = table_column(path, header, rows, column)
         name, _, unit = column.partition("[")
         step = float(np.diff(time).min())
         at = np.arange(time[0], time[-1] + 0.5 * step, step)

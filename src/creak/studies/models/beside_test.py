@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+from creak.errors import InputError
 from creak.formats.measured.mode_files import read_test
 from creak.progress import Progress, silent
 from creak.studies.models.correlation import Correlation, correlate
@@ -40,6 +41,7 @@ def deck_beside_test(
     test_units: str | None = None,
     sensors: Path | None = None,
     ignore: Sequence[str] = (),
+    functions: bool = True,
     progress: Progress = silent,
 ) -> BesideTest:
     """The modes and the frequency response functions of a deck beside those of a test.
@@ -49,12 +51,17 @@ def deck_beside_test(
     f_max, count, about, ignore : as `deck_modes`; without f_max and count up to `ABOVE` times the highest measured
         frequency. Functions are compared up to f_max, or the last of `count` modes.
     sensors : CSV file with the header sensor,node. units, test_units : as `sensors.locate`.
+    functions : of the test count too; else its modes alone, without which it is refused.
 
     Raises
     ------
     InputError : a file is wrong, or as `correlate` and `compare_frfs`. NumericalError : the modes could not be found.
     """
     measured = read_test(test)
+    if not functions:
+        if measured.modes is None:
+            raise InputError("no modes in it", where=test, expected="mode shapes", fix="Call creak.compare_frfs.")
+        measured = replace(measured, frfs=None)
     tops = [] if measured.modes is None else [float(measured.modes.frequencies.max())]
     if measured.frfs is not None:
         tops.append(max(float(f.freq[-1]) for f in measured.frfs.functions))

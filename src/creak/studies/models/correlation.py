@@ -10,9 +10,6 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.assembly.coupling import Driven, couple
-from creak.assembly.part import common_rayleigh, is_damped, loose_system, part_system
-from creak.assembly.system import System
 from creak.formats.measured.modes import Measured, MeasuredModes
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import PairedShapes, pair_shapes
@@ -167,7 +164,7 @@ def correlate(
 def model_damping(found: DeckModes) -> FloatArray:
     """(n_mode,) phi' C phi / (2 omega) of the damping that the deck tells, share of critical; nan without, and of rigid
     modes."""
-    nothing, system = np.full(len(found.frequencies), np.nan), damped_system(found)
+    nothing, system = np.full(len(found.frequencies), np.nan), found.damped
     if system is None:
         return nothing
     omega = 2.0 * np.pi * np.array(found.frequencies)
@@ -175,17 +172,6 @@ def model_damping(found: DeckModes) -> FloatArray:
     other = np.asarray(C.other(found.shapes)) * np.ones_like(found.shapes)
     damped = C.alpha + C.beta * omega**2 + (found.shapes * other).sum(axis=0)
     return np.divide(damped, 2.0 * omega, out=nothing, where=omega > 0.0)
-
-
-def damped_system(found: DeckModes) -> System | None:
-    """The assembly of the modes with the damping that the deck tells; None: it tells none, or a stress stiffens it."""
-    model = found.model
-    if not is_damped(model) or found.prestress is not None:
-        return None
-    common = common_rayleigh(model)
-    parts = [part_system(model, i, common) for i in range(len(model.parts))]
-    loose = loose_system(model, common)
-    return couple([*parts, loose] if loose else parts, model, Driven({}), common)
 
 
 def _pair(measured: MeasuredModes, both: PairedShapes, f: FloatArray, damping: FloatArray, k: int, j: int) -> ModePair:

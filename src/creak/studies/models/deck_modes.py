@@ -4,13 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.coupling import Driven, couple
-from creak.assembly.part import Rayleigh, assemble_blocks, loose_system, part_system
+from creak.assembly.part import (
+    Rayleigh,
+    assemble_blocks,
+    common_rayleigh,
+    is_damped,
+    loose_system,
+    part_system,
+)
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System, to_dense
 from creak.elements.geometric import GEOMETRIC, UNSTRESSED
@@ -52,6 +60,17 @@ class DeckModes:
     """(n, n_mode) in the coordinates of `system`, mass-normalised."""
     prestress: StaticStep | None = None
     """The static step of the deck whose stress stiffens the structure in these modes."""
+
+    @cached_property
+    def damped(self) -> System | None:
+        """`system` with the damping that the deck tells; None: it tells none, or a stress stiffens it."""
+        model = self.model
+        if not is_damped(model) or self.prestress is not None:
+            return None
+        common = common_rayleigh(model)
+        parts = [part_system(model, i, common) for i in range(len(model.parts))]
+        loose = loose_system(model, common)
+        return couple([*parts, loose] if loose else parts, model, Driven({}), common)
 
     def translations(self) -> Iterator[FloatArray]:
         """(n_node, 3) motion of all nodes, mode by mode, dependent and held nodes included; mass-normalised."""

@@ -12,10 +12,11 @@ import numpy as np
 from creak.arrays import ComplexArray
 from creak.errors import InputError
 from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
+from creak.model.units import GRAVITY, LENGTHS, POUND
 from creak.progress import Progress, silent
 from creak.reduction.modal import ModalShares
 from creak.reduction.transfer_modes import TransferModel, receptances, transfer_model
-from creak.studies.models.correlation import Correlation, damped_system, sensor_notes
+from creak.studies.models.correlation import Correlation, sensor_notes
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import channel_rows, damping_note, damping_shares
 from creak.studies.prepare.sensors import Sensors, locate
@@ -26,9 +27,9 @@ ALIKE = 0.8
 """FRAC from which a difference in level or sign is looked for a reason."""
 FACTORS = {
     1000.0: "metres and millimetres",
-    9.80665: "g and m/s^2",
-    25.4: "inches and millimetres",
-    4.44822: "lbf and N",
+    GRAVITY: "g and m/s^2",
+    LENGTHS["in"] / LENGTHS["mm"]: "inches and millimetres",
+    POUND: "lbf and N",
 }
 NEAR = 0.05
 """Relative difference up to which a factor is one of these."""
@@ -117,7 +118,7 @@ def compare_frfs(
             f"no function has two frequencies between 0 and {top:g} Hz", where=measured.path, fix="Raise --f-max."
         )
     shares, told = _measured_damping(modes), "damping is that of the deck"
-    damped = None if shares is not None else damped_system(found)
+    damped = None if shares is not None else found.damped
     rows = _rows(found, measured, sensors)
     response, reference = (np.array([getattr(f, end) for f in kept]) for end in ("response", "reference"))
     loads = min(np.unique(reference), np.unique(response), key=len)  # H = H': forces at the fewer ones

@@ -19,7 +19,7 @@ from creak.formats.safe_names import file_stem
 from creak.linalg.memory import require
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
-from creak.model.units import UNITS
+from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
 from creak.signals.vibration import RandomVibration
 from creak.studies.design.deck_loads import loads_taken
@@ -293,10 +293,6 @@ def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Sign
     if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
         raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
     return sources.Record(time, value, s.high_pass)
-
-
-GRAVITY = 9.80665
-"""m/s^2, standard acceleration of free fall."""
 
 
 def _squared(unit: str, units: str) -> float:

@@ -187,15 +187,14 @@ class Setup:
 
     def with_structure(self, changed: Structure) -> Setup:
         """The same setup with another linear structure."""
-        s = changed
         return replace(
             self,
-            modal=s.modal,
-            model=s.model,
-            driven=s.driven,
-            rayleigh=s.rayleigh,
-            override_damping=s.override_damping,
-            superelements=s.superelements,
+            modal=changed.modal,
+            model=changed.model,
+            driven=changed.driven,
+            rayleigh=changed.rayleigh,
+            override_damping=changed.override_damping,
+            superelements=changed.superelements,
         )
 
     def with_tables(self, **tables: Table) -> Setup:

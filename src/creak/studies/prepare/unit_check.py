@@ -21,7 +21,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
-from creak.model.units import METRES, UNITS, UnitsName
+from creak.model.units import LENGTHS, METRES, UNITS, UnitsName
 from creak.model.volumes import element_volumes
 from creak.studies.file.places import Places
 from creak.words import listed, percent
@@ -92,7 +92,7 @@ OTHERS = (
     UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9, ("mm", "GPa", "kg/mm^3", "kg")),
     UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6, ("mm", "MPa", "g/mm^3", "g")),
     UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9, ("mm", "kPa", "kg/mm^3", "kg")),
-    UnitSystem("in-lbf-s", 0.0254, 6894.757, 1.068688e7, ("in", "psi", "lbf s^2/in^4", "lbf s^2/in")),
+    UnitSystem("in-lbf-s", LENGTHS["in"], 6894.757, 1.068688e7, ("in", "psi", "lbf s^2/in^4", "lbf s^2/in")),
 )
 """What else decks are written in."""
 
@@ -122,8 +122,9 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
     mass : of the whole model, in its units; frequency : the first that is not zero, Hz. None: not looked at.
     """
     declared = SYSTEMS[units]
-    most = _odd(_by_material(model), declared)[1] > HALF
-    found = [text for stuff in materials(model) if (text := _material(model, stuff, declared, most=most))]
+    known = _by_material(model)
+    most = _odd(known, declared)[1] > HALF
+    found = [text for stuff in _frequent(known) if (text := _material(model, stuff, declared, most=most))]
     found = found or _lengths(model, declared)
     if mass is not None:
         found = found or _mass(model, declared, mass)
@@ -189,7 +190,10 @@ def named_systems(names: Iterable[str]) -> list[UnitSystem]:
 
 def materials(model: Model) -> list[Stuff]:
     """What makes up a good share of the model's elements, the most frequent first."""
-    known = _by_material(model)
+    return _frequent(_by_material(model))
+
+
+def _frequent(known: Sequence[Stuff]) -> list[Stuff]:
     whole = max((m.elements for m in known), default=0)
     return sorted((m for m in known if m.elements >= SHARE * whole), key=lambda m: -m.elements)
 

@@ -10,7 +10,6 @@ import pytest
 from creak.formats.measured.mode_files import read_test
 from creak.reduction.transfer_modes import receptances, transfer_model
 from creak.studies.models.beside_test import deck_beside_test
-from creak.studies.models.correlation import damped_system
 from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import STEEL, strip
 from helpers_frfs import FREQ, accelerance, function, masses_deck, points, receptance, units
@@ -217,7 +216,7 @@ def test_few_solves_replace_the_modes_that_are_left_out(tmp_path, held, damping)
     """Against the unreduced dynamic stiffness all over the band, of the largest transfer at each frequency."""
     top = 2000.0
     found = deck_modes(strip_of(tmp_path, held, damping), f_max=1.3 * top)
-    system = damped_system(found) or found.system
+    system = found.damped or found.system
     assert system.damping.alpha == (20.0 if damping else 0.0)
     rows = np.zeros((3, system.n))
     free = np.flatnonzero(system.coordinates % 6 == 2)
