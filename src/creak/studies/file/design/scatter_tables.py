@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
 from creak.studies.file.table import Finite, Positive, Table
-
-SIGMAS = 3.0
-"""A tolerance is so many standard deviations."""
+from creak.studies.file.tolerance_tables import SIGMAS, ScatterTolerance, table_of
 
 
 class Distribution(Table):
@@ -24,8 +23,9 @@ class Distribution(Table):
     """lognormal: default the value of the study."""
     sigma: Positive | None = None
     """Standard deviation; lognormal: of the logarithm."""
-    tolerance: Positive | None = None
-    """normal, field: three standard deviations, instead of sigma."""
+    tolerance: ScatterTolerance | None = None
+    """normal, field: three standard deviations, instead of sigma; of a field also the name of a CSV file, as [eline]
+    takes it, for each gap its own."""
     low: Finite | None = None
     """uniform; normal and field: nothing below."""
     high: Finite | None = None
@@ -37,8 +37,10 @@ class Distribution(Table):
 
     @property
     def deviation(self) -> float:
-        """Standard deviation (lognormal: of the logarithm)."""
-        return self.sigma if self.sigma is not None else (self.tolerance or 0.0) / SIGMAS
+        """Standard deviation (lognormal: of the logarithm); nan: a table has them."""
+        if self.sigma is not None:
+            return self.sigma
+        return math.nan if table_of(self.tolerance) else float(self.tolerance or 0.0) / SIGMAS  # type: ignore[arg-type]
 
     @model_validator(mode="after")
     def _complete(self) -> Distribution:
@@ -54,6 +56,8 @@ class Distribution(Table):
             raise ValueError(f"a {self.type} distribution has no {foreign[0]}")
         if self.type in ("normal", "lognormal", "field") and (self.sigma is None) == (self.tolerance is None):
             raise ValueError("give either sigma or tolerance" if self.type != "lognormal" else "give sigma")
+        if self.type == "normal" and table_of(self.tolerance) is not None:
+            raise ValueError('a table of tolerances is for the gaps of a contact: type = "field"')
         if self.type == "uniform" and (self.low is None or self.high is None):
             raise ValueError("a uniform distribution needs low and high")
         if self.low is not None and self.high is not None and not self.low < self.high:
