@@ -12,6 +12,7 @@ from scipy.stats import norm, qmc
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.studies.design.clip_library import clip_scatter
 from creak.studies.file.changes import value_at
 from creak.studies.file.design.scatter_tables import Distribution, ScatterTable
 from creak.studies.file.places import Places
@@ -144,6 +145,7 @@ def make_causes(
     for key, of in table.vary.items():
         where = places.where("scatter", "vary", key)
         at = causes[-1].columns.stop if causes else 0
+        of = clip_scatter(of, key, where) if of.type.startswith("clip-") else of
         if of.type == "field":
             causes.append(_field(key, of, at, fields, where, deviations.get(key)))
             continue

@@ -15,6 +15,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.progress import Progress, silent
+from creak.studies.design.clip_library import clips_of
 from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
@@ -96,7 +97,8 @@ def run_draws(
     progress("read the model and find the contacts", 1, 1)
     channels, config = join([setup.contacts, setup.connectors]), study.config
     data, fields = config.model_dump(mode="json", by_alias=True), fields_of(setup.contacts, setup.model.nodes.coords)
-    own = deviations_of(setup)
+    own, clips = deviations_of(setup), clips_of(study.touching)
+    data["clip"] = [clip.model_dump(mode="json") for clip in clips]
     causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places, own)
     design = Design(causes, whole_power(n), indices, config.scatter.seed)
     points = design.points()
@@ -117,7 +119,7 @@ def run_draws(
     }
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
-    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(config.clip, c.key))
+    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(clips, c.key))
     notes: list[str] = []
     missing = [k for k in range(design.total) if k not in found]
     if missing:

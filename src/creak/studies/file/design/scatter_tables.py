@@ -14,9 +14,10 @@ from creak.studies.file.tolerance_tables import SIGMAS, ScatterTolerance, table_
 class Distribution(Table):
     """How one number scatters."""
 
-    type: Literal["normal", "uniform", "lognormal", "field", "seed"]
+    type: Literal["normal", "uniform", "lognormal", "field", "seed", "clip-one-side", "clip-both-sides"]
     """normal, truncated where low or high is given; uniform; lognormal; field: gaps of a contact, normal and correlated
-    along it; seed: another course of a random signal in every draw."""
+    along it; seed: another course of a random signal in every draw; clip-one-side, clip-both-sides: stiffness or
+    damping of a clip as plastic clips were measured to differ, 7 and 8 %, and 40 and 36 %."""
     mean: Finite | None = None
     """normal, field: default the value of the study (of a field without clearance: each channel's own gap)."""
     median: Positive | None = None
@@ -35,6 +36,9 @@ class Distribution(Table):
     relative: bool = False
     """Its values are factors on the value of the study (their mean or median is then 1)."""
 
+    source: str | None = None
+    """Where it comes from, for the page."""
+
     @property
     def deviation(self) -> float:
         """Standard deviation (lognormal: of the logarithm); nan: a table has them."""
@@ -49,9 +53,10 @@ class Distribution(Table):
             "uniform": {"low", "high", "relative"},
             "lognormal": {"median", "sigma", "relative"},
             "field": {"mean", "sigma", "tolerance", "low", "high", "length"},
-            "seed": set[str](),
-        }[self.type]
-        foreign = sorted(k for k in self.model_fields_set - takes - {"type"} if getattr(self, k) not in (None, False))
+        }.get(self.type, set[str]())
+        foreign = sorted(
+            k for k in self.model_fields_set - takes - {"type", "source"} if getattr(self, k) not in (None, False)
+        )
         if foreign:
             raise ValueError(f"a {self.type} distribution has no {foreign[0]}")
         if self.type in ("normal", "lognormal", "field") and (self.sigma is None) == (self.tolerance is None):
