@@ -17,6 +17,7 @@ from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+from creak.studies.file.test_tables import MeasuredTable
 from creak.words import percent
 
 GONE = "not_needed"
@@ -349,6 +350,8 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    test: dict[str, MeasuredTable] = {}
+    """[test.NAME]: what was measured, beside what the run computes."""
     background: BackgroundTable | None = None
     """The steady sound that the contacts are heard beside."""
 

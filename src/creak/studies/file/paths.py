@@ -30,6 +30,8 @@ PLACES = (
     ("clips",),
     ("static", "*", "temperature"),
     ("damping", "from_test"),
+    ("test", "*", "file"),
+    ("test", "*", "sensors"),
     ("reduction", "interface", "deck"),
 )
 """Keys of a study whose strings are paths; a tolerance may be a length."""
