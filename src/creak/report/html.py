@@ -31,7 +31,7 @@ from creak.report.tables import checks
 from creak.report.tables import events as event_tables
 from creak.report.tables import run as tables
 from creak.report.tables.convergence import convergence_parts
-from creak.report.tables.elines import eline_table, eline_words
+from creak.report.tables.elines import eline_table, eline_words, material_table
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
 from creak.report.tables.sounds import sound_tables
@@ -221,13 +221,14 @@ def _table_parts(result: Findings, summary: dict[str, Any], units: Units) -> dic
 def _eline_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     found, told = result.elines, summary.get("elines")
     if found is None or told is None:
-        return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": ""}
+        return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": "", "materials": None}
     config, model = result.setup.study.config, result.setup.model
     rows = line_rows(found, config.limit, config.model.units)
     return {
         "elines": eline_table(rows, model, units, found.percentile),
         "eline_words": eline_words(told),
         "eline_notes": f"{told['risk']}. {told['definition']}",
+        "materials": material_table(found, config.material_pairs),
         "csv_elines": script_json(point_csv(found, model, units.length)),
     }
 

@@ -304,7 +304,8 @@ class StudyConfig(Table):
     title: str = ""
     """For the report."""
     material_pairs: str | None = None
-    """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
+    """TOML or CSV file, relative to the study file, with material pairs beside those of the study: [material-pair.NAME]
+    tables, or a row for each pair with the columns name and the keys of such a table."""
     model: ModelTable
     """The deck and its units."""
     nodes: dict[str, NodesTable] = {}

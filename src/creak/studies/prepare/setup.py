@@ -286,6 +286,7 @@ def set_up_model(
         test, where = places.sibling(c.damping.from_test), places.where("damping", "from_test")
         modal, said = measured_damping(linear, test, c.model.units, where)
         notes.append(said)
+    elines = make_elines(model, study.lines, contacts)
     return Setup(
         study,
         model,
@@ -297,9 +298,9 @@ def set_up_model(
         loads,
         pairs,
         _watched(model, c.output.node_sets, pairs, measured_nodes(model, tests), places),
-        notes,
+        [*notes, *elines.notes],
         superelements,
-        elines=make_elines(model, study.lines, contacts),
+        elines=elines,
         modal=modal,
         tests=tests,
     )
