@@ -23,6 +23,8 @@ EDGE = 1e-12
 KEPT = 0.99
 """Share of a field's variance that its shapes hold; the rest is given back to them node by node."""
 SEEDS = 2**31
+ROUND_OFF = 1e-9
+"""Of a gap: by so much its tolerance may be larger."""
 
 
 @dataclass(frozen=True)
@@ -187,12 +189,12 @@ def _check_range(cause: Cause, where: str) -> None:
     """Raise InputError for a clearance that becomes negative within its tolerance."""
     if not cause.key.endswith(".clearance") or not cause.key.startswith("contact."):
         return
-    low = float(cause.values(np.full((1, cause.columns.stop), norm.cdf(-3.0)))[0])
-    _no_negative_gap(low, where)
+    low, middle = (float(cause.values(np.full((1, cause.columns.stop), p))[0]) for p in (norm.cdf(-3.0), 0.5))
+    _no_negative_gap(low, middle, where)
 
 
-def _no_negative_gap(low: float, where: str) -> None:
-    if low < 0.0:
+def _no_negative_gap(low: float, middle: float, where: str) -> None:
+    if low < -ROUND_OFF * abs(middle):
         raise InputError(
             f"this distribution has negative gaps: {low:.3g} at three standard deviations",
             where=where,
@@ -220,7 +222,7 @@ def _field(
     mean = gaps if of.mean is None else np.full(gaps.size, of.mean)
     sigma = np.full(gaps.size, of.deviation) if deviation is None else deviation
     if of.low is None:
-        _no_negative_gap(float((mean - SIGMAS * sigma).min(initial=np.inf)), where)
+        _no_negative_gap(float((mean - SIGMAS * sigma).min(initial=np.inf)), float(mean.max(initial=0.0)), where)
     shapes = sigma[:, None] * field_shapes(places, of.length or 1.0)
     return Cause(key, of, math.nan, slice(at, at + shapes.shape[1]), shapes, mean, names)
 

@@ -165,6 +165,8 @@ def test_a_field_of_gaps_scatters_by_the_table(folder):
     assert cause.shapes is not None
     np.testing.assert_allclose(np.linalg.norm(cause.shapes, axis=1), expected)
     np.testing.assert_array_equal(cause.mean, gaps)
+    setup = made(folder, f"point,minus\ntip,{gaps.min():.17g}\n", field)  # as large as the gap: it may close
+    make_causes(config.scatter, {}, {}, fields, setup.study.places, deviations_of(setup))
     setup = made(folder, f"point,minus\ntip,{GAP + 0.1}\n", field)
     with pytest.raises(InputError, match="negative gaps"):
         make_causes(config.scatter, {}, {}, fields, setup.study.places, deviations_of(setup))
