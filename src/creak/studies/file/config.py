@@ -13,6 +13,7 @@ from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import NodesTable, SupportTable
+from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
@@ -306,6 +307,10 @@ class StudyConfig(Table):
     """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
     model: ModelTable
     """The deck and its units."""
+    material: dict[str, MaterialTable] = {}
+    """[material.NAME]: materials of the deck with other numbers."""
+    section: dict[str, SectionTable] = {}
+    """[section.NAME]: sections and springs of the deck with another number."""
     nodes: dict[str, NodesTable] = {}
     """[nodes.NAME]: node sets by labels or coordinates."""
     support: dict[str, SupportTable] = {}
