@@ -130,9 +130,14 @@ def _ranking_data(found: Sensitivities) -> dict[str, Any]:
 
 
 def _data(found: ModelUpdate) -> dict[str, Any]:
-    from creak.report.words.update import update_notes, update_sentence
+    from creak.report.words.update import gained_note, update_notes, update_sentence
 
-    return {"sentence": update_sentence(found), "notes": update_notes(found), **found.as_dict()}
+    return {
+        "sentence": update_sentence(found),
+        "warnings": update_notes(found),
+        "notes": gained_note(found),
+        **found.as_dict(),
+    }
 
 
 def _print_ranking(output: Output, found: Sensitivities) -> None:
@@ -140,19 +145,19 @@ def _print_ranking(output: Output, found: Sensitivities) -> None:
 
     rows = sensitivity_rows(found)
     if len(rows) > 1:
-        output.table("What each number would mend alone; slopes d(ln f)/d(ln p)", rows)
+        output.table("What each number would mend alone, and its largest slope d(ln f)/d(ln p)", rows)
     output.say(sensitivity_sentence(found))
     for note in found.before.notes:
         output.say(f"note: {note}")
 
 
 def _print(output: Output, found: ModelUpdate) -> None:
-    from creak.report.words.update import mode_rows, parameter_rows, update_notes, update_sentence
+    from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 
     output.table("Parameters", parameter_rows(found))
     output.table(f"Modes of {found.after.measured.path.name} and of the model", mode_rows(found))
     output.say(update_sentence(found))
     for note in update_notes(found):
         output.warn(note)
-    for note in found.after.notes:
+    for note in (*gained_note(found), *found.after.notes):
         output.say(f"note: {note}")

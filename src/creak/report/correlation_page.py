@@ -16,7 +16,7 @@ from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentence, pair_rows, sentence
 from creak.report.words.text import number
-from creak.report.words.update import mode_rows, parameter_rows, update_notes, update_sentence
+from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 from creak.studies.models.beside_test import BesideTest
 from creak.studies.models.correlation import Correlation
 from creak.studies.models.update import ModelUpdate
@@ -59,7 +59,7 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
     if update is not None:
         parameters, changes = (Table(rows[0], rows[1:]) for rows in (parameter_rows(update), mode_rows(update)))
         sentences, title = [update_sentence(update), *sentences], update.study.path.name
-        notes = [*update_notes(update), *notes]
+        notes = [*update_notes(update), *gained_note(update), *notes]
     text = (
         page_templates("creak.report")
         .get_template("correlation.html.j2")

@@ -75,11 +75,11 @@ class Fit:
     def undetermined(self, width: float) -> list[IntArray]:
         """Parameters of each direction whose 95 % interval is wider than +-width: alone, or only together known.
 
-        The directions are right singular vectors of J.
+        The directions are right singular vectors of J, parameters at a bound among them: that may be why they are there.
         """
-        _, s, Vt = self._svd
-        free = np.flatnonzero(~self.on_bound)
-        return [free[np.abs(v) >= LARGE] for v, k in zip(Vt, s, strict=True) if Z95 * self.scatter / k > width]
+        _, s, Vt = np.linalg.svd(self.jacobian, full_matrices=False)
+        wide = Z95 * self.scatter > width * s
+        return [np.flatnonzero(np.abs(v) >= LARGE) for v in Vt[wide]]
 
     @property
     def foretold(self) -> FloatArray:

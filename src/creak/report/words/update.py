@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from creak.report.words.correlation import signed
+from creak.report.words.correlation import NAMED, signed
 from creak.report.words.text import NONE, fixed, number, plural
 from creak.studies.models.correlation import ModePair
 from creak.studies.models.update import Estimate, ModelUpdate, Sensitivities
+from creak.words import first_few
 
 TWICE = math.log(2.0)
 """Half width of an interval of ln p beyond which a parameter counts as not determined."""
@@ -37,16 +38,14 @@ def sensitivity_sentence(found: Sensitivities) -> str:
 
 def sensitivity_rows(found: Sensitivities) -> list[list[str]]:
     """Header, and a row for each key, the one that would mend most first."""
-    rows = [["key", "value", "best", "left %", "lowest", "highest", "most at Hz"]]
+    rows = [["key", "value", "best", "left %", "slope", "at Hz"]]
     for k in found.ranked[:SHOWN]:
         slopes = found.slopes[:, k]
-        most = found.before.pairs[int(abs(slopes).argmax())].frequency_test
+        most = int(abs(slopes).argmax())
         best = float(found.best_factors[k])
         told = signed(100.0 * (best - 1.0)) + " %" if 1.0 / FAR < best < FAR else "far"
-        ends = [fixed(float(x), 3) for x in (slopes.min(), slopes.max())]
-        rows.append(
-            [found.keys[k], f"{found.values[k]:.5g}", told, _percent(float(found.left[k])), *ends, f"{most:.5g}"]
-        )
+        largest = [fixed(float(slopes[most]), 3), f"{found.before.pairs[most].frequency_test:.5g}"]
+        rows.append([found.keys[k], f"{found.values[k]:.5g}", told, _percent(float(found.left[k])), *largest])
     return rows
 
 
@@ -63,10 +62,10 @@ def update_sentence(found: ModelUpdate) -> str:
 
 def parameter_rows(found: ModelUpdate) -> list[list[str]]:
     """Header, and a row for each parameter."""
-    rows = [["key", "before", "after", "change %", "95 % from", "to"]]
+    rows = [["key", "before", "after", "change %", "95 %"]]
     for e in found.estimates:
-        ends = ["bound", NONE] if e.on_bound else [f"{e.low:.5g}", f"{e.high:.5g}"]
-        rows.append([e.key, f"{e.start:.5g}", f"{e.value:.5g}", signed(100.0 * (e.value / e.start - 1.0)), *ends])
+        within = "at its bound" if e.on_bound else f"{e.low:.4g} to {e.high:.4g}"
+        rows.append([e.key, f"{e.start:.5g}", f"{e.value:.5g}", signed(100.0 * (e.value / e.start - 1.0)), within])
     return rows
 
 
@@ -83,21 +82,28 @@ def mode_rows(found: ModelUpdate) -> list[list[str]]:
 
 def update_notes(found: ModelUpdate) -> list[str]:
     """What of an update cannot be believed, and why."""
-    return [*_pairs_notes(found), *_parameter_notes(found), *_fit_notes(found)]
+    return [*_lost(found), *_parameter_notes(found), *_fit_notes(found)]
+
+
+def gained_note(found: ModelUpdate) -> list[str]:
+    """Measured modes that joined the fit on the way."""
+    return [f"measured modes that have found a partner: {_hz_of(found, found.gained)}"] if found.gained else []
 
 
 def file_head(found: ModelUpdate, study: str, test: str) -> str:
     """The comment above the changed study."""
-    lines = [f"# {study} with what `creak update` found beside {test}:"]
+    lines = [f"# {study}, written by creak with what `creak update` found beside {test}:"]
     lines += [f"# {e.key}: {e.value:.6g} in place of {e.start:.6g}" for e in found.estimates]
     return "\n".join(lines) + "\n\n"
 
 
-def _pairs_notes(found: ModelUpdate) -> Iterator[str]:
-    freq = found.after.measured.frequencies
-    for what, tests in (("have lost their partner", found.lost), ("have found a partner", found.gained)):
-        if tests:
-            yield f"measured modes that {what}: {', '.join(f'{freq[k]:g} Hz' for k in tests)}"
+def _lost(found: ModelUpdate) -> Iterator[str]:
+    if found.lost:
+        yield f"measured modes that have lost their partner: {_hz_of(found, found.lost)}"
+
+
+def _hz_of(found: ModelUpdate, tests: Sequence[int]) -> str:
+    return first_few([f"{found.after.measured.frequencies[k]:g} Hz" for k in tests], len(tests), NAMED)
 
 
 def _parameter_notes(found: ModelUpdate) -> Iterator[str]:
@@ -140,8 +146,12 @@ def _fit_notes(found: ModelUpdate) -> Iterator[str]:
 
 
 def _change(e: Estimate) -> str:
-    within = "at its bound" if e.on_bound else f"95 %: {number(e.low)} to {number(e.high)}"
-    return f"{e.key} from {number(e.start)} to {number(e.value)} ({within})"
+    within = "at its bound" if e.on_bound else f"95 %: {_told(e.low)} to {_told(e.high)}"
+    return f"{e.key} from {_told(e.start)} to {_told(e.value)} ({within})"
+
+
+def _told(value: float) -> str:
+    return number(float(f"{value:.4g}"))
 
 
 def _hz(p: ModePair | None) -> list[str]:

@@ -19,7 +19,7 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
 from creak.studies.models.correlation import Correlation
 from creak.studies.models.parameters import Parameter, candidates, read_parameters, start_of
-from creak.studies.models.trials import UpdateCase, Trial, correlated, partners, slopes, tried
+from creak.studies.models.trials import Trial, UpdateCase, correlated, partners, slopes, tried
 from creak.studies.prepare.sensors import read_sensor_map
 from creak.studies.unraised import none_ignored
 from creak.verify.bounded_fit import Fit, bounded_fit
