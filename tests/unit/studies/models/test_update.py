@@ -82,7 +82,7 @@ def _case(study, closed=()):
 
 def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_path, measured):
     """20, 14 and 40 % off at the start; 1 % noise in 40 frequencies, MAC .95."""
-    study, true, folder = plate
+    study, true, _ = plate
     found = update(update_case(study, write_plate_test(true, tmp_path / "test.csv", seed=1)), KEYS)
     source = "the model that made the test"
     for e in found.estimates:
@@ -107,14 +107,14 @@ def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_pa
 
 
 def test_without_noise_the_numbers_are_exact(plate, tmp_path):
-    study, true, folder = plate
+    study, true, _ = plate
     found = update(update_case(study, write_plate_test(true, tmp_path / "test.csv", count=12)), KEYS)
     for e in found.estimates:
         assert e.value == pytest.approx(value_of(e.key), rel=1e-6)
 
 
 def test_the_spring_is_what_would_mend_most(plate, tmp_path):
-    study, true, folder = plate
+    study, true, _ = plate
     ranked = sensitivities(update_case(study, write_plate_test(true, tmp_path / "test.csv", count=12)))
     assert ranked.keys[ranked.ranked[0]] == "section.FEET.stiffness"
     assert 1.3 < ranked.best_factors[ranked.ranked[0]] < 2.2
