@@ -75,7 +75,7 @@ class Fit:
     def undetermined(self, width: float) -> list[IntArray]:
         """Parameters of each direction whose 95 % interval is wider than +-width: alone, or only together known.
 
-        The directions are right singular vectors of J, parameters at a bound among them: that may be why they are there.
+        The directions are right singular vectors of J, with parameters at a bound: it may be why they are there.
         """
         _, s, Vt = np.linalg.svd(self.jacobian, full_matrices=False)
         wide = Z95 * self.scatter > width * s

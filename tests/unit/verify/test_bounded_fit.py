@@ -116,7 +116,7 @@ def test_intervals_hold_the_truth_in_95_of_100_tests(measured):
     source = "100 tests with noise, seeds 0 to 99"
     for j, name in enumerate(("stiffness to ground", "stiffness of the links", "mass")):
         measured(
-            "analytic",
+            "models",
             f"update of a chain, {name}: truth within the 95 % interval, of 100",
             int(held[:, j].sum()),
             between=(91, 100),

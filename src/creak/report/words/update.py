@@ -19,6 +19,8 @@ MORE = 1.5
 """Times the uncertainty of the test from which the rest needs another reason."""
 SHOWN = 12
 """Keys that the table of sensitivities has at most; the file for machines has all."""
+NOTHING = 1e-6
+"""Share of a frequency that is told as 0."""
 FAR = 10.0
 """Factor beyond which a first-order change says nothing."""
 
@@ -130,7 +132,7 @@ def _parameter_notes(found: ModelUpdate) -> Iterator[str]:
 def _fit_notes(found: ModelUpdate) -> Iterator[str]:
     m, n, foretold = len(found.tracked), len(found.estimates), found.foretold
     if m - n < n:
-        yield f"over-fitted: {plural(n, 'parameter')} of {plural(m, 'mode')} leave {m - n} to check them by"
+        yield f"over-fitted: {plural(n, 'parameter')} from {plural(m, 'mode')}, with {m - n} left to check by"
     elif math.isnan(foretold):
         yield "over-fitted: a parameter hangs on one mode alone, which nothing checks"
     elif foretold >= found.unexplained[0]:
@@ -163,7 +165,7 @@ def _names(found: ModelUpdate, rows: Sequence[int]) -> str:
 
 
 def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g}"
+    return "0" if share < NOTHING else f"{100.0 * share:.2g}"
 
 
 def _rms(values: Sequence[float]) -> float:

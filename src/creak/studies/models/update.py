@@ -28,6 +28,8 @@ SIGMA = 0.01
 """Standard deviation of measured frequencies, as a share, where nobody says another."""
 ROUNDS = 3
 """Fits at most, each with the pairs that the one before has found."""
+OF_ONE = 0.75
+"""Mean MAC of the pairs below which a test is taken for that of another structure."""
 UNMOVED = 1e-9
 """Slope below which a parameter moves nothing."""
 DIGITS = 7
@@ -218,8 +220,8 @@ def sensitivities(case: UpdateCase, progress: Progress = silent) -> Sensitivitie
     rows = [p.model for p in before.pairs]
     found = np.hstack(columns)[rows] if columns else np.zeros((len(rows), 0))
     moving = np.flatnonzero(np.abs(found).max(axis=0, initial=0.0) >= UNMOVED)
-    keys, values = ([list(of)[k] for k in moving.tolist()] for of in (every, every.values()))
-    return Sensitivities(before, tuple(keys), np.array(values), found[:, moving])
+    keys = tuple(list(every)[k] for k in moving.tolist())
+    return Sensitivities(before, keys, np.array([every[key] for key in keys]), found[:, moving])
 
 
 @none_ignored()
@@ -316,6 +318,14 @@ class _Search:
 
 
 def _require_pairs(case: UpdateCase, before: Correlation, parameters: Sequence[Parameter]) -> None:
+    mean = float(np.mean([p.mac for p in before.pairs]))
+    if mean < OF_ONE:
+        raise InputError(
+            f"the shapes of {len(before.pairs)} pairs agree too little to follow them: their mean MAC is {mean:.2f}",
+            where=case.measured.path,
+            expected=f"{OF_ONE:g} or more, as of modes of one structure",
+            fix="Is it the test of this structure, with the same supports? `creak modes --test` shows the pairs.",
+        )
     if len(parameters) > len(before.pairs):
         raise InputError(
             f"{len(parameters)} parameters and {len(before.pairs)} measured modes with a partner: more than one set of "

@@ -80,6 +80,7 @@ def _case(study, closed=()):
     return UpdateCase(study, read_model(study.places.sibling("strips.inp")), None, None, {}, (), closed)
 
 
+@pytest.mark.slow
 def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_path, measured):
     """20, 14 and 40 % off at the start; 1 % noise in 40 frequencies, MAC .95."""
     study, true, _ = plate
@@ -87,7 +88,7 @@ def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_pa
     source = "the model that made the test"
     for e in found.estimates:
         measured(
-            "analytic",
+            "models",
             f"update of a plate from noisy modes: {e.key}",
             e.value,
             value_of(e.key),
@@ -106,6 +107,7 @@ def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_pa
     assert study.config.section == {}
 
 
+@pytest.mark.slow
 def test_without_noise_the_numbers_are_exact(plate, tmp_path):
     study, true, _ = plate
     found = update(update_case(study, write_plate_test(true, tmp_path / "test.csv", count=12)), KEYS)
