@@ -328,7 +328,7 @@ def _require_pairs(case: UpdateCase, before: Correlation, parameters: Sequence[P
         )
     if len(parameters) > len(before.pairs):
         raise InputError(
-            f"{len(parameters)} parameters and {len(before.pairs)} measured modes with a partner: more than one set of "
+            f"{len(parameters)} parameters are more than the {len(before.pairs)} measured modes with a partner: many "
             "values would fit",
             where=case.measured.path,
             expected="fewer parameters than pairs",

@@ -7,15 +7,19 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 
 from creak.errors import InputError
 from creak.formats.decks import read_model
+from creak.reduction.sensitivity import frequency_slopes
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.parameters import candidates, read_parameters
 from creak.studies.models.trials import Trial, UpdateCase, joined, slopes, tried
 from creak.studies.models.update import sensitivities, update, update_case
 from creak.studies.prepare.structure import modes_up_to
+from creak.verify.bounded_fit import bounded_fit
+from creak.verify.mac import mac_matrix
 from helpers_decks import STUDY, write_strips
 from helpers_modal import csv_text, measured_strip, strip_deck
 from helpers_update import KEYS, TRUE, true_modes, write_plate, write_plate_test
@@ -162,3 +166,88 @@ def test_a_joint_that_stays_closed_is_a_spring(tmp_path):
 def tried_up_to(case, f_max):
     made = joined(case, {})
     return Trial(made, modes_up_to(made.system, f_max))
+
+
+class SmallPlate:
+    """The plate in the shapes of its first modes: what 100 tests of it share.
+
+    K and M are cubic in the thickness, and K is linear in modulus and springs. So six structures give them for all values.
+    """
+
+    def __init__(self, case, shapes: int = 90) -> None:
+        t = np.array([0.7, 0.9, 1.1, 1.3]) * TRUE["thickness"]
+        base = [joined(case, {KEYS[0]: float(x), KEYS[1]: value_of(KEYS[1]), KEYS[2]: value_of(KEYS[2])}) for x in t]
+        V = modes_up_to(base[2].system, 9000.0).shapes[:, :shapes]
+        more = {key: {**dict.fromkeys([KEYS[0]], float(t[0])), key: 2.0 * value_of(key)} for key in KEYS[1:]}
+        for key, other in zip(KEYS[1:], reversed(KEYS[1:]), strict=True):
+            more[key][other] = value_of(other)
+
+        def small(A):
+            return V.T @ np.asarray(A @ V)
+
+        powers = np.linalg.inv(np.vander(t, 4, increasing=True))
+        self.K, self.M = (
+            np.tensordot(powers, np.stack([small(getattr(b.system, name)) for b in base]), 1) for name in "KM"
+        )
+        self.linear = [small(joined(case, more[key]).system.K - base[0].system.K) / value_of(key) for key in KEYS[1:]]
+        self.truth = np.log([value_of(key) for key in KEYS])
+        self.frequencies, self.shapes = self.at(self.truth)[:2]
+
+    def at(self, x):
+        """sqrt(omega^2), shapes and their slopes."""
+        t, rest = math.exp(x[0]), np.exp(x[1:])
+        grow = t ** np.arange(4)
+        K = np.tensordot(grow, self.K, 1) + sum(
+            (p - value_of(key)) * A for p, key, A in zip(rest, KEYS[1:], self.linear, strict=True)
+        )
+        M = np.tensordot(grow, self.M, 1)
+        omega2, phi = sla.eigh(K, M)
+        turned = np.arange(4) * grow
+        columns = [frequency_slopes(np.tensordot(turned, self.K, 1), np.tensordot(turned, self.M, 1), phi, omega2)]
+        columns += [frequency_slopes(p * A, 0.0 * A, phi, omega2) for p, A in zip(rest, self.linear, strict=True)]
+        return np.sqrt(omega2), phi, np.column_stack(columns)
+
+    def fitted(self, seed: int, count: int = 40, sigma: float = 0.01):
+        test = self.frequencies[:count] * (1.0 + sigma * np.random.default_rng(seed).standard_normal(count))
+        known = {}
+
+        def paired(x):
+            if x.tobytes() not in known:
+                omega, phi, slope = self.at(x)
+                like = mac_matrix(self.shapes[:, :count], phi).argmax(axis=1)
+                known[x.tobytes()] = omega[like] / test, slope[like]
+            return known[x.tobytes()]
+
+        return bounded_fit(
+            lambda x: (paired(x)[0] - 1.0) / sigma,
+            lambda x: paired(x)[0][:, None] * paired(x)[1] / sigma,
+            self.truth + np.log([1.05, 0.95, 0.9]),
+            self.truth - 1.0,
+            self.truth + 1.0,
+        )
+
+
+def test_intervals_of_the_plate_hold_the_truth_in_95_of_100_tests(plate, tmp_path, measured):
+    study, true, _ = plate
+    small = SmallPlate(update_case(study, write_plate_test(true, tmp_path / "test.csv", count=3)))
+    np.testing.assert_allclose(small.frequencies[:20] / (2.0 * np.pi), true.frequencies[:20], rtol=2e-3)
+    fits = [small.fitted(seed) for seed in range(100)]
+    off = np.array([fit.x - small.truth for fit in fits])
+    held = np.abs(off) <= np.array([fit.half_width for fit in fits])
+    source = "100 tests with 1 % noise, seeds 0 to 99"
+    for j, key in enumerate(KEYS):
+        measured(
+            "models",
+            f"update of a plate, {key}: truth within the 95 % interval, of 100",
+            int(held[:, j].sum()),
+            between=(90, 100),
+            source=source,
+        )
+        measured(
+            "models",
+            f"update of a plate, {key}: standard deviation from the truth",
+            float(off[:, j].std()),
+            at_most=0.012,
+            source=source,
+        )
+    assert 0.92 <= held.mean() <= 0.99
