@@ -32,6 +32,7 @@ OF_ONE = 0.75
 """Mean MAC of the pairs below which a test is taken for that of another structure."""
 UNMOVED = 1e-9
 """Slope below which a parameter moves nothing."""
+PHASE = "fit the parameters"
 DIGITS = 7
 """Of the values that are written."""
 WIDEST = 100.0
@@ -243,7 +244,8 @@ def update(
     NumericalError : modes could not be found, or fewer pairs than parameters are left.
     """
     parameters = read_parameters(case.study, case.model, chosen)
-    search = _Search(case, parameters, sigma, progress)
+    progress(PHASE, 0, 1)
+    search = _Search(case, parameters, sigma)
     before = search.before
     _require_pairs(case, before, parameters)
     _require_moved(search)
@@ -260,6 +262,7 @@ def update(
                 f"only {len(tests)} of {len(fitted)} pairs are left after the update of {len(parameters)} parameters: "
                 "give closer bounds, or fewer parameters"
             )
+    progress(PHASE, 1, 1)
     values = search.values(x)
     changed = with_changes(case.study, {key: float(f"{v:.{DIGITS}g}") for key, v in values.items()})
     estimates = tuple(
@@ -272,11 +275,11 @@ def update(
 class _Search:
     """Modes and slopes at any x = ln p. The last ones are kept, and each trial takes from them what did not change."""
 
-    def __init__(self, case: UpdateCase, parameters: Sequence[Parameter], sigma: float, progress: Progress) -> None:
-        self.case, self.parameters, self.sigma, self.progress = case, parameters, sigma, progress
+    def __init__(self, case: UpdateCase, parameters: Sequence[Parameter], sigma: float) -> None:
+        self.case, self.parameters, self.sigma = case, parameters, sigma
         self.low, self.high = (np.log([getattr(p, end) for p in parameters]) for end in ("low", "high"))
         self.start = np.log([p.start for p in parameters])
-        self._at, self._trial, self._count = self.start, tried(case, {}), 1
+        self._at, self._trial = self.start, tried(case, {})
         self._slopes: FloatArray | None = None
         self.before = correlated(case, self._trial)
 
@@ -287,9 +290,8 @@ class _Search:
     def trial(self, x: FloatArray) -> Trial:
         """The structure at x with its modes."""
         if not np.array_equal(x, self._at):
-            self.progress("models tried", self._count, self._count + 1)
             self._trial = tried(self.case, self.values(x), self._trial.joined)
-            self._at, self._slopes, self._count = x.copy(), None, self._count + 1
+            self._at, self._slopes = x.copy(), None
         return self._trial
 
     def slopes(self, x: FloatArray) -> FloatArray:
