@@ -102,6 +102,8 @@ def file_head(found: ModelUpdate, study: str, test: str) -> str:
 def _lost(found: ModelUpdate) -> Iterator[str]:
     if found.lost:
         yield f"measured modes that have lost their partner: {_hz_of(found, found.lost)}"
+    if not found.settled:
+        yield "each fit leads to other pairs than it was made of: the values hang on which modes count"
 
 
 def _hz_of(found: ModelUpdate, tests: Sequence[int]) -> str:

@@ -128,6 +128,11 @@ class ModelUpdate:
         return sorted({p.test for p in self.after.pairs} - {p.test for p in self.before.pairs})
 
     @property
+    def settled(self) -> bool:
+        """Whether the modes that were fitted are those that have a partner after the fit."""
+        return {p.test for p in self.after.pairs} == set(self.tracked)
+
+    @property
     def off(self) -> tuple[FloatArray, FloatArray]:
         """f_model / f_test - 1 before and after, of the modes that have a partner in both."""
         both = [{p.test: p.difference for p in c.pairs} for c in (self.before, self.after)]
@@ -244,6 +249,9 @@ def update(
     NumericalError : modes could not be found, or fewer pairs than parameters are left.
     """
     parameters = read_parameters(case.study, case.model, chosen)
+    if not parameters or not 0.0 < sigma < 1.0:
+        given = f"sigma = {sigma:g}" if parameters else "no parameters"
+        raise InputError(given, expected="a key or more that may change, and 0 < sigma < 1", fix="Give them.")
     progress(PHASE, 0, 1)
     search = _Search(case, parameters, sigma)
     before = search.before

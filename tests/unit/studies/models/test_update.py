@@ -119,6 +119,15 @@ def test_without_noise_the_numbers_are_exact(plate, tmp_path):
         assert e.value == pytest.approx(value_of(e.key), rel=1e-6)
 
 
+def test_a_fit_needs_parameters_and_an_uncertainty(plate, tmp_path):
+    study, true, _ = plate
+    case = update_case(study, write_plate_test(true, tmp_path / "test.csv", count=5))
+    with pytest.raises(InputError, match="no parameters; expected a key or more"):
+        update(case, [])
+    with pytest.raises(InputError, match="sigma = 0; expected a key or more that may change, and 0 < sigma < 1"):
+        update(case, KEYS, sigma=0.0)
+
+
 def test_the_spring_is_what_would_mend_most(plate, tmp_path):
     study, true, _ = plate
     ranked = sensitivities(update_case(study, write_plate_test(true, tmp_path / "test.csv", count=12)))
