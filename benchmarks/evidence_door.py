@@ -10,10 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.door import silent
+from benchmarks.door import door_study, silent
 from creak.contact.gap_operator import GapOperator
 from creak.studies.file.config import ReductionTable, StudyConfig
-from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.excitation import loads_over
@@ -53,7 +52,7 @@ class Bench:
     def _set_up(self, changes: Mapping[str, Any]) -> Setup:
         with tempfile.TemporaryDirectory() as folder:
             write_door(self.mesh_size, Path(folder))
-            study = read_study(Path(folder) / "door.toml")
+            study = door_study(Path(folder))
             data = changed(study.config.model_dump(exclude_unset=True), {**self._changes, **changes}, None)
             return set_up(replace(study, config=StudyConfig.model_validate(data)))
 

@@ -15,13 +15,12 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.door import SCHEME, silent
+from benchmarks.door import SCHEME, door_study, silent
 from benchmarks.reduction import Row, reduction_cost
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.simulate import simulate
 from creak.model.dofs import node_dofs
-from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.substructures import partition
@@ -44,7 +43,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         write_door(given.mesh_size, Path(folder))
         started = time.perf_counter()
-        setup = set_up(read_study(Path(folder) / "door.toml"))
+        setup = set_up(door_study(Path(folder)))
         read_s = time.perf_counter() - started
     meter = Meter()
     reference = build_reference(setup, silent)

@@ -20,6 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import creak
+from benchmarks.door import door_study
 from benchmarks.stamp import stamp
 from creak.studies.cause.decompose import find_causes
 from creak.studies.cause.effects import checked_by_run, try_changes
@@ -43,7 +44,7 @@ BY = ("force", "impulse", "n5")
 def door(folder: Path, mesh_size: float, load: str, play: float | None = None) -> creak.Study:
     """The study of a door, its unreduced run left out."""
     write_door(mesh_size, folder, 1, load, play)
-    return creak.change_study(creak.read_study(folder / "door.toml"), {"reference.run": False})
+    return creak.change_study(door_study(folder), {"reference.run": False})
 
 
 def places(study: creak.Study) -> dict[str, Any]:

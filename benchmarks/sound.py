@@ -15,6 +15,7 @@ from rich.console import Console
 from rich.table import Table
 
 import creak
+from benchmarks.door import door_study
 from benchmarks.loudness import GOAL as LOUDNESS_GOAL
 from benchmarks.loudness import RATE, SECONDS, TIMES, bursts, cpu_seconds
 from creak.linalg.threads import one_blas_thread
@@ -34,7 +35,7 @@ def door_rows(mesh_size: float, load: str, play: float | None) -> list[tuple[str
     """The run, its sound, its causes."""
     with tempfile.TemporaryDirectory() as folder:
         write_door(mesh_size, Path(folder), 1, load, play)
-        study = creak.change_study(creak.read_study(Path(folder) / "door.toml"), {"reference.run": False})
+        study = creak.change_study(door_study(Path(folder)), {"reference.run": False})
         result = run_study(creak.set_up(study), lambda *_: None)
     run = main_run(result.runs)
     assert run is not None

@@ -20,7 +20,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from benchmarks.door import SCHEME, Door, silent
+from benchmarks.door import SCHEME, Door, door_study, silent
 from benchmarks.million import closest
 from benchmarks.stamp import stamp
 from benchmarks.stepping import full_order
@@ -29,7 +29,6 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import simulate
-from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.marching import Observed
@@ -73,7 +72,7 @@ def main() -> None:
     compile_kernels()
     with tempfile.TemporaryDirectory() as folder:
         write_door(given.mesh_size, Path(folder), load=given.load)
-        setup = set_up(read_study(Path(folder) / "door.toml"))
+        setup = set_up(door_study(Path(folder)))
     reference = build_reference(setup, silent)
     gaps = closest(setup, reference, given.retained)
     reference.release()

@@ -16,11 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.door import door_study
 from benchmarks.stamp import stamp
 from creak.dynamics.flow.march import simulate_flow
 from creak.linalg.threads import cores
 from creak.studies.file.changes import with_changes
-from creak.studies.file.reader import Study, read_study
+from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.watched import watched
 from creak.studies.robust import job
@@ -42,7 +43,7 @@ def scattered(folder: Path, mesh_size: float) -> Study:
     """The study of a door whose gaps scatter."""
     if not (folder / "door.toml").exists():
         write_door(mesh_size, folder)
-    return with_changes(read_study(folder / "door.toml"), {"scatter": {"vary": {KEY: FIELD}}})
+    return with_changes(door_study(folder), {"scatter": {"vary": {KEY: FIELD}}})
 
 
 def make_draws(study: Study, count: int) -> tuple[SharedModel, list[Draw], job.GapOperator]:

@@ -74,8 +74,9 @@ tests are skipped, and the rows keep the last values.""",
     "measured": (
         "Measured structures",
         """\
-Models made of published dimensions beside modal tests. Nothing is fitted but what a row calls softened: there one
-stiffness of the corners is. What the models leave open is told with [the frame](correlation.md#a-bolted-frame).""",
+Models made of published dimensions beside tests. Rows of softened corners have one stiffness fitted, those of
+colliding cantilevers the damping; three factors are the authors' own. What the models leave open is told with
+[the frame](correlation.md#a-bolted-frame) and [the cantilevers](correlation.md#two-cantilevers-that-collide).""",
     ),
     "reduction": (
         "Reduction",

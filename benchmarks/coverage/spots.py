@@ -10,12 +10,12 @@ import argparse
 import json
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 
 from benchmarks.stamp import stamp
 from creak.studies.converge.figures import FIGURES
-from creak.studies.file.reader import Study, read_study
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.job import run_study
@@ -39,7 +39,7 @@ def main() -> None:
 
     with tempfile.TemporaryDirectory() as folder:
         write_door(given.mesh_size, Path(folder))
-        setup = set_up(with_f_max(read_study(Path(folder) / "door.toml"), given.f_max))
+        setup = set_up(with_changes(read_study(Path(folder) / "door.toml"), {"reduction.f_max": given.f_max}))
         result = run_study(setup, progress)
         model, run = result.reduced, result.runs["reduced"]
         assert model is not None
@@ -68,12 +68,6 @@ def main() -> None:
     print(json.dumps(told, indent=1, default=str))
     out = given.out / f"spots_{given.mesh_size:g}.json"
     out.write_text(json.dumps(told, indent=1, default=str), encoding="utf-8")
-
-
-def with_f_max(study: Study, f_max: float) -> Study:
-    """The study with a number for `[reduction] f_max`."""
-    table = study.config.reduction.model_copy(update={"f_max": f_max})
-    return replace(study, config=study.config.model_copy(update={"reduction": table}))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Modal tests of real structures beside models made of their dimensions: a bolted frame and a cantilever.
+"""Modal test of a real structure beside a model made of its dimensions: a bolted frame.
 
 What one stiffness of the corners can do for the frame is found as `creak update` finds it. What it cannot do stays in the
 limits: they are what was found.
@@ -151,77 +151,3 @@ def test_one_stiffness_of_the_corners_brings_the_frequencies_together(welded, so
     assert any("something else differs too" in note for note in update_notes(softened))
     assert spring.low < spring.value / 1.3
     assert spring.high > spring.value * 1.3
-
-
-# --- a cantilever that collides, before it does ---------------------------------------------------------------------
-
-LENGTH, BREADTH, HEIGHT = 392.5, 60.0, 6.0
-E, RHO = 210e3, 7.72e-9
-PLATE, PLATE_MASS, FROM_TIP = (40.0, 1.0), 42.7e-6, 62.5
-"""Length along the beam (as broad) and thickness, mm; mass with its bolts, t; from its end to the tip, mm."""
-TIP_MASS, TIP_AT = 13.3e-6, 11.5
-BOLTED = 0.75
-"""Of the bending stiffness of beam and plate as one section."""
-
-
-def one_section() -> float:
-    """Second moment of area of the beam with the plate on it, mm^4 (parallel axes)."""
-    areas = np.array([BREADTH * HEIGHT, PLATE[0] * PLATE[1]])
-    heights = np.array([0.0, 0.5 * (HEIGHT + PLATE[1])])
-    own = np.array([BREADTH * HEIGHT**3, PLATE[0] * PLATE[1] ** 3]) / 12.0
-    return float((own + areas * (heights - areas @ heights / areas.sum()) ** 2).sum())
-
-
-def cantilever_deck() -> str:
-    """B33 that bend about y alone; the plate's mass is spread over its length."""
-    start, end = LENGTH - FROM_TIP - PLATE[0], LENGTH - FROM_TIP
-    knots = [0.0, start, end, LENGTH - TIP_AT, LENGTH]
-    x = np.unique(
-        np.concatenate([np.linspace(a, b, n) for a, b, n in zip(knots[:-1], knots[1:], (40, 7, 9, 3), strict=True)])
-    )
-    area, bending = BREADTH * HEIGHT, BREADTH * HEIGHT**3 / 12.0
-    sections = {"BARE": (bending, RHO), "PLATED": (BOLTED * one_section(), RHO + PLATE_MASS / PLATE[0] / area)}
-    lines = ["*NODE", *(f"{k}, {v:.9g}, 0., 0." for k, v in enumerate(x.tolist(), start=1))]
-    middles = 0.5 * (x[1:] + x[:-1])
-    for name, (inertia, density) in sections.items():
-        lines.append(f"*ELEMENT, TYPE=B33, ELSET={name}")
-        lines += [
-            f"{k}, {k}, {k + 1}" for k, m in enumerate(middles, start=1) if (start < m < end) == (name == "PLATED")
-        ]
-        lines += [
-            f"*BEAM GENERAL SECTION, ELSET={name}, SECTION=GENERAL, DENSITY={density:.9g}",
-            f"{area}, {inertia:.9g}, 0., {BREADTH**3 * HEIGHT / 12.0}, {4.0 * inertia:.9g}",
-            "0., 1., 0.",
-            f"{E}, {E / 2.6:.9g}",
-        ]
-    tip = int(np.abs(x - (LENGTH - TIP_AT)).argmin()) + 1
-    lines += [f"*ELEMENT, TYPE=MASS, ELSET=TIP\n9000, {tip}\n*MASS, ELSET=TIP\n{TIP_MASS}"]
-    lines += [
-        f"*NSET, NSET=ALL, GENERATE\n1, {x.size}, 1",
-        "*BOUNDARY",
-        "1, 1, 6",
-        "ALL, 1, 2",
-        "ALL, 4, 4",
-        "ALL, 6, 6",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def test_linear_modes_of_a_cantilever_from_its_drawing(tmp_path, measured):
-    """NLtest, doi 10.25518/2684-6500.180, left beam: nothing but the drawing goes in."""
-    path = tmp_path / "beam.inp"
-    path.write_text(cantilever_deck(), encoding="utf-8")
-    found = np.array(deck_modes(path, count=4).frequencies)
-    test = np.array([30.95, 199.04, 556.82, 1085.93])
-    source = "doi 10.25518/2684-6500.180"
-    measured("measured", "cantilever of the drawing: mode {}", found, test, rel=0.018, unit="Hz", source=source)
-    theirs = test * (1.0 + np.array([-0.0001, 0.015, 0.007, 0.004]))
-    measured(
-        "measured",
-        "cantilever, beside the authors' own beam model: mode {}",
-        found,
-        theirs,
-        rel=0.004,
-        unit="Hz",
-        source=source,
-    )

@@ -57,6 +57,11 @@ ModalDamping = float | ModalShares
 """Share of critical damping: of all modes, or of each."""
 
 
+def shares_at(zeta: ModalDamping, omega2: FloatArray) -> FloatArray:
+    """(n_mode,) share of critical damping of each mode."""
+    return zeta.at(omega2) if isinstance(zeta, ModalShares) else np.full(omega2.size, zeta)
+
+
 def one_share(zeta: ModalDamping | None) -> float | None:
     """One share for all modes."""
     return zeta.other if isinstance(zeta, ModalShares) else zeta

@@ -80,7 +80,7 @@ def transfer_model(
     push, extra = places[loads].toarray().T, system.damping.extra
     response, reference = np.repeat(np.arange(places.shape[0]), loads.size), np.tile(loads, places.shape[0])
     added, used = np.zeros((system.n, 0)), list[float]()
-    model, held = _model(system, modes, added, places), None
+    model, held = modal_transfer(system, modes, added, places), None
     for step, share in enumerate(SHARES):
         freq = between_modes(modes[0], share * top, BEYOND * top)
         if freq in used:
@@ -97,7 +97,7 @@ def transfer_model(
         Y = np.hstack([X.real, X.imag])
         beyond = Y - modes[1] @ (modes[1].T @ np.asarray(system.M @ Y))  # small: what is new is told by its own size
         added = np.hstack([added, new_shapes(np.hstack([modes[1], added]), system.M, beyond)[1]])
-        model = replace(_model(system, modes, added, places), freq=np.array(used), error=error)
+        model = replace(modal_transfer(system, modes, added, places), freq=np.array(used), error=error)
         if len(used) > 1 and error <= CLOSE:
             break
     progress("solve the unreduced model at few frequencies", 1, 1)
@@ -134,8 +134,16 @@ def between_modes(omega2: FloatArray, near: float, above: float) -> float:
     return float(inside[np.abs(inside - near).argmin()])
 
 
-def _model(system: System, modes: tuple[FloatArray, FloatArray], added: FloatArray, places: Matrix) -> TransferModel:
-    """Shapes beside the modes do not act on these: they are orthogonal to them in M, and so in K."""
+def modal_transfer(
+    system: System, modes: tuple[FloatArray, FloatArray], added: FloatArray, places: Matrix
+) -> TransferModel:
+    """The transfer that mass-normalised modes and further shapes give.
+
+    Parameters
+    ----------
+    modes : omega2 (m,) and shapes (n, m). places : (n_channel, n) rows of motion.
+    added : (n, k) orthogonal to the modes in M, and so in K: they do not act on these.
+    """
     more, Q = sla.eigh(symmetric(added.T @ np.asarray(system.K @ added))) if added.size else (np.zeros(0), added)
     V = np.hstack([modes[1], added @ Q]) if added.size else modes[1]
     omega2, damping = np.concatenate([modes[0], more]), system.damping

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
+from creak.report.figures import beside_test as beside
 from creak.report.figures.correlated import correlated_scene
-from creak.report.figures.frfs import frf_figure
-from creak.report.figures.run import Figure, mac_heat
 from creak.report.html import file_parts, script_json
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
@@ -18,7 +15,6 @@ from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentenc
 from creak.report.words.text import number
 from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 from creak.studies.models.beside_test import BesideTest
-from creak.studies.models.correlation import Correlation
 from creak.studies.models.update import ModelUpdate
 from creak.version import version
 
@@ -39,10 +35,10 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
     modes, frfs = found.modes, found.frfs
     test = next(side.measured.path.name for side in (modes, frfs) if side is not None)
     shape, motions = (None, []) if modes is None else correlated_scene(modes)
-    drawn = {} if modes is None else {"mac": _mac(modes), "auto": _auto(modes)}
+    drawn = {} if modes is None else {"mac": beside.mac_figure(modes), "auto": beside.auto_figure(modes)}
     choices: list[tuple[str, str]] = []
     if frfs is not None:
-        drawn["frfs"], choices = frf_figure(frfs)
+        drawn["frfs"], choices = beside.frf_figure(frfs)
     sentences, all_good = [], True
     pairs = functions = None
     if modes is not None:
@@ -85,27 +81,3 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
         )
     )
     write_text(path, text)
-
-
-def _mac(found: Correlation) -> Figure:
-    spec, height = mac_heat(
-        found.mac,
-        ("test", "model"),
-        ("measured mode", "mode of the model"),
-        (found.measured.frequencies, np.array(found.found.frequencies)),
-    )
-    caption = (
-        "Modal assurance criterion between all modes, at the sensors and along their directions. Modes of the model "
-        "count from its first, rigid ones included."
-    )
-    return Figure(spec, caption, height)
-
-
-def _auto(found: Correlation) -> Figure:
-    test = found.measured.frequencies
-    spec, height = mac_heat(found.auto_mac_test, ("test", "test"), ("measured mode", "measured mode"), (test, test))
-    caption = (
-        "The measured modes against each other: what is dark off the diagonal are modes that the sensors cannot tell "
-        "apart, whose partner is then chosen by frequency."
-    )
-    return Figure(spec, caption, height)

@@ -29,9 +29,8 @@ def found_points(found: Findings) -> tuple[FloatArray, dict[str, FloatArray]]:
     arrays = {"node": nodes.ids[rows].astype(np.float64), "eline": np.full(rows.size, -1.0)}
     if lines is not None:
         count = on_lines.size
-        tolerance = np.array([line.tolerance for line in lines.lines])
         arrays["eline"][:count] = lines.line_of
-        own = {"gap": lines.gap0, "tolerance": tolerance[lines.line_of], **point_columns(lines)}
+        own = {"gap": lines.gap0, "tolerance": lines.tolerance, **point_columns(lines)}
         arrays |= {name: np.concatenate([x, np.full(others.size, np.nan)]) for name, x in own.items()}
     return nodes.coords[rows], arrays | _of_places(found, rows)
 

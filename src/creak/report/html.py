@@ -16,6 +16,7 @@ from markupsafe import Markup, escape
 from creak.formats.complete_file import write_text
 from creak.formats.stored.run_identity import META
 from creak.model.units import UNITS, Units
+from creak.report.beside_tests import MeasuredPart, measured_parts
 from creak.report.drawn import Drawn
 from creak.report.figures import gaps as gap_figures
 from creak.report.figures import palette, scene
@@ -30,7 +31,7 @@ from creak.report.tables import checks
 from creak.report.tables import events as event_tables
 from creak.report.tables import run as tables
 from creak.report.tables.convergence import convergence_parts
-from creak.report.tables.elines import eline_table, eline_words
+from creak.report.tables.elines import eline_table, eline_words, material_table
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
 from creak.report.tables.sounds import sound_tables
@@ -50,6 +51,7 @@ SECTIONS = {
     "force": "Force and gap",
     "events": "Events",
     "elines": "E-lines",
+    "tests": "Test",
     "expert": "For experts",
 }
 FILES = Path(__file__).parent
@@ -83,10 +85,11 @@ def report_text(result: Findings, drawn: Drawn) -> str:
     units = UNITS[result.setup.study.config.model.units]
     template = page_templates("creak.report").get_template("report.html.j2")
     motions = scene.animations(result, drawn, units)
+    tests = measured_parts(result)
     parts = (
         _verdict_parts(result, summary, units)
         | place_parts(result, summary, motions, units)
-        | _drawn_parts(result, drawn.surface, units)
+        | _drawn_parts(result, drawn.surface, units, tests)
         | _motion_parts(result, motions, scene.scene(result, drawn))
         | _table_parts(result, summary, units)
         | _eline_parts(result, summary, units)
@@ -106,13 +109,14 @@ def _sections(parts: dict[str, Any]) -> list[tuple[str, str]]:
     needed = {
         "loudness": parts["figures"]["loudness"].spec,
         "elines": parts["elines"],
+        "tests": parts["tests"],
     }
     skipped = {name for name, there in needed.items() if not there}
     return [(name, text) for name, text in SECTIONS.items() if name not in skipped]
 
 
 def _verdict_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
-    judged = checks.checks(result, summary)
+    judged = [*checks.checks(result, summary), *checks.against_tests(result)]
     config = result.setup.study.config
     return {
         "title": config.title or result.setup.study.path.stem,
@@ -134,7 +138,7 @@ def _verdict_parts(result: Findings, summary: dict[str, Any], units: Units) -> d
     }
 
 
-def _drawn_parts(result: Findings, surface: Surface | None, units: Units) -> dict[str, Any]:
+def _drawn_parts(result: Findings, surface: Surface | None, units: Units, tests: list[MeasuredPart]) -> dict[str, Any]:
     every = {
         "force": figures.force_figure(result, units),
         "gap": gap_figures.gap_figure(result, units),
@@ -145,10 +149,11 @@ def _drawn_parts(result: Findings, surface: Surface | None, units: Units) -> dic
         "elines": eline_figure(result, surface, units),
         "loudness": loudness_figure(result),
         "spots": spots_figure(result, units),
+        **{plot.name: plot.figure for test in tests for plot in test.plots},
     }
     specs = {name: figure.spec for name, figure in every.items() if figure.spec is not None}
     pictures = {"model_picture": _model_picture(result), "contact_picture": _contact_picture(result, units)}
-    return {"figures": every, "specs": script_json(specs), **pictures}
+    return {"figures": every, "specs": script_json(specs), "tests": tests, **pictures}
 
 
 def _motion_parts(result: Findings, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
@@ -216,13 +221,14 @@ def _table_parts(result: Findings, summary: dict[str, Any], units: Units) -> dic
 def _eline_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:
     found, told = result.elines, summary.get("elines")
     if found is None or told is None:
-        return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": ""}
+        return {"elines": None, "eline_words": "", "eline_notes": "", "csv_elines": "", "materials": None}
     config, model = result.setup.study.config, result.setup.model
     rows = line_rows(found, config.limit, config.model.units)
     return {
         "elines": eline_table(rows, model, units, found.percentile),
         "eline_words": eline_words(told),
         "eline_notes": f"{told['risk']}. {told['definition']}",
+        "materials": material_table(found, config.material_pairs),
         "csv_elines": script_json(point_csv(found, model, units.length)),
     }
 

@@ -89,6 +89,7 @@ def evaluate(
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat
     from creak.studies.findings.followed import followed
+    from creak.studies.findings.measured import beside_tests
     from creak.studies.findings.places import find_places
     from creak.studies.findings.sound import heard_places
     from creak.studies.run.compared import main_run
@@ -123,5 +124,6 @@ def evaluate(
         nothing: tuple[dict[int, dict[str, Any]], list[str]] = {}, []
         causes, said = attempted("causes", lambda: causes_of(found, sound, progress, changes), nothing, notes)
         notes += said
+    tests = beside_tests(found, progress, notes)
     found = replace(found, notes=notes)
-    return Evaluation(found, findings_of(found, convergence, sound, causes), sound)
+    return Evaluation(found, findings_of(found, convergence, sound, causes, tests), sound)

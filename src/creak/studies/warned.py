@@ -45,5 +45,5 @@ def attempted(what: str, make: Callable[[], T], nothing: T, notes: list[str], *,
         why = "memory did not hold what it takes"
     except Exception as error:
         why = f"{unforeseen(error)}; this is a fault of creak, please report it"
-    notes.append(Warned(f"{what}: left out, {why}. The run itself is complete"))
+    notes.append(Warned(f"{what}: left out, {why.rstrip('.')}. The run itself is complete"))
     return nothing

@@ -42,7 +42,7 @@ seed = 1                              # of the phases
 
 [reduction]
 method = "craig-bampton"
-f_max = 1500                          # Hz, fixed-interface modes kept
+f_max = "auto"                        # modes are added until the events stay as they are; or Hz
 
 [precheck]
 enabled = true                        # keep contact only where a linear run closes the gap

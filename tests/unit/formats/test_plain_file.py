@@ -26,6 +26,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.findings.stored import read_findings
 from creak.studies.models.superelements import _boundary
 from creak.studies.prepare.setup import set_up
+from creak.studies.robust.job import deviations_of
 from creak.studies.sound.background import background_of
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import STUDY, write_strips
@@ -112,6 +113,7 @@ def test_what_is_kept_neither(name, kind, tmp_path, monkeypatch):
         assert KEPT[name](tmp_path / name) is None
 
 
+SCATTER = '[scatter.vary]\n"contact.tip.clearance" = {{ type = "field", tolerance = {}, length = 50 }}\n'
 BRANCH = {
     "model.deck": STUDY.replace('"strips.inp"', '"FILE.inp"'),
     "damping.from_test": STUDY + '[damping]\nfrom_test = "FILE.unv"\n',
@@ -122,6 +124,12 @@ BRANCH = {
     "superelement.*.file": STUDY + '[superelement.BAR]\nfile = "FILE.op4"\n',
     "superelement.*.map": STUDY + '[superelement.BAR]\nfile = "bar_K.mtx"\nmap = "FILE.csv"\n',
     "eline.*.points": STUDY + '[eline.E]\nmain = "OVER"\nsecondary = "UNDER"\npoints = "FILE.csv"\n',
+    "eline.*.tolerance": STUDY + '[eline.tip]\ntolerance = "FILE.csv"\n',
+    "eline.*.tolerance.file": STUDY + '[eline.tip]\ntolerance = { file = "FILE.csv" }\n',
+    "limit.tolerance": STUDY + '[limit]\ntolerance = "FILE.csv"\n',
+    "limit.tolerance.file": STUDY + '[limit]\ntolerance = { file = "FILE.csv" }\n',
+    "scatter.vary.*.tolerance": STUDY + SCATTER.format('"FILE.csv"'),
+    "scatter.vary.*.tolerance.file": STUDY + SCATTER.format('{ file = "FILE.csv" }'),
     "material_pairs": 'material_pairs = "FILE.toml"\n' + STUDY,
     "background.file": STUDY + '[background]\nfile = "FILE.csv"\n',
     "clips": 'clips = "FILE.toml"\n'
@@ -145,9 +153,11 @@ def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path,
     study = write_strips(tmp_path, study=BRANCH[place])
 
     def read():
-        found = set_up(read_study(study)).study
+        setup = set_up(read_study(study))
+        found = setup.study
         background_of(found.config.background, found.places)
         material_pairs(found.lines)
+        deviations_of(setup)
 
     with at_once(), pytest.raises(InputError, match=SAID[kind]):
         read()

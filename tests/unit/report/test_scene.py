@@ -140,6 +140,6 @@ def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(r
     found = np.stack([u for _, u in field.instants()])
     assert np.abs(found[:, watched] - expected).max() <= 1e-9 * np.abs(expected).max()
     assert len(list(write_series(field, tmp_path / "motion.pvd").iterdir())) == field.time.size
-    monkeypatch.setattr("creak.studies.findings.save.UNASKED", 24 * result.setup.model.nodes.count * 5)
+    monkeypatch.setattr("creak.studies.findings.histories.UNASKED", 24 * result.setup.model.nodes.count * 5)
     save(result, findings_of(result), tmp_path)
     assert motion_field(tmp_path / "results.h5").time.size <= 5

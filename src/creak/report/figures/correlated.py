@@ -11,7 +11,8 @@ from creak.report.figures.motions import LIMIT
 from creak.report.figures.scene import drawn_surface, part_of, period
 from creak.report.figures.surface import Surface, surface_of
 from creak.report.figures.view import front
-from creak.studies.models.correlation import Correlation, ModePair
+from creak.studies.models.correlation import Correlation
+from creak.verify.mode_fit import ModePair
 
 MOST_NODES = 8000
 """Of the model that are drawn: each pair takes 8 bytes for each."""

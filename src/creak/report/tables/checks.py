@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from creak.report.words.correlation import GOOD_DB, GOOD_FRAC, GOOD_HZ, GOOD_MAC, fits, frf_fits
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.studies.converge.settling import SETTLED, UNREDUCED
 from creak.studies.findings.tree import Findings
@@ -43,6 +45,19 @@ def checks(result: Findings, summary: dict[str, Any]) -> list[Check]:
     if result.events is not None and is_chaotic(summary):
         judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
     return [_mac(result), _nrmse(result), *judged, _energy(summary)]
+
+
+def against_tests(result: Findings) -> Iterator[Check]:
+    """Measured modes and functions that fit the model."""
+    for test in result.tests:
+        if test.modes is not None:
+            count, good = test.modes.frequencies_test.size, sum(map(fits, test.modes.pairs))
+            bar = f"MAC {GOOD_MAC:g}, frequency within {100.0 * GOOD_HZ:g}{THIN}%"
+            yield Check(f"Measured modes, {test.name}", bar, f"{good} of {count}", good == count)
+        if test.frfs is not None:
+            count, good = len(test.frfs.pairs), sum(map(frf_fits, test.frfs.pairs))
+            bar = f"FRAC {GOOD_FRAC:g}, level within {GOOD_DB:g} dB"
+            yield Check(f"Measured functions, {test.name}", bar, f"{good} of {count}", good == count)
 
 
 def is_chaotic(summary: dict[str, Any]) -> bool:

@@ -9,7 +9,8 @@ from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, number, plural
-from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, Figures, LineRow
+from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, Figures, LineRow, pairs_of_lines
+from creak.studies.run.elines import LineFindings
 
 OUTCOMES = {
     BOTH: "both: risk",
@@ -79,9 +80,50 @@ def eline_table(rows: list[LineRow], model: Mesh, units: Units, percentile: floa
     ]
     flags = ["extra" if r.outcome == FALSE_ALARM else "missed" if r.outcome == MISS else "" for r in rows[:MOST_LINES]]
     note = f"All lengths in {units.length}; the figures of a line are those of its worst point, named by its node."
+    if any(r.line.tolerance for r in rows):
+        note += " A table of tolerances has one for each point; the side is that which the gap may lose."
     if len(rows) > MOST_LINES:
         note += f" The {MOST_LINES} tightest of {len(rows)} lines; all are in summary.json."
     return Table(head, [_both(r, model) for r in rows[:MOST_LINES]], text_columns=2, note=note, flags=flags)
+
+
+def material_table(found: LineFindings, file: str | None) -> Table | None:
+    """What was measured of the material pairs of the lines, and under which conditions; None where no line has one.
+
+    Parameters
+    ----------
+    file : of pairs beside those of the study.
+    """
+    pairs = pairs_of_lines(found)
+    if not pairs:
+        return None
+    head = [
+        "material pair",
+        "lines",
+        "source",
+        "impulses, 1/mm",
+        "friction, static",
+        "kinetic",
+        "decay, mm/s",
+        "normal force, N",
+        "speed, mm/s",
+        "temperature, °C",
+        "humidity, %",
+    ]
+    rows = []
+    for name, p in pairs.items():
+        conditions = (p.normal_force, p.speed, p.temperature, p.humidity)
+        rows.append(
+            [
+                name,
+                ", ".join(line.name for line in found.lines if line.material == name),
+                p.source,
+                f"{number(p.impulse_rate_min, 3)} to {number(p.impulse_rate_max, 3)}",
+                *(number(x, 3) for x in (p.friction_static, p.friction_kinetic, p.friction_decay, *conditions)),
+            ]
+        )
+    note = "As measured; the last four columns are the conditions of the measurement."
+    return Table(head, rows, text_columns=3, note=f"{note} Pairs of {file} and of the study." if file else note)
 
 
 def _both(row: LineRow, model: Mesh) -> list[str]:
@@ -92,7 +134,7 @@ def _both(row: LineRow, model: Mesh) -> list[str]:
         NONE if row.outcome is None else OUTCOMES[row.outcome],
         number(row.points),
         number(first.gap, 3),
-        number(row.line.tolerance, 3),
+        _tolerance(row, first),
         *_pair(row, lambda f: number(f.closing, 3)),
         *_pair(row, lambda f: number(f.margin, 3)),
         *_pair(row, lambda f: number(f.margin_percentile, 3)),
@@ -100,6 +142,12 @@ def _both(row: LineRow, model: Mesh) -> list[str]:
         *_pair(row, lambda f: number(f.in_plane, 3)),
         *_pair(row, lambda f: f.squeak or NONE),
     ]
+
+
+def _tolerance(row: LineRow, first: Figures) -> str:
+    """What scatter may take of the worst point's gap, and the table and side that say so."""
+    told = number(first.tolerance, 3)
+    return f"{told} ({row.line.tolerance})" if row.line.tolerance else told
 
 
 def _pair(row: LineRow, text: Callable[[Figures], str]) -> list[str]:

@@ -6,8 +6,8 @@ import math
 
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.report.words.text import NONE, fixed, number, plural
-from creak.studies.models.correlation import Correlation, ModePair
-from creak.studies.models.frfs import FrfComparison, FrfPair
+from creak.studies.models.frfs import FrfFit, FrfPair
+from creak.verify.mode_fit import ModeFit, ModePair
 from creak.words import first_few
 
 GOOD_MAC, GOOD_HZ = 0.9, 0.05
@@ -24,14 +24,14 @@ def fits(p: ModePair) -> bool:
     return p.mac >= GOOD_MAC and abs(p.difference) <= GOOD_HZ
 
 
-def sentence(found: Correlation) -> str:
+def sentence(found: ModeFit) -> str:
     """What fits and what does not."""
-    count, good = found.measured.frequencies.size, sum(map(fits, found.pairs))
+    count, good = found.frequencies_test.size, sum(map(fits, found.pairs))
     bar = f"MAC of {GOOD_MAC:g} or more, frequency within {100.0 * GOOD_HZ:g} %"
     said = f"{good} of {plural(count, 'measured mode')} fit ({bar})"
     off = [_off(p) for p in found.pairs if not fits(p)]
-    alone = [f"{found.measured.frequencies[k]:g} Hz" for k in found.alone_test]
-    extra = [f"{found.found.frequencies[k]:.6g} Hz" for k in found.alone_model]
+    alone = [f"{found.frequencies_test[k]:g} Hz" for k in found.alone_test]
+    extra = [f"{found.frequencies_model[k]:.6g} Hz" for k in found.alone_model]
     parts = [said]
     if off:
         parts.append(f"not so {first_few(off, len(off), NAMED)}")
@@ -42,7 +42,7 @@ def sentence(found: Correlation) -> str:
     return "; ".join(parts) + "."
 
 
-def pair_rows(found: Correlation) -> list[list[str]]:
+def pair_rows(found: ModeFit) -> list[list[str]]:
     """Header, and a row for each measured mode."""
     damped = any(math.isfinite(p.damping_model) for p in found.pairs)
     head = ["no", "test Hz", "mode", "model Hz", "diff %", "MAC", "damp %"]
@@ -51,8 +51,8 @@ def pair_rows(found: Correlation) -> list[list[str]]:
     rows = [head]
     for k, (hz, zeta, real) in enumerate(
         zip(
-            found.measured.frequencies.tolist(),
-            found.measured.damping.tolist(),
+            found.frequencies_test.tolist(),
+            found.damping_test.tolist(),
             found.collinearity.tolist(),
             strict=True,
         )
@@ -79,7 +79,7 @@ def frf_fits(p: FrfPair) -> bool:
     return p.frac >= GOOD_FRAC and abs(p.level) <= GOOD_DB and abs(p.phase) <= GOOD_DEGREES
 
 
-def frf_sentence(found: FrfComparison) -> str:
+def frf_sentence(found: FrfFit) -> str:
     """Which functions fit and which do not."""
     count = plural(len(found.pairs), "frequency response function")
     bar = f"FRAC of {GOOD_FRAC:g} or more, level within {GOOD_DB:g} dB, phase within {GOOD_DEGREES:g} degrees"
@@ -92,15 +92,17 @@ def frf_sentence(found: FrfComparison) -> str:
     return f"{len(found.pairs) - len(off)} of {count} fit ({bar}){more}."
 
 
-def frf_rows(found: FrfComparison) -> list[list[str]]:
+def frf_rows(found: FrfFit) -> list[list[str]]:
     """Header, and a row for each function."""
     coherent = any(p.measured.coherence is not None for p in found.pairs)
-    rows = [["function", "kind", "from Hz", "to Hz", "FRAC", "dB", "phase", *(["coh."] if coherent else [])]]
-    for p in found.pairs:
+    more = [*(["FRAC red."] if found.reduced else []), *(["coh."] if coherent else [])]
+    rows = [["function", "kind", "from Hz", "to Hz", "FRAC", "dB", "phase", *more]]
+    for k, p in enumerate(found.pairs):
         f, coherence = p.measured.freq, p.measured.coherence
         mean = NONE if coherence is None else fixed(float(coherence.mean()), 3)
         ends = [f"{f[0]:.5g}", f"{f[-1]:.5g}", fixed(p.frac, 3), signed(p.level), fixed(p.phase, 0)]
-        rows.append([p.measured.name, SHORT[p.measured.order], *ends, *([mean] if coherent else [])])
+        reduced = [fixed(found.reduced[k].frac, 3)] if found.reduced else []
+        rows.append([p.measured.name, SHORT[p.measured.order], *ends, *reduced, *([mean] if coherent else [])])
     return rows
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from creak.report.words.text import NONE, fixed, number, plural
-from creak.studies.findings.beside_records import RecordComparison
+from creak.studies.findings.beside_records import RecordFits
 
 
-def record_sentence(found: RecordComparison) -> str:
+def record_sentence(found: RecordFits) -> str:
     """The best and the worst channel."""
     order = sorted(found.pairs, key=lambda p: p.fit.fit)
     said = f"{plural(len(order), 'channel')} beside the run"
@@ -16,7 +16,7 @@ def record_sentence(found: RecordComparison) -> str:
     return f"{said}: best {ends[0]}, worst {ends[1]} (1: the same, 0: no better than a constant)."
 
 
-def record_rows(found: RecordComparison) -> list[list[str]]:
+def record_rows(found: RecordFits) -> list[list[str]]:
     """Header, and a row for each channel."""
     rows = [["channel", "unit", "fit", "corr.", "rms test", "model", "events", "model"]]
     for p in found.pairs:

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 
 from creak.report.words.correlation import NAMED, signed
 from creak.report.words.text import NONE, fixed, number, plural
-from creak.studies.models.correlation import ModePair
 from creak.studies.models.update import Estimate, ModelUpdate, Sensitivities
+from creak.verify.mode_fit import ModePair
 from creak.words import first_few
 
 TWICE = math.log(2.0)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -11,9 +12,11 @@ from creak.errors import InputError, suggest
 from creak.model.units import METRES, UnitsName
 from creak.studies.file.case import Touching
 from creak.studies.file.design.clip_tables import ClipTable, ClipValues
+from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.reader import explain, read_toml
-from creak.studies.file.table import Table
+from creak.studies.file.table import Positive, Table
 
+F = TypeVar("F", bound="ClipFile")
 OWN = Path(__file__).with_name("clips.toml")
 
 
@@ -24,6 +27,43 @@ class ClipFile(Table):
     """Of all its values."""
     clip: dict[str, ClipValues]
     """[clip.NAME]"""
+
+
+class ClipScatter(Table):
+    """How clips of one kind differ: standard deviations as shares of the value."""
+
+    stiffness: Positive
+    """Of stiffness and forces."""
+    damping: Positive
+    source: str
+    """Where the figures come from."""
+
+
+class OwnFile(ClipFile):
+    """The library that comes with creak."""
+
+    scatter: dict[str, ClipScatter]
+    """[scatter.NAME]: a type of distribution."""
+
+
+def clip_scatter(of: Distribution, key: str, where: str) -> Distribution:
+    """The distribution that a type of the library stands for: lognormal, with its coefficient of variation c, so that
+    sigma of the logarithm is sqrt(ln(1 + c^2)), about the value of the study.
+
+    Raises
+    ------
+    InputError : a key that is neither the stiffness nor the damping of a clip.
+    """
+    table, word = _read(OWN, OwnFile).scatter[of.type], key.split(".")[-1]
+    share = {"ageing": table.stiffness, "stiffness": table.stiffness, "damping": table.damping}.get(word)
+    if share is None or not key.startswith("clip."):
+        raise InputError(
+            f"{key} does not scatter as a {of.type}",
+            where=where,
+            expected="clip.N.ageing (stiffness and forces), clip.N.stiffness or clip.N.damping",
+            fix="Use another type.",
+        )
+    return Distribution(type="lognormal", sigma=math.sqrt(math.log1p(share**2)), relative=True, source=table.source)
 
 
 def clips_of(touching: Touching) -> list[ClipTable]:
@@ -60,13 +100,17 @@ def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -
 
 def _library(path: Path, units: UnitsName) -> dict[str, dict[str, Any]]:
     """Name -> values in the units of the study."""
-    data, text = read_toml(path, "clip library")
-    try:
-        found = ClipFile.model_validate(data)
-    except ValidationError as error:
-        raise explain(path, text, error, ClipFile) from error
+    found = _read(path, OwnFile if path == OWN else ClipFile)
     by = METRES[found.units] / METRES[units]
     return {name: _in_units(values.model_dump(exclude_unset=True), by) for name, values in found.clip.items()}
+
+
+def _read(path: Path, kind: type[F]) -> F:
+    data, text = read_toml(path, "clip library")
+    try:
+        return kind.model_validate(data)
+    except ValidationError as error:
+        raise explain(path, text, error, kind) from error
 
 
 def _in_units(values: dict[str, Any], by: float) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.places import Places
+from creak.studies.file.tolerance_tables import ToleranceFile
 
 
 @dataclass(frozen=True)
@@ -103,8 +104,8 @@ class Lines:
     materials: Mapping[str, MaterialPairTable]
     library: str | None
     """File of material pairs beside those of the study."""
-    tolerance: str | None
-    """What scatter may take of each gap, with its unit."""
+    tolerance: str | ToleranceFile | None
+    """What scatter may take of each gap: with its unit, or a table."""
     percentile: float
     """Of the peaks of motion that is told beside the largest."""
     units: UnitsName

@@ -12,7 +12,7 @@ from creak.studies.file.places import overlap
 from creak.studies.file.reader import Study, checked_study
 from creak.studies.file.toml_text import toml_text
 
-NAMED = ("contact", "excitation", "superelement", "nodes", "support")
+NAMED = ("contact", "excitation", "superelement", "nodes", "support", "test")
 """Tables of named tables: a change may not invent a name."""
 LISTED = ("connector", "clip", "static")
 """Lists of tables: a change goes to a row that there is."""

@@ -18,6 +18,7 @@ from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+from creak.studies.file.test_tables import MeasuredTable
 from creak.words import percent
 
 GONE = "not_needed"
@@ -304,7 +305,8 @@ class StudyConfig(Table):
     title: str = ""
     """For the report."""
     material_pairs: str | None = None
-    """TOML file, relative to the study file, with [material-pair.NAME] tables beside those of the study."""
+    """TOML or CSV file, relative to the study file, with material pairs beside those of the study: [material-pair.NAME]
+    tables, or a row for each pair with the columns name and the keys of such a table."""
     model: ModelTable
     """The deck and its units."""
     material: dict[str, MaterialTable] = {}
@@ -353,6 +355,8 @@ class StudyConfig(Table):
     """What reduced and unreduced run are compared by."""
     listener: dict[str, ListenerTable] = {}
     """[listener.NAME]: where the sound of the contacts is heard."""
+    test: dict[str, MeasuredTable] = {}
+    """[test.NAME]: what was measured, beside what the run computes."""
     background: BackgroundTable | None = None
     """The steady sound that the contacts are heard beside."""
 

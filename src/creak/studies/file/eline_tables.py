@@ -18,6 +18,7 @@ from creak.studies.file.quantities import (
     Time,
 )
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
+from creak.studies.file.tolerance_tables import Tolerance
 
 PointColumn = (
     Literal["id", "main", "secondary", "x1", "y1", "z1", "x2", "y2", "z2", "x", "y", "z"]
@@ -45,8 +46,10 @@ class ElineTable(Table):
     normal: tuple[Finite, Finite, Finite] | None = None
     """Direction z across the gap, from the main to the secondary side, instead of the main surface's own or the line
     between two nodes."""
-    tolerance: Length | None = None
-    """What scatter may take of the gap, instead of that of [limit]."""
+    tolerance: Tolerance | None = None
+    """What scatter may take of the gap, instead of that of [limit]: "0.5 mm", or the name of a CSV file with the
+    columns point (or x,y,z), nominal, plus, minus, sigma. { file = "gaps.csv", columns = { point = "Feature" } }:
+    where the file calls them otherwise."""
     material: str | None = None
     """NAME of a [material-pair.NAME]."""
 
@@ -71,8 +74,9 @@ class ElineTable(Table):
 class LimitTable(Table):
     """[limit]: what the user allows, each figure with its unit; no limit is built in."""
 
-    tolerance: Length | None = None
-    """What scatter may take of every gap: margin = gap - tolerance - displacement. Default: none."""
+    tolerance: Tolerance | None = None
+    """What scatter may take of every gap: margin = gap - tolerance - displacement. "0.3 mm", or a CSV file as [eline]
+    takes it. Default: none."""
     in_plane: Length | None = None
     """In-plane peak-to-peak from which a line counts as one that may squeak, where it has no material pair; of points
     that can touch."""

@@ -10,6 +10,7 @@ from creak.digest import digest, sha256
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
 from creak.formats.decks import format_of
+from creak.studies.file.tolerance_tables import names_table
 
 PLACES = (
     ("model", "deck"),
@@ -18,14 +19,22 @@ PLACES = (
     ("superelement", "*", "file"),
     ("superelement", "*", "map"),
     ("eline", "*", "points"),
+    ("eline", "*", "tolerance"),
+    ("eline", "*", "tolerance", "file"),
+    ("limit", "tolerance"),
+    ("limit", "tolerance", "file"),
+    ("scatter", "vary", "*", "tolerance"),
+    ("scatter", "vary", "*", "tolerance", "file"),
     ("material_pairs",),
     ("background", "file"),
     ("clips",),
     ("static", "*", "temperature"),
     ("damping", "from_test"),
+    ("test", "*", "file"),
+    ("test", "*", "sensors"),
     ("reduction", "interface", "deck"),
 )
-"""Keys of a study whose strings are paths."""
+"""Keys of a study whose strings are paths; a tolerance may be a length."""
 DECKS = (PLACES[0], PLACES[-1])
 
 
@@ -44,7 +53,8 @@ def map_paths(
             rows = (*here, "*")
             out[key] = [map_paths(row, change, rows) if isinstance(row, Mapping) else row for row in value]
         else:
-            out[key] = change(here, value) if here in PLACES and isinstance(value, str) else value
+            named = here in PLACES and isinstance(value, str) and (key != "tolerance" or names_table(value))
+            out[key] = change(here, value) if named else value
     return out
 
 

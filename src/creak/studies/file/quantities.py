@@ -67,7 +67,8 @@ def _parts(text: str) -> tuple[float, str]:
     return float(found[1]), found[2]
 
 
-Length = Annotated[str, BeforeValidator(_of(LENGTHS, "a length"))]
+checked_length = _of(LENGTHS, "a length")
+Length = Annotated[str, BeforeValidator(checked_length)]
 """A length of 0 or more with its unit: "0.3 mm"."""
 Force = Annotated[str, BeforeValidator(_of(FORCES, "a force"))]
 """A force of 0 or more with its unit: "5 N"."""

@@ -252,7 +252,7 @@ def _is_tag(key: Any, before: Any) -> bool:
     """Pydantic adds the tag of a union member to the location; the user never wrote it."""
     if before == "signal" and key in SIGNALS:
         return True
-    if before == "friction" and key in ("number", "table"):
+    if before in ("friction", "tolerance") and key in ("number", "text", "table"):
         return True
     return key in ("literal['auto']", "float", "str", "bool") or (
         isinstance(key, str) and ("[" in key or "constrained" in key)

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -13,13 +12,13 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
-from creak.formats.measured.files import is_measured, read_channels
+from creak.formats.measured.files import is_measured
 from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
 from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.omega_arithmetic import integrate_twice
-from creak.studies.file.tables import read_header, table_column
+from creak.studies.prepare.measurements import TABLES, record_channels
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
 
@@ -28,7 +27,6 @@ ALIKE = 0.5
 SLOW = 3.0
 """Periods in the record of the slowest motion that is kept where an acceleration is integrated."""
 NAMED = 8
-TABLES = (".csv", ".txt")
 
 
 @dataclass(frozen=True)
@@ -48,11 +46,9 @@ class RecordPair:
 
 
 @dataclass(frozen=True)
-class RecordComparison:
+class RecordFits:
     """A test's time histories over a run's."""
 
-    results: Path
-    test: Path
     run: str
     shift: float
     """s that are added to the times of the test."""
@@ -62,8 +58,6 @@ class RecordComparison:
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers, for JSON."""
         return {
-            "results": str(self.results),
-            "test": self.test.name,
             "run": self.run,
             "shift": self.shift,
             "channels": [
@@ -81,6 +75,18 @@ class RecordComparison:
             ],
             "notes": list(self.notes),
         }
+
+
+@dataclass(frozen=True)
+class RecordComparison(RecordFits):
+    """A file of time histories over the results of a run."""
+
+    results: Path = field(kw_only=True)
+    test: Path = field(kw_only=True)
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON."""
+        return {"results": str(self.results), "test": self.test.name, **super().as_dict()}
 
 
 def holds_records(path: Path) -> bool:
@@ -104,17 +110,25 @@ def compare_records(results: Path, test: Path, f_max: float, run: str | None = N
     ------
     InputError : a file is wrong; no channel is one of the run's, or its unit is of another quantity.
     """
-    histories = read_histories(results / "results.h5", run)
+    found = fit_records(read_histories(results / "results.h5", run), list(record_channels(test)), test, f_max)
+    return RecordComparison(found.run, found.shift, found.pairs, found.notes, results=results, test=test)
+
+
+def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f_max: float) -> RecordFits:
+    """Time histories over those of a run, as `compare_records`, which raises the same.
+
+    Parameters
+    ----------
+    channels : under the names of the run. test : their file, for messages.
+    """
     computed = {c.name.lower(): c for c in _computed(histories)}
-    channels = [*_channels(test)]
     found: list[tuple[_Computed, Course, bool]] = []
     notes: list[str] = []
     for channel in channels:
-        name, sign = _name(channel)
-        if (c := computed.get(name)) is None:
+        if (c := computed.get(channel.name.lower())) is None:
             notes.append(f"channel {channel.name!r} is nothing that the run computed and is left out")
         else:
-            found.append((c, *_measured(channel, sign, c, histories, test)))
+            found.append((c, *_measured(channel, c, histories, test)))
     if not found:
         told = first_few([c.name for c in computed.values()], len(computed), NAMED)
         names = [c.name for c in channels]
@@ -142,7 +156,7 @@ def compare_records(results: Path, test: Path, f_max: float, run: str | None = N
     notes.insert(0, f"{shift:+.6g} s are added to the times of the test, where the mean correlation is {alike:.2f}")
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
-    return RecordComparison(results, test, histories.run, shift, tuple(pairs), tuple(notes))
+    return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
 
 
 def _computed(h: Histories) -> Iterator[_Computed]:
@@ -159,30 +173,9 @@ def _computed(h: Histories) -> Iterator[_Computed]:
         yield _Computed(f"{group} force", Course(h.time, h.normal_force[:, rows].sum(axis=1)), "force")
 
 
-def _channels(path: Path) -> Iterator[Channel]:
-    if is_measured(path):
-        yield from read_channels(path)
-        return
-    header, rows = read_header(path, "", "table")
-    for column in header[1:]:
-        time, values = table_column(path, header, rows, column)
-        name, _, unit = column.partition("[")
-        step = float(np.diff(time).min())
-        at = np.arange(time[0], time[-1] + 0.5 * step, step)
-        yield Channel(name.strip(), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
-
-
-def _name(channel: Channel) -> tuple[str, float]:
-    """What the run would call it, in small letters, and the sign of its direction."""
-    node, direction = channel.at
-    if node and 1 <= abs(direction) <= 3:
-        return f"{node} {AXES[abs(direction) - 1]}".lower(), float(np.sign(direction))
-    return re.sub(r"\s+", " ", channel.name.strip().lower()), 1.0
-
-
-def _measured(channel: Channel, sign: float, c: _Computed, h: Histories, path: Path) -> tuple[Course, bool]:
+def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple[Course, bool]:
     """The channel in the units of the run, and whether it was an acceleration."""
-    unit, values = plain_unit(channel.unit), sign * channel.values
+    unit, values = plain_unit(channel.unit), channel.values
     if unit in ("", "none"):
         return Course(channel.time, values), False
     order, size = MOTIONS.get(unit, (None, 1.0))

@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray
 from creak.model.plain_mesh import Mesh
 from creak.model.units import METRES
-from creak.studies.file.eline_tables import LimitTable
+from creak.studies.file.eline_tables import LimitTable, MaterialPairTable
 from creak.studies.file.quantities import LENGTHS, length_in
 from creak.studies.prepare.elines import Eline
 from creak.studies.run.elines import LineFindings
@@ -40,6 +40,8 @@ class Figures:
     """Row of the node with the smallest margin."""
     gap: float
     """At rest, there."""
+    tolerance: float
+    """What scatter may take of it, there."""
     closing: float
     """Largest closing displacement, there."""
     across: float
@@ -62,6 +64,8 @@ class LineRow:
 
     line: Eline
     points: int
+    tolerance: tuple[float, float]
+    """Least and largest that scatter may take of the gap at a point, length."""
     squeak_travel: tuple[float, float] | None
     """Travel of one impulse, length: with the most and the fewest impulses per mm that were measured; or the limit."""
     linear: Figures | None
@@ -72,8 +76,7 @@ class LineRow:
 
 def margins(found: LineFindings, closing: FloatArray) -> FloatArray:
     """(p,) gap - tolerance - closing displacement."""
-    tolerance = np.array([line.tolerance for line in found.lines])
-    return np.asarray(found.gap0 - tolerance[found.line_of] - closing)
+    return np.asarray(found.gap0 - found.tolerance - closing)
 
 
 def risks(found: LineFindings) -> tuple[BoolArray | None, BoolArray | None]:
@@ -112,6 +115,7 @@ def _row(found: LineFindings, k: int, limit: LimitTable, units: str) -> LineRow:
             margin_percentile=float(percentile.min()),
             node_idx=int(found.nodes_idx[i]),
             gap=float(found.gap0[i]),
+            tolerance=float(found.tolerance[i]),
             closing=float(measures.closing[i]),
             across=float(measures.across[i]),
             in_plane=float(measures.in_plane[j]),
@@ -124,7 +128,8 @@ def _row(found: LineFindings, k: int, limit: LimitTable, units: str) -> LineRow:
         )
 
     linear, contact = (of(m, r) for m, r in zip((found.linear, found.contact), risks(found), strict=True))
-    return LineRow(line, int(mine.size), travel, linear, contact, _outcome(linear, contact))
+    spread = float(found.tolerance[mine].min()), float(found.tolerance[mine].max())
+    return LineRow(line, int(mine.size), spread, travel, linear, contact, _outcome(linear, contact))
 
 
 def _outcome(linear: Figures | None, contact: Figures | None) -> str | None:
@@ -185,7 +190,13 @@ def as_dict(found: LineFindings, limit: LimitTable, units: str, model: Mesh) -> 
         "points_false_alarms": false,
         "points_misses": missed,
         "lines": [_line_dict(r, model) for r in rows],
+        "material_pairs": {name: pair.model_dump(mode="json") for name, pair in pairs_of_lines(found).items()},
     }
+
+
+def pairs_of_lines(found: LineFindings) -> dict[str, MaterialPairTable]:
+    """Name -> what was measured, of the material pairs that lines have."""
+    return {line.material: line.pair for line in found.lines if line.material and line.pair is not None}
 
 
 def _line_dict(row: LineRow, model: Mesh) -> dict[str, Any]:
@@ -200,7 +211,8 @@ def _line_dict(row: LineRow, model: Mesh) -> dict[str, Any]:
         "name": row.line.name,
         "contact_pair": row.line.contact,
         "points": row.points,
-        "tolerance": row.line.tolerance,
+        "tolerance": row.tolerance[1],
+        "tolerance_from": row.line.tolerance or None,
         "material": row.line.material,
         "squeak_travel": None if row.squeak_travel is None else list(row.squeak_travel),
         "linear": figures(row.linear),
@@ -238,7 +250,7 @@ def point_csv(found: LineFindings, model: Mesh, length: str) -> str:
     writer.writerow([f"{h}_{length}" if k > 13 or 2 <= k < 5 else h for k, h in enumerate(head)])
     flat = np.column_stack(list(columns.values()))
     for i, k in enumerate(found.line_of.tolist()):
-        figures = [*found.position[i], *found.frames[i].ravel(), found.gap0[i], found.lines[k].tolerance, *flat[i]]
+        figures = [*found.position[i], *found.frames[i].ravel(), found.gap0[i], found.tolerance[i], *flat[i]]
         name = found.lines[k].name
         writer.writerow([name, model.nodes.label(int(found.nodes_idx[i])), *(f"{float(x):.9g}" for x in figures)])
     return out.getvalue()

@@ -34,6 +34,7 @@ from creak.studies.findings.tree import (
     FoundSetup,
     FoundSound,
     FoundStudy,
+    FoundTest,
     MeasuredRate,
     Note,
 )
@@ -55,6 +56,7 @@ def findings_of(
     convergence: Convergence | None = None,
     sound: Sound | str | None = None,
     causes: Mapping[int, dict[str, Any]] | None = None,
+    tests: tuple[FoundTest, ...] = (),
 ) -> Findings:
     """What a study found; large arrays are those of the result, not copies.
 
@@ -63,6 +65,7 @@ def findings_of(
     convergence : of `creak.studies.converge.repeats`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for. Places are ranked by it.
     causes : of each place of the main run, by its number (`creak.studies.cause.told`).
+    tests : measurements beside it (`creak.studies.findings.measured`).
     """
     s = result.setup
     return Findings(
@@ -88,6 +91,7 @@ def findings_of(
         silence=sound if isinstance(sound, str) else None,
         health=result.health,
         convergence=convergence,
+        tests=tests,
         window=result.window,
         said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
         unanswered=unanswered(result),

@@ -11,6 +11,7 @@ from creak.sound.third_octave import LOWER_EDGES
 from creak.sound.zwicker_tables import NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
+from creak.studies.file.tolerance_tables import table_of
 
 OF_PLACES = {
     **{"n5": "sone", "n_max": "sone", "n10": "sone", "level": "dB(A)", "sharpness": "acum", "sharp_time": "s"},
@@ -23,7 +24,8 @@ ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
 
 def judged(limit: LimitTable, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Each limit that the study sets: `limit`, `allowed` (number in `unit`), `failed` ({name, value} of places or lines
-    of the main run that exceed it, worst first), `missing` (why it was not looked at; null: it was)."""
+    of the main run that exceed it, worst first), `missing` (why it was not looked at; null: it was); of tolerances
+    from a table `table`, its name, and the largest is `allowed`."""
     return [*_of_places(limit, summary), *_of_octaves(limit, summary), *_of_lines(limit, summary)]
 
 
@@ -31,7 +33,8 @@ def limit_words(limits: list[dict[str, Any]]) -> list[str]:
     """A sentence for each limit: what fails it, that nothing does, or why it was not looked at."""
     said = []
     for one in limits:
-        what = f"limit {one['limit']} = {one['allowed']:.4g} {one['unit']}".rstrip()
+        most = f"{one['allowed']:.4g} {one['unit']}".rstrip()
+        what = f"limit {one['limit']} = " + (f"{one['table']} (at most {most})" if "table" in one else most)
         if one["missing"]:
             said.append(f"{what} was not looked at: {one['missing']}")
         elif one["failed"]:
@@ -93,14 +96,17 @@ def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[st
         text = getattr(limit, name)
         if text is None:
             continue
-        allowed, over = length_in(text, units), []
+        table, over = table_of(text), []
+        most = max((line["tolerance"] for line in lines), default=0.0)
+        allowed = length_in(text, units) if table is None else most
         for line in lines:
             figures = line["contact"] or line["linear"]
             if figures is None or (name == "in_plane" and line["material"] is not None):
                 continue
             if figures["risk"] if name == "tolerance" else figures[key] > allowed:
                 over.append((line["name"], figures[key]))
-        yield _judged(name, allowed, length, over, None if lines else "there is no E-line")
+        found = _judged(name, allowed, length, over, None if lines else "there is no E-line")
+        yield found if table is None else found | {"table": table.file}
 
 
 def _judged(

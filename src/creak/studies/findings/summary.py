@@ -19,7 +19,7 @@ from creak.studies.findings.limits import judged
 from creak.studies.findings.places import Place
 from creak.studies.findings.sound import heard_at, place_name, sound_summary
 from creak.studies.findings.spots import bars_of_reference, spots_of
-from creak.studies.findings.tree import Findings, FoundBand, FoundRun, FoundSetup, MeasuredRate
+from creak.studies.findings.tree import Findings, FoundBand, FoundRun, FoundSetup, FoundTest, MeasuredRate
 from creak.studies.run.compared import event_statistics
 from creak.verify.events import Event, EventKey
 from creak.verify.matching import Errors, EventMatch
@@ -55,6 +55,7 @@ def summary_of(findings: Findings) -> dict[str, Any]:
         "elines": None if f.elines is None else eline_summary(f.elines, c.limit, c.model.units, f.setup.model),
         "superelements": {name: health.as_dict() for name, health in f.health.items()},
         "sound": sound_summary(f),
+        "tests": {test.name: _test(test) for test in f.tests},
         "verification": _verification(f),
         "unread": [
             {"keyword": u.keyword, "where": u.where, "changes_answer": u.changes_answer, "why": u.why}
@@ -260,6 +261,17 @@ def _squeak(s: Squeak, rate: MeasuredRate | None, model: Mesh) -> dict[str, Any]
         "material": None if rate is None else rate.material,
         "measured_per_length": measured,
         "against_measured": against_measured(s.per_length, measured),
+    }
+
+
+def _test(test: FoundTest) -> dict[str, Any]:
+    """Figures of the agreement; results.h5 has the courses and functions."""
+    modes, frfs, records = test.modes, test.frfs, test.records
+    return {
+        "file": test.file,
+        "modes": None if modes is None else modes.as_dict(),
+        "frfs": None if frfs is None else {"functions": frfs.figures, "error": frfs.error, "notes": list(frfs.notes)},
+        "records": None if records is None else records.as_dict(),
     }
 
 

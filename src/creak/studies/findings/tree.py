@@ -20,7 +20,9 @@ from creak.reduction.health import Health
 from creak.studies.converge.settled import Verdict
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
+from creak.studies.findings.beside_records import RecordFits
 from creak.studies.findings.places import Place
+from creak.studies.models.frfs import FrfFit
 from creak.studies.models.reduced import Stage
 from creak.studies.run.agreement import ModeComparison, SpectraComparison
 from creak.studies.run.compared import main_run
@@ -30,6 +32,7 @@ from creak.studies.sound.band import Band
 from creak.studies.sound.loud import Heard
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch
+from creak.verify.mode_fit import ModeFit
 from creak.verify.slips import SlipEvent, Squeak
 
 
@@ -219,6 +222,17 @@ class FoundSound:
 
 
 @dataclass(frozen=True)
+class FoundTest:
+    """What was measured over what was computed; None where the file has nothing of the kind."""
+
+    name: str
+    file: str
+    modes: ModeFit | None
+    frfs: FrfFit | None
+    records: RecordFits | None
+
+
+@dataclass(frozen=True)
 class MeasuredRate:
     """What was measured of the materials of a contact that rubs."""
 
@@ -269,6 +283,8 @@ class Findings:
     """Of each superelement, by name."""
     convergence: Convergence | None
     """What repeated runs and the unreduced model say; None: nobody asked."""
+    tests: tuple[FoundTest, ...]
+    """Measurements beside the run."""
     window: tuple[float, float]
     """Of the verification, s."""
     said: tuple[Note, ...]

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any, Protocol
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.assembly.system import System
 from creak.formats.measured.modes import Measured, MeasuredModes
+from creak.model.mesh import Model
+from creak.reduction.modal import ModalDamping, shares_at
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import PairedShapes, pair_shapes
 from creak.studies.prepare.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate
 from creak.studies.prepare.unit_check import across
 from creak.verify.mac import mac_matrix
+from creak.verify.mode_fit import ModeFit, ModePair
 
 REAL = 0.9
 """Phase collinearity below which a mode is told to be complex."""
@@ -25,34 +29,33 @@ TWINS = 0.9
 """MAC between two modes of one set from which the sensors cannot tell them apart."""
 
 
-@dataclass(frozen=True)
-class ModePair:
-    """A measured mode with its partner in the model."""
-
-    test: int
-    """Row of the measured mode."""
-    model: int
-    """Row of the deck's mode, rigid ones counted."""
-    frequency_test: float
-    """Hz"""
-    frequency_model: float
-    """Hz"""
-    mac: float
-    damping_test: float
-    """Share of critical; nan where it is not known."""
-    damping_model: float
-    scale: float
-    """Least-squares factor of the measured shape: times it, it lies over the mass-normalised one of the model."""
+class WithModes(Protocol):
+    """A linear structure and its modes."""
 
     @property
-    def difference(self) -> float:
-        """f_model / f_test - 1"""
-        return self.frequency_model / self.frequency_test - 1.0
+    def model(self) -> Model: ...
+    @property
+    def system(self) -> System:
+        """Undamped, or damped as the run is."""
+
+    @property
+    def damped(self) -> System | None:
+        """With its damping; None: it has none."""
+
+    @property
+    def frequencies(self) -> Sequence[float]:
+        """Hz, rigid ones first."""
+
+    @property
+    def rigid(self) -> int: ...
+    @property
+    def shapes(self) -> FloatArray:
+        """(n, n_mode) in the coordinates of `system`, mass-normalised."""
 
 
 @dataclass(frozen=True)
-class Correlation:
-    """A model's modes against a test's, at the sensors of the test."""
+class Correlation(ModeFit):
+    """A deck's modes against a test's, at the sensors of the test, with the shapes."""
 
     measured: MeasuredModes
     found: DeckModes
@@ -61,75 +64,30 @@ class Correlation:
     """(n_channel, n_test) real"""
     model_shapes: FloatArray
     """(n_channel, n_model) along the directions of the sensors, mass-normalised."""
-    mac: FloatArray
-    """(n_test, n_model)"""
-    auto_mac_test: FloatArray
     auto_mac_model: FloatArray
-    collinearity: FloatArray
-    """(n_test,) modal phase collinearity, 1: real."""
-    pairs: tuple[ModePair, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def alone_test(self) -> list[int]:
-        """Measured modes without partner."""
-        return sorted(set(range(self.measured.frequencies.size)) - {p.test for p in self.pairs})
-
-    @property
-    def alone_model(self) -> list[int]:
-        """Elastic modes of the model without partner, up to the highest measured frequency."""
-        top, paired = float(self.measured.frequencies.max()), {p.model for p in self.pairs}
-        f = self.found.frequencies
-        return [k for k in range(self.found.rigid, len(f)) if k not in paired and f[k] <= top]
 
     def as_dict(self) -> dict[str, Any]:
         """As plain numbers, for JSON; modes count from 1."""
-        test, f = self.measured, self.found.frequencies
-        return {
-            "test": test.path.name,
-            "sensors": [
-                {
-                    "sensor": name,
-                    "direction": direction,
-                    "node": self.found.model.nodes.label(int(node)),
-                    "distance": distance,
-                    "by": how,
-                }
-                for name, direction, node, distance, how in zip(
-                    test.sensors,
-                    test.directions.tolist(),
-                    self.sensors.nodes_idx,
-                    self.sensors.distance.tolist(),
-                    self.sensors.how,
-                    strict=True,
-                )
-            ],
-            "test_modes": [
-                {"frequency": hz, "damping": zeta, "phase_collinearity": mpc}
-                for hz, zeta, mpc in zip(
-                    test.frequencies.tolist(), test.damping.tolist(), self.collinearity.tolist(), strict=True
-                )
-            ],
-            "pairs": [
-                {
-                    "test": p.test + 1,
-                    "model": p.model + 1,
-                    "frequency_test": p.frequency_test,
-                    "frequency_model": p.frequency_model,
-                    "difference": p.difference,
-                    "mac": p.mac,
-                    "damping_test": p.damping_test,
-                    "damping_model": p.damping_model,
-                }
-                for p in self.pairs
-            ],
-            "test_without_partner": [{"mode": k + 1, "frequency": float(test.frequencies[k])} for k in self.alone_test],
-            "model_without_partner": [{"mode": k + 1, "frequency": f[k]} for k in self.alone_model],
-            "mac": self.mac.tolist(),
-            "auto_mac_test": self.auto_mac_test.tolist(),
-            "auto_mac_model": self.auto_mac_model.tolist(),
-            "notes": list(self.notes),
-        }
+        test = self.measured
+        sensors = [
+            {
+                "sensor": name,
+                "direction": direction,
+                "node": self.found.model.nodes.label(int(node)),
+                "distance": distance,
+                "by": how,
+            }
+            for name, direction, node, distance, how in zip(
+                test.sensors,
+                test.directions.tolist(),
+                self.sensors.nodes_idx,
+                self.sensors.distance.tolist(),
+                self.sensors.how,
+                strict=True,
+            )
+        ]
+        told = {"test": test.path.name, "sensors": sensors, "auto_mac_model": self.auto_mac_model.tolist()}
+        return told | super().as_dict()
 
 
 def correlate(
@@ -151,17 +109,40 @@ def correlate(
     InputError : the sensors are not on the model, the modes are complex through and through, or none has a partner.
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
+    fit, both = fit_modes(found, measured, sensors)
+    auto = mac_matrix(both.model[:, found.rigid :], both.model[:, found.rigid :])
+    return Correlation(
+        **{f.name: getattr(fit, f.name) for f in fields(fit)},
+        measured=measured,
+        found=found,
+        sensors=sensors,
+        test_shapes=both.test,
+        model_shapes=both.model,
+        auto_mac_model=auto,
+    )
+
+
+def fit_modes(
+    found: WithModes, measured: MeasuredModes, sensors: Sensors, modal: ModalDamping | None = None
+) -> tuple[ModeFit, PairedShapes]:
+    """The agreement, and both shapes at the sensors; raises as `pair_shapes`.
+
+    Parameters
+    ----------
+    modal : share of critical damping of every mode; None: that of `found.damped`.
+    """
     freq = np.array(found.frequencies)
     both = pair_shapes(measured, sensors, found.system, found.shapes, freq)
-    test, model, matrix, collinearity = both.test, both.model, both.mac, both.collinearity
-    damping = model_damping(found)
+    auto = mac_matrix(both.test, both.test)
+    damping = model_damping(found) if modal is None else shares_at(modal, (2.0 * np.pi * freq) ** 2)
     pairs = tuple(_pair(measured, both, freq, damping, k, j) for k, j in enumerate(both.partner.tolist()) if j >= 0)
-    autos = mac_matrix(test, test), mac_matrix(model[:, found.rigid :], model[:, found.rigid :])
-    notes = (*measured.notes, *sensor_notes(found, measured, sensors), *_shape_notes(measured, collinearity, autos[0]))
-    return Correlation(measured, found, sensors, test, model, matrix, *autos, collinearity, pairs, notes)
+    told = sensor_notes(found.model, measured, sensors), _shape_notes(measured, both.collinearity, auto)
+    notes = (*measured.notes, *told[0], *told[1])
+    figures = measured.frequencies, measured.damping, freq, found.rigid, both.mac, auto, both.collinearity
+    return ModeFit(*figures, pairs, notes), both
 
 
-def model_damping(found: DeckModes) -> FloatArray:
+def model_damping(found: WithModes) -> FloatArray:
     """(n_mode,) phi' C phi / (2 omega) of the damping that the deck tells, share of critical; nan without, and of rigid
     modes."""
     nothing, system = np.full(len(found.frequencies), np.nan), found.damped
@@ -188,7 +169,7 @@ def _pair(measured: MeasuredModes, both: PairedShapes, f: FloatArray, damping: F
     )
 
 
-def sensor_notes(found: DeckModes, measured: Measured, sensors: Sensors) -> Iterator[str]:
+def sensor_notes(model: Model, measured: Measured, sensors: Sensors) -> Iterator[str]:
     first = {s: k for k, s in reversed(list(enumerate(measured.sensors)))}
     by = [sensors.how[k] for k in first.values()]
     ways = [
@@ -198,8 +179,8 @@ def sensor_notes(found: DeckModes, measured: Measured, sensors: Sensors) -> Iter
     ]
     yield f"{len(first)} sensors, {len(measured.sensors)} channels: {', '.join(ways)}"
     worst = int(sensors.distance.argmax())
-    if sensors.distance[worst] > EXACT * across(found.model):
-        node = found.model.nodes.label(int(sensors.nodes_idx[worst]))
+    if sensors.distance[worst] > EXACT * across(model):
+        node = model.nodes.label(int(sensors.nodes_idx[worst]))
         yield (
             f"sensor {measured.sensors[worst]} is farthest from its node: {sensors.distance[worst]:.3g} from {node}"
             f" (mean of all {sensors.distance.mean():.3g})"

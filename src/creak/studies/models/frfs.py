@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy.linalg as sla
 
 from creak.arrays import ComplexArray
+from creak.assembly.system import System, to_dense
 from creak.errors import InputError
 from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
+from creak.linalg.diagonal import Diagonal
 from creak.model.units import GRAVITY, LENGTHS, POUND
 from creak.progress import Progress, silent
-from creak.reduction.modal import ModalShares
-from creak.reduction.transfer_modes import TransferModel, receptances, transfer_model
-from creak.studies.models.correlation import Correlation, sensor_notes
+from creak.reduction.modal import ModalDamping, ModalShares, shares_at
+from creak.reduction.transfer_modes import TransferModel, modal_transfer, receptances, transfer_model
+from creak.studies.models.correlation import Correlation, WithModes, sensor_notes
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import channel_rows, damping_note, damping_shares
 from creak.studies.prepare.sensors import Sensors, locate
@@ -54,19 +57,20 @@ class FrfPair:
 
 
 @dataclass(frozen=True)
-class FrfComparison:
+class FrfFit:
     """A model's frequency response functions beside a test's."""
 
-    measured: MeasuredFrfs
-    sensors: Sensors
     pairs: tuple[FrfPair, ...]
     error: float
     """Of the functions of the model, against the unreduced model at a frequency that was not fitted."""
     notes: tuple[str, ...]
+    reduced: tuple[FrfPair, ...] = ()
+    """The same functions of a reduced model; none where there is none."""
 
-    def as_dict(self) -> dict[str, Any]:
-        """As plain numbers, for JSON: magnitudes in m, s and N, phases in degrees."""
-        functions = [
+    @property
+    def figures(self) -> list[dict[str, Any]]:
+        """What tells the agreement of each function."""
+        return [
             {
                 "function": p.measured.name,
                 "quantity": QUANTITIES[p.measured.order][0],
@@ -74,18 +78,41 @@ class FrfComparison:
                 "frac": p.frac,
                 "level_db": p.level,
                 "phase": p.phase,
+                **({} if less is None else {"frac_reduced": less.frac, "level_db_reduced": less.level}),
+            }
+            for p, less in self._both
+        ]
+
+    @property
+    def _both(self) -> Iterator[tuple[FrfPair, FrfPair | None]]:
+        return zip(self.pairs, self.reduced or [None] * len(self.pairs), strict=True)
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON: magnitudes in m, s and N, phases in degrees."""
+        functions = [
+            {
+                **figures,
                 "frequency": p.measured.freq.tolist(),
-                "test": {"magnitude": np.abs(p.measured.values).tolist(), "phase": _degrees(p.measured.values)},
-                "model": {"magnitude": np.abs(p.model).tolist(), "phase": _degrees(p.model)},
+                "test": _polar(p.measured.values),
+                "model": _polar(p.model),
+                **({} if less is None else {"reduced": _polar(less.model)}),
                 "coherence": None if p.measured.coherence is None else p.measured.coherence.tolist(),
             }
-            for p in self.pairs
+            for figures, (p, less) in zip(self.figures, self._both, strict=True)
         ]
         return {"functions": functions, "error": self.error, "notes": list(self.notes)}
 
 
-def _degrees(values: ComplexArray) -> list[float]:
-    return np.degrees(np.angle(values)).tolist()
+@dataclass(frozen=True)
+class FrfComparison(FrfFit):
+    """The functions of a deck beside a test's, with the test."""
+
+    measured: MeasuredFrfs = field(kw_only=True)
+    sensors: Sensors = field(kw_only=True)
+
+
+def _polar(values: ComplexArray) -> dict[str, list[float]]:
+    return {"magnitude": np.abs(values).tolist(), "phase": np.degrees(np.angle(values)).tolist()}
 
 
 def compare_frfs(
@@ -112,12 +139,44 @@ def compare_frfs(
     InputError : the sensors are not on the model, or supports hold one; no function has two frequencies up to `top`.
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
+    shares, told = _measured_damping(modes), "damping is that of the deck"
+    if shares is not None:
+        told = damping_note(shares, measured.path)
+    elif found.damped is None:
+        told = "neither test nor deck tells damping: the functions of the model have none"
+    fit = fit_frfs(found, measured, sensors, top, (shares, told), units=units, test_units=test_units, progress=progress)
+    return FrfComparison(fit.pairs, fit.error, fit.notes, measured=measured, sensors=sensors)
+
+
+def fit_frfs(
+    found: WithModes,
+    measured: MeasuredFrfs,
+    sensors: Sensors,
+    top: float,
+    damping: tuple[ModalDamping | None, str],
+    *,
+    reduced: System | None = None,
+    units: str = "mm-t-s",
+    test_units: str | None = None,
+    progress: Progress = silent,
+) -> FrfFit:
+    """The agreement of all functions up to `top` Hz.
+
+    Parameters
+    ----------
+    damping : share of critical of every mode, None: that of `found.damped`; and where it comes from, for the notes.
+    reduced : in modes, with its damping.
+
+    Raises
+    ------
+    InputError : supports hold a sensor; no function has two frequencies up to `top`.
+    """
     kept = [cut for f in measured.functions if (cut := _up_to(f, top)) is not None]
     if not kept:
         raise InputError(
             f"no function has two frequencies between 0 and {top:g} Hz", where=measured.path, fix="Raise --f-max."
         )
-    shares, told = _measured_damping(modes), "damping is that of the deck"
+    shares, told = damping
     damped = None if shares is not None else found.damped
     rows = _rows(found, measured, sensors)
     response, reference = (np.array([getattr(f, end) for f in kept]) for end in ("response", "reference"))
@@ -125,24 +184,36 @@ def compare_frfs(
     omega2 = (2.0 * np.pi * np.array(found.frequencies)) ** 2
     modal = transfer_model(damped or found.system, (omega2, found.shapes), rows, loads, top, progress)
     if shares is not None:
-        modal, told = _with_damping(modal, shares), damping_note(shares, measured.path)
-    elif damped is None:
-        told = "neither test nor deck tells damping: the functions of the model have none"
+        modal = _with_damping(modal, shares)
     system = likely_units(found.model, units)
     length, force = (1.0 / PER_METRE[test_units], 1.0) if test_units else (system.length, system.force)
-    scales = 1.0, length / force
-    pairs = [
-        _pair(replace(f, values=f.values * scales[not f.has_units]), H * (system.length / system.force))
-        for f, H in zip(kept, _synthesised(modal, kept), strict=True)
-    ]
+    scales, to_si = (1.0, length / force), system.length / system.force
+    inside = [replace(f, values=f.values * scales[not f.has_units]) for f in kept]
+
+    def pairs_of(model: TransferModel) -> tuple[FrfPair, ...]:
+        return tuple(_pair(f, H * to_si) for f, H in zip(inside, _synthesised(model, kept), strict=True))
+
+    pairs, small = pairs_of(modal), None if reduced is None else _in_modes(reduced, measured, sensors)
     notes = (
         *measured.notes,
-        *sensor_notes(found, measured, sensors),
+        *sensor_notes(found.model, measured, sensors),
         told,
         *_unit_notes(kept, test_units),
         *_level_notes(pairs),
     )
-    return FrfComparison(measured, sensors, tuple(pairs), modal.error, notes)
+    return FrfFit(pairs, modal.error, notes, () if small is None else pairs_of(small))
+
+
+def _in_modes(system: System, measured: MeasuredFrfs, sensors: Sensors) -> TransferModel | None:
+    """The transfer of a small System in all of its modes; None where a coordinate has no mass."""
+    mass, rows = np.asarray(system.M.diagonal()), channel_rows(system, measured, sensors)
+    if not (mass > 0.0).all():
+        return None
+    if isinstance(system.M, Diagonal) and isinstance(system.K, Diagonal):
+        modes = system.K.d / mass, np.diag(1.0 / np.sqrt(mass))
+    else:
+        modes = sla.eigh(to_dense(system.K), to_dense(system.M))
+    return modal_transfer(system, modes, np.zeros((system.n, 0)), rows)
 
 
 def _up_to(f: MeasuredFrf, top: float) -> MeasuredFrf | None:
@@ -152,7 +223,7 @@ def _up_to(f: MeasuredFrf, top: float) -> MeasuredFrf | None:
     return replace(f, freq=f.freq[:n], values=f.values[:n], coherence=coherence) if n > 1 else None
 
 
-def _rows(found: DeckModes, measured: MeasuredFrfs, sensors: Sensors) -> Any:
+def _rows(found: WithModes, measured: MeasuredFrfs, sensors: Sensors) -> Any:
     """(n_channel, n) motion of every channel, each of which can move."""
     rows = channel_rows(found.system, measured, sensors)
     still = np.flatnonzero(abs(rows).sum(axis=1) == 0.0)
@@ -177,8 +248,8 @@ def _measured_damping(modes: Correlation | None) -> ModalShares | None:
     return damping_shares(modes.measured, partner, np.array(modes.found.frequencies))
 
 
-def _with_damping(modal: TransferModel, shares: ModalShares) -> TransferModel:
-    return replace(modal, C=np.diag(2.0 * shares.at(modal.omega2) * np.sqrt(modal.omega2)))
+def _with_damping(modal: TransferModel, shares: ModalDamping) -> TransferModel:
+    return replace(modal, C=np.diag(2.0 * shares_at(shares, modal.omega2) * np.sqrt(modal.omega2)))
 
 
 def _synthesised(modal: TransferModel, kept: list[MeasuredFrf]) -> list[ComplexArray]:
@@ -207,7 +278,7 @@ def _unit_notes(kept: list[MeasuredFrf], test_units: str | None) -> Iterator[str
         yield f"the file tells no units of its functions: they are taken in {test_units or 'the units of the deck'}"
 
 
-def _level_notes(pairs: list[FrfPair]) -> Iterator[str]:
+def _level_notes(pairs: Sequence[FrfPair]) -> Iterator[str]:
     """What a common factor or a sign may come from."""
     alike = [p for p in pairs if p.frac >= ALIKE]
     if alike:

@@ -16,7 +16,8 @@ from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels, nodes_at
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable
-from creak.studies.file.point_tables import ENDS, NORMAL, PLACE, PointTable, number, read_points
+from creak.studies.file.named_columns import ColumnTable, number
+from creak.studies.file.point_tables import ENDS, NORMAL, PLACE, read_points
 
 AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)
 FIX_POINT = (
@@ -116,7 +117,7 @@ def places_or_pairs(model: Model, t: ElineTable, name: str, given: Lines) -> Flo
     return Pairs(main, secondary, _names(table, plain.names), normals, axes, at)
 
 
-def _labelled(model: Model, table: PointTable) -> tuple[IntArray, IntArray]:
+def _labelled(model: Model, table: ColumnTable) -> tuple[IntArray, IntArray]:
     known = node_labels(model, np.arange(model.nodes.count))
     rows: dict[str, IntArray] = {}
     for side in ("main", "secondary"):
@@ -132,7 +133,7 @@ def _labelled(model: Model, table: PointTable) -> tuple[IntArray, IntArray]:
     return rows["main"], rows["secondary"]
 
 
-def _nearest(model: Model, t: ElineTable, table: PointTable, side: str, where: str) -> IntArray:
+def _nearest(model: Model, t: ElineTable, table: ColumnTable, side: str, where: str) -> IntArray:
     """Rows of the nodes at the points of one side: of its set where the line names it, else of the model."""
     points = np.array([table.numbers(k, ENDS[side]) for k in range(len(table.lines))])
     name = t.main if side == "main" else t.secondary
@@ -140,7 +141,7 @@ def _nearest(model: Model, t: ElineTable, table: PointTable, side: str, where: s
     return nodes_at(model, among, points, None, table.where, FIX_POINT)[0]
 
 
-def _direction(table: PointTable, k: int) -> tuple[FloatArray, bool]:
+def _direction(table: ColumnTable, k: int) -> tuple[FloatArray, bool]:
     """Unit direction of a row, nan where it has none; whether it is an axis without a sign.
 
     Three columns, or one with an axis (x, +x, -x) or three numbers.
@@ -166,7 +167,7 @@ def _direction(table: PointTable, k: int) -> tuple[FloatArray, bool]:
     return vector / np.linalg.norm(vector), False
 
 
-def _names(table: PointTable, labels: tuple[str, ...]) -> tuple[str, ...]:
+def _names(table: ColumnTable, labels: tuple[str, ...]) -> tuple[str, ...]:
     """Names of the points: their ids, with the label of the node where an id repeats; the label where there is none."""
     ids = table.cells.get("id", ("",) * len(labels))
     count = Counter(ids)

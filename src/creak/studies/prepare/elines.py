@@ -20,8 +20,8 @@ from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.places import Places
-from creak.studies.file.quantities import length_in
 from creak.studies.prepare.eline_points import Pairs, pairs_of, places_or_pairs
+from creak.studies.prepare.tolerances import point_tolerances, points_of
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,8 @@ class Eline:
     name: str
     contact: bool
     """Its points are the channels of the contact of that name."""
-    tolerance: float
-    """What scatter may take of the gap, length."""
+    tolerance: str
+    """The table that its points have their tolerances from, and which side of it; empty: one number holds for all."""
     material: str | None
     """Name of the material pair."""
     pair: MaterialPairTable | None
@@ -50,8 +50,12 @@ class Elines:
     points, in the plane)."""
     positions: FloatArray
     """(p, 3) of the points' nodes."""
+    tolerance: FloatArray
+    """(p,) what scatter may take of each gap, length."""
     percentile: float
     """Of the peaks of motion that is told beside the largest."""
+    notes: tuple[str, ...] = ()
+    """What to tell of their tolerances."""
 
     @property
     def line_of(self) -> IntArray:
@@ -60,7 +64,7 @@ class Elines:
         return np.array([row[g] for g in self.points.group], dtype=np.int64)
 
 
-NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)), np.zeros((0, 3)), 100.0)
+NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0), 100.0)
 
 
 def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
@@ -73,7 +77,7 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
     Raises
     ------
     InputError : an [eline] with unknown sets, with a name that is no contact and no points, of a material pair that
-        there is not; sides that do not face each other; a file of points that cannot be used.
+        there is not; sides that do not face each other; a file of points or of tolerances that cannot be used.
     """
     known = material_pairs(given)
     lines = [_line(given, name, True, known) for name in dict.fromkeys(contacts.group)]
@@ -93,13 +97,14 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
     if not operators:
         return NO_ELINES
     points, frames = _with_frames(model, join(operators))
-    return Elines(tuple(lines), points, frames, model.nodes.coords[points.nodes_idx], given.percentile)
+    at = model.nodes.coords[points.nodes_idx]
+    found = point_tolerances(given, points_of(points, model))
+    told = tuple(replace(line, tolerance=dict(found.source).get(line.name, "")) for line in lines)
+    return Elines(told, points, frames, at, found.below, given.percentile, found.notes)
 
 
 def _line(given: Lines, name: str, contact: bool, known: dict[str, MaterialPairTable]) -> Eline:
     table = given.elines.get(name, ElineTable())
-    words = given.tolerance if table.tolerance is None else table.tolerance
-    tolerance = 0.0 if words is None else length_in(words, given.units)
     if table.material is not None and table.material not in known:
         raise InputError(
             f"unknown material pair {table.material!r}",
@@ -107,7 +112,7 @@ def _line(given: Lines, name: str, contact: bool, known: dict[str, MaterialPairT
             expected="a [material-pair.NAME]",
             fix=suggest(table.material, known),
         )
-    return Eline(name, contact, tolerance, table.material, known.get(table.material or ""))
+    return Eline(name, contact, "", table.material, known.get(table.material or ""))
 
 
 def _check_contact(given: Lines, name: str) -> None:

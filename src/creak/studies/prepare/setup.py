@@ -49,7 +49,8 @@ from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
-from creak.studies.prepare.measured_damping import measured_damping
+from creak.studies.prepare.measured_damping import ABOVE, measured_damping
+from creak.studies.prepare.measurements import Measurement, measured_nodes, read_measurements
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
@@ -97,6 +98,8 @@ class Setup:
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
     modal: ModalDamping | None = None
     """Share of critical damping of every mode, where the study says it or a test."""
+    tests: tuple[Measurement, ...] = ()
+    """What was measured, beside what the run computes."""
     raised: int = 0
     """How often [reduction] f_max = "auto" has gone half as high again."""
 
@@ -112,7 +115,8 @@ class Setup:
         v, auto = c.verification, c.reduction.f_max == "auto"
         reach = partial(excitation_of, self.study.driving, self.loads, v.mac_f_max)
         first = first_f_max(c.reduction.f_max, reach, self.study.course.end)
-        assembly = max(1.1 * v.mac_f_max, PRECHECK_BAND * excited if c.precheck.enabled else 0.0)
+        measured = (ABOVE * test.top for test in self.tests)
+        assembly = max(1.1 * v.mac_f_max, PRECHECK_BAND * excited if c.precheck.enabled else 0.0, *measured)
         damped = None if self.modal is None else v.f_max
         return Band(first, self.raised, auto, c.time.exact or auto, excited, assembly, damped)
 
@@ -264,12 +268,16 @@ def set_up_model(
     pairs = _pairs(model, c.verification.pairs, places)
     notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
     check_reduction(model, c.reduction, places)
+    groups = [*contacts.group, *connectors.group]
+    tests, left = read_measurements(model, c.test, c.model.units, groups, places)
+    notes += left
     modal: ModalDamping | None = c.damping.modal
     if c.damping.from_test is not None:
         linear = Structure(model, driven, rayleigh, override, superelements, None)
         test, where = places.sibling(c.damping.from_test), places.where("damping", "from_test")
         modal, said = measured_damping(linear, test, c.model.units, where)
         notes.append(said)
+    elines = make_elines(model, study.lines, contacts)
     return Setup(
         study,
         model,
@@ -280,11 +288,12 @@ def set_up_model(
         connectors,
         loads,
         pairs,
-        _watched(model, c.output.node_sets, pairs, places),
-        notes,
+        _watched(model, c.output.node_sets, pairs, measured_nodes(model, tests), places),
+        [*notes, *elines.notes],
         superelements,
-        elines=make_elines(model, study.lines, contacts),
+        elines=elines,
         modal=modal,
+        tests=tests,
     )
 
 
@@ -368,7 +377,7 @@ def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> I
     return np.column_stack([main, secondary])
 
 
-def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, places: Places) -> IntArray:
+def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, measured: IntArray, places: Places) -> IntArray:
     where = places.where("output", "nodes")
     sets = [model.node_set(name, where=where) for name in node_sets]
-    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets]).tolist())), dtype=np.int64)
+    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets, measured]).tolist())), dtype=np.int64)

@@ -12,9 +12,11 @@ from scipy.stats import norm, qmc
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.studies.design.clip_library import clip_scatter
 from creak.studies.file.changes import value_at
 from creak.studies.file.design.scatter_tables import Distribution, ScatterTable
 from creak.studies.file.places import Places
+from creak.studies.file.tolerance_tables import SIGMAS
 
 EDGE = 1e-12
 """Distance of a point from 0 and 1."""
@@ -118,13 +120,15 @@ def make_causes(
     given: Mapping[str, Any],
     fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
     places: Places,
+    deviations: Mapping[str, FloatArray],
 ) -> tuple[Cause, ...]:
     """The causes of a study.
 
     Parameters
     ----------
     data : tables of the study with their defaults. given : as they were written.
-    fields : contact -> names (m,), places (m, 3) and gaps (m,) of its channels.
+    fields : contact -> names (m,), places (m, 3) and gaps (m,) of its channels. deviations : key of a field whose
+        tolerances a table has -> standard deviation (m,) of these gaps.
 
     Raises
     ------
@@ -141,8 +145,9 @@ def make_causes(
     for key, of in table.vary.items():
         where = places.where("scatter", "vary", key)
         at = causes[-1].columns.stop if causes else 0
+        of = clip_scatter(of, key, where) if of.type.startswith("clip-") else of
         if of.type == "field":
-            causes.append(_field(key, of, at, fields, where))
+            causes.append(_field(key, of, at, fields, where, deviations.get(key)))
             continue
         _check_key(key, data, where)
         nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
@@ -202,6 +207,7 @@ def _field(
     at: int,
     fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
     where: str,
+    deviation: FloatArray | None,
 ) -> Cause:
     words = key.split(".")
     if len(words) != 3 or words[0] != "contact" or words[2] != "clearance":
@@ -212,9 +218,10 @@ def _field(
         raise InputError(f"the study has no [contact.{words[1]}]", where=where, fix=suggest(words[1], fields))
     names, places, gaps = fields[words[1]]
     mean = gaps if of.mean is None else np.full(gaps.size, of.mean)
+    sigma = np.full(gaps.size, of.deviation) if deviation is None else deviation
     if of.low is None:
-        _no_negative_gap(float((mean - 3.0 * of.deviation).min(initial=np.inf)), where)
-    shapes = of.deviation * field_shapes(places, of.length or 1.0)
+        _no_negative_gap(float((mean - SIGMAS * sigma).min(initial=np.inf)), where)
+    shapes = sigma[:, None] * field_shapes(places, of.length or 1.0)
     return Cause(key, of, math.nan, slice(at, at + shapes.shape[1]), shapes, mean, names)
 
 

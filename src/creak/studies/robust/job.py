@@ -15,9 +15,12 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.progress import Progress, silent
+from creak.studies.design.clip_library import clips_of
 from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
+from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
 from creak.studies.robust.batches import Batch, batches, march_batches
 from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
@@ -94,7 +97,9 @@ def run_draws(
     progress("read the model and find the contacts", 1, 1)
     channels, config = join([setup.contacts, setup.connectors]), study.config
     data, fields = config.model_dump(mode="json", by_alias=True), fields_of(setup.contacts, setup.model.nodes.coords)
-    causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places)
+    own, clips = deviations_of(setup), clips_of(study.touching)
+    data["clip"] = [clip.model_dump(mode="json") for clip in clips]
+    causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places, own)
     design = Design(causes, whole_power(n), indices, config.scatter.seed)
     points = design.points()
     values = tuple(cause.values(points) for cause in causes)
@@ -114,7 +119,7 @@ def run_draws(
     }
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
-    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(config.clip, c.key))
+    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(clips, c.key))
     notes: list[str] = []
     missing = [k for k in range(design.total) if k not in found]
     if missing:
@@ -209,6 +214,29 @@ def fields_of(contacts: GapOperator, coords: FloatArray) -> dict[str, tuple[tupl
         own = np.flatnonzero(group == name)
         names = tuple(contacts.names[k] for k in own.tolist())
         found[name] = names, coords[contacts.nodes_idx[own]], contacts.gap0[own]
+    return found
+
+
+def deviations_of(setup: Setup) -> dict[str, FloatArray]:
+    """Key of a field whose tolerances a table has -> standard deviation (m,) of the gaps of its contact.
+
+    Raises
+    ------
+    InputError : a table that cannot be used (`studies.prepare.tolerances`).
+    """
+    study, found = setup.study, {}
+    points = points_of(setup.elines.points, setup.model)
+    for key, of in study.config.scatter.vary.items():
+        table, name = table_of(of.tolerance), key.split(".")[1:2]
+        own = points.of(name)
+        if table is None or not own.any():
+            continue
+        where = study.places.where("scatter", "vary", key)
+        rows = read_tolerances(study.places.sibling(table.file), where, table.columns, study.config.model.units)
+        at = spread(rows_hit(rows, points, name), points, name)[own]
+        if at.min() < 0:
+            raise no_row(table.file, points, name[0], where)
+        found[key] = np.array([row.below for row in rows])[at] / SIGMAS
     return found
 
 

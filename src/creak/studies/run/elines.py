@@ -47,6 +47,8 @@ class LineFindings:
     """(p, 3, 3) rows x, y, z of the local frame."""
     gap0: FloatArray
     """(p,) gap at rest."""
+    tolerance: FloatArray
+    """(p,) what scatter may take of it, length."""
     percentile: float
     linear: PointMeasures | None
     """Of the run without contact; None: there is none."""
@@ -170,7 +172,7 @@ def findings(
     """What was measured, with what it was measured at."""
     points = lines.points
     where = (points.nodes_idx, lines.positions, lines.frames)
-    own = (lines.lines, lines.line_of, *where, points.gap0, lines.percentile)
+    own = (lines.lines, lines.line_of, *where, points.gap0, lines.tolerance, lines.percentile)
     return LineFindings(*own, linear, contact, touched, without, why)
 
 

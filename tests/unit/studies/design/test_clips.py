@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
 from creak.errors import InputError
 from creak.studies.design.clip_library import clips_of
@@ -15,6 +16,8 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.robust.changes import keeps_model
+from creak.studies.robust.draws import make_causes
 from creak.studies.run.precheck import ready
 
 LENGTH, SIDE, MODULUS, N = 200.0, 2.0, 210000.0, 4
@@ -205,3 +208,48 @@ def test_clips_are_the_same_after_results_or_draws_wrote_them_down(clip, tmp_pat
 def test_distributions_are_the_same_after_they_were_written_down(given):
     one = Distribution.model_validate(tomllib.loads(given))
     assert Distribution.model_validate(one.model_dump(mode="json")) == one
+
+
+def test_measured_scatter_of_clips_is_one_word(tmp_path):
+    """Standard deviations of doi 10.1177/0954406217721724, about values of the library and of the study."""
+    clips = f'[[clip]]\nuse = "example-snap-fit"\n{UP}[[clip]]\ntype = "stop"\n{UP}name = "s"\nstiffness = 50.0\n'
+    words = '"clip.0.{}" = {{ type = "clip-{}" }}\n'
+    rows = [("ageing", "one-side"), ("damping", "both-sides"), ("stiffness", "both-sides")]
+    vary = "[scatter.vary]\n" + "".join(words.format(*row) for row in rows)
+    vary += '"clip.1.stiffness" = { type = "clip-one-side" }\n'
+    study = clipped(tmp_path, clips + vary).study
+    found = clips_of(study.touching)
+    data = {"clip": [clip.model_dump(mode="json") for clip in found]}
+    causes = make_causes(study.config.scatter, data, {}, {}, study.places, {})
+    draws = qmc.Sobol(4, seed=1).random(2**12)
+    for cause, (middle, share) in zip(causes, ((1.0, 0.07), (0.01, 0.36), (200.0, 0.4), (50.0, 0.07)), strict=True):
+        values = cause.values(draws)
+        assert np.median(values) == pytest.approx(middle, rel=0.01)
+        assert values.std() / values.mean() == pytest.approx(share, rel=0.02)
+        assert values.min() > 0.0
+        assert "10.1177/0954406217721724" in (cause.of.source or "")
+        assert keeps_model(found, cause.key)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ('"clip.0.gap" = { type = "clip-one-side" }', ["clip.0.gap", "clip.N.ageing", "[scatter.vary.clip.0.gap]"]),
+        ('"damping.modal" = { type = "clip-one-side" }', ["damping.modal does not scatter as a clip-one-side"]),
+        ('"clip.0.damping" = { type = "clip-one-side" }', ["clip.0.damping is not given", "a number there"]),
+        ('"clip.0.ageing" = { type = "clip-one-side", sigma = 0.1 }', ["a clip-one-side distribution has no sigma"]),
+        ('"clip.0.ageing" = { type = "clip" }', ["scatter.vary.clip.0.ageing.type"]),
+    ],
+)
+def test_what_does_not_scatter_as_clips_do_is_one_message(line, words, tmp_path):
+    clip = f'[[clip]]\ntype = "stop"\n{UP}stiffness = 50.0\n[scatter.vary]\n{line}\n'
+    with pytest.raises(InputError, match=r"\w") as error:
+        causes_of(tmp_path, clip)
+    for word in words:
+        assert word in str(error.value)
+
+
+def causes_of(folder, tables):
+    study = clipped(folder, tables).study
+    data = study.config.model_dump(mode="json", by_alias=True)
+    return make_causes(study.config.scatter, data, {}, {}, study.places, {})

@@ -16,8 +16,9 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.studies.file.reader import read_study
 from creak.studies.findings.gather import findings_of
+from creak.studies.findings.histories import MARGIN
 from creak.studies.findings.places import find_places
-from creak.studies.findings.save import MARGIN, save
+from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.slips import find_slips

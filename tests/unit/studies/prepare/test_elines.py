@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.report.html import report_text
+from creak.report.words.text import NONE
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.reader import read_study
 from creak.studies.findings.elines import as_dict, line_rows, point_csv
@@ -63,11 +65,8 @@ def silent(tmp_path_factory):
 
 def test_contacts_are_lines_by_themselves(rattling):
     found = rattling.elines
-    assert [(line.name, line.contact, round(line.tolerance, 12)) for line in found.lines] == [
-        ("tip", True, 0.05),
-        ("tips", False, 0.05),
-        ("roots", False, 0.1),
-    ]
+    assert [(line.name, line.contact) for line in found.lines] == [("tip", True), ("tips", False), ("roots", False)]
+    assert found.tolerance == pytest.approx(np.array([0.05, 0.05, 0.1])[found.line_of])
     assert np.bincount(found.line_of).tolist() == [39, 3, 3]
     assert found.gap0[found.line_of == 1] == pytest.approx(0.3)
     # A node set has no thickness of its own, the main surface has .75 on this side.
@@ -113,7 +112,7 @@ def test_margin_is_gap_less_tolerance_less_closing(rattling):
     rows = {r.line.name: r for r in line_rows(found, rattling.setup.study.config.limit, "mm-t-s")}
     for row in rows.values():
         for figures in (row.linear, row.contact):
-            assert figures.margin == pytest.approx(figures.gap - row.line.tolerance - figures.closing, abs=1e-12)
+            assert figures.margin == pytest.approx(figures.gap - figures.tolerance - figures.closing, abs=1e-12)
     # The upper strip's root moves by the excitation alone: contact cannot change it.
     assert rows["roots"].linear.closing == pytest.approx(rows["roots"].contact.closing, rel=0.2)
     # Contact stops the tip where its gap is used up; without it the strips pass through each other.
@@ -321,6 +320,8 @@ material = "pvc"
 source = "rig <1>, 2026"
 impulse_rate_min = 2.0
 impulse_rate_max = 4.0
+normal_force = 10.0
+temperature = 23.0
 """
     deck = deck.replace("*BOUNDARY\n", "*BOUNDARY\nROOT_UPPER, 3, 3\n")
     return run_study(set_up(read_study(write_strips(folder, deck, study))), quiet)
@@ -345,6 +346,14 @@ def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_p
     page = report_text(*to_draw(result))
     assert "Squeak of each contact" in page
     assert "pvc: rig &lt;1&gt;, 2026" in page
+    # Source and conditions beside the figures that they are of; what was not measured has a dash.
+    told = summary["elines"]["material_pairs"]["pvc"]
+    assert (told["source"], told["impulse_rate_max"], told["temperature"]) == ("rig <1>, 2026", 4.0, 23.0)
+    table = page[page.index("Materials that rub") :]
+    row = table[table.index("<td>pvc</td>") : table.index("</tbody>")]
+    cells = re.findall("<td>(.*?)</td>", row)
+    assert cells[1:4] == ["tip", "rig &lt;1&gt;, 2026", "2.00 to 4.00"]
+    assert (cells[6], cells[7:]) == (NONE, ["10.0", NONE, "23.0", NONE])
 
 
 def test_a_line_that_never_closes_cannot_squeak(tmp_path):
@@ -357,7 +366,7 @@ def test_a_line_that_never_closes_cannot_squeak(tmp_path):
         assert figures.margin > 2.0
         assert (figures.squeak, figures.risk, figures.in_plane_touching) == ("no", False, 0.0)
     # What scatter may take of the gap closes it: points that can touch can squeak.
-    tolerant = replace(result.elines, lines=(replace(result.elines.lines[0], tolerance=5.5),))
+    tolerant = replace(result.elines, tolerance=np.full(result.elines.gap0.size, 5.5))
     (row,) = line_rows(tolerant, setup.study.config.limit, "mm-t-s")
     assert row.linear.squeak == "possible"
     assert row.linear.in_plane_touching == pytest.approx(0.4, rel=0.01)
@@ -372,10 +381,10 @@ def test_a_line_that_never_closes_cannot_squeak(tmp_path):
 def test_only_points_that_can_touch_are_looked_at_for_squeak():
     """Two points: the one that closes does not move along, the other one does and stays open."""
     n = 2
-    none, line = np.zeros(n), Eline("l", False, 0.0, None, None)
+    none, line = np.zeros(n), Eline("l", False, "", None, None)
     motion = PointMeasures(np.array([1.2, 0.1]), none, none, np.zeros((n, 2)), np.array([0.01, 5.0]), none)
     where = (np.zeros(n, dtype=np.int64), np.arange(n), np.zeros((n, 3)), np.zeros((n, 3, 3)))
     for gap, says in ((np.array([1.0, 1.0]), "no"), (np.array([1.0, 0.1]), "yes")):
-        found = LineFindings((line,), *where, gap, 95.0, motion, None, None, "", "")
+        found = LineFindings((line,), *where, gap, none, 95.0, motion, None, None, "", "")
         (row,) = line_rows(found, LimitTable(in_plane="1 mm"), "mm-t-s")
         assert (row.linear.squeak, row.linear.in_plane) == (says, 5.0)

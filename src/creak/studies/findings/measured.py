@@ -1,0 +1,99 @@
+"""What was measured, [test.NAME], beside what the run computed: modes, frequency response functions, histories."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from creak.arrays import FloatArray
+from creak.assembly.damping import Damping
+from creak.assembly.system import System
+from creak.formats.measured.histories import Histories
+from creak.model.mesh import Model
+from creak.progress import Progress
+from creak.studies.findings.beside_records import RecordFits, fit_records
+from creak.studies.findings.histories import record_of
+from creak.studies.findings.tree import FoundTest
+from creak.studies.models.correlation import fit_modes
+from creak.studies.models.frfs import FrfFit, fit_frfs
+from creak.studies.prepare.measurements import Measurement
+from creak.studies.run.compared import main_run
+from creak.studies.run.job import StudyResult
+from creak.studies.run.one_run import Run
+from creak.studies.warned import attempted
+from creak.verify.mode_fit import ModeFit
+
+
+@dataclass(frozen=True)
+class _Structure:
+    """The unreduced structure of a study and its modes, contact left out."""
+
+    model: Model
+    system: System
+    damped: System | None
+    """None: its damping is modal."""
+    frequencies: Sequence[float]
+    rigid: int
+    shapes: FloatArray
+
+
+def beside_tests(result: StudyResult, progress: Progress, notes: list[str]) -> tuple[FoundTest, ...]:
+    """The measurements of the study over what was computed; what cannot be compared becomes a note that warns."""
+    tests, main = result.setup.tests, main_run(result.runs)
+    if any(test.top for test in tests) and result.reference.of_parts is not None:
+        notes.append("modes and functions of tests: memory does not hold the unreduced model, they are not compared")
+        tests = tuple(replace(test, modes=None, frfs=None) for test in tests)
+    found = []
+    for k, test in enumerate(tests):
+        progress("beside the tests", k, len(tests))
+        what = f"test {test.name}"
+        modes = attempted(what, partial(_modes, result, test), None, notes)
+        frfs = attempted(what, partial(_frfs, result, test, progress), None, notes)
+        records = None if main is None else attempted(what, partial(_records, result, main, test), None, notes)
+        found.append(FoundTest(test.name, test.path.name, modes, frfs, records))
+    return tuple(found)
+
+
+def _structure(result: StudyResult) -> _Structure:
+    """As the study holds and drives it."""
+    reference, modal = result.reference, result.setup.modal
+    system, modes = reference.system, reference.modes
+    if modal is not None:
+        system = replace(system, damping=Damping(0.0, 0.0))
+    rigid = int((modes.omega2 == 0.0).sum())
+    damped = system if modal is None else None
+    return _Structure(result.setup.model, system, damped, modes.frequencies.tolist(), rigid, modes.shapes)
+
+
+def _modes(result: StudyResult, test: Measurement) -> ModeFit | None:
+    return None if test.modes is None else fit_modes(_structure(result), *test.modes, result.setup.modal)[0]
+
+
+def _frfs(result: StudyResult, test: Measurement, progress: Progress) -> FrfFit | None:
+    if test.frfs is None:
+        return None
+    s, reduced = result.setup, result.reduced
+    system = None if reduced is None else reduced.system
+    damping, units = (s.modal, "damping is that of the study"), s.study.config.model.units
+    top = max(float(f.freq[-1]) for f in test.frfs[0].functions)
+    return fit_frfs(_structure(result), *test.frfs, top, damping, reduced=system, units=units, progress=progress)
+
+
+def _records(result: StudyResult, main: Run, test: Measurement) -> RecordFits | None:
+    if not test.channels:
+        return None
+    config, record = result.setup.study.config, record_of(main, result)
+    histories = Histories(
+        main.name,
+        config.model.units,
+        record.time,
+        record.node_ids,
+        tuple(record.node_names),
+        record.displacement,
+        tuple(record.channels),
+        record.channel_nodes,
+        record.gap,
+        record.normal_force,
+    )
+    return fit_records(histories, test.channels, test.path, config.verification.f_max)

@@ -1,0 +1,229 @@
+"""The measurements of a study, [test.NAME]: what their files hold, and where it is on the model."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from creak.arrays import IntArray
+from creak.errors import InputError, suggest
+from creak.formats.measured.channel import Channel
+from creak.formats.measured.files import is_measured, read_channels
+from creak.formats.measured.mode_files import read_measured_modes
+from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
+from creak.formats.measured.uff_frfs import uff_frfs
+from creak.formats.measured.uff_functions import TIME, functions, read_uff_functions
+from creak.formats.measured.uff_modes import MODE, uff_modes
+from creak.formats.measured.uff_sets import data_sets
+from creak.formats.measured.unit_words import plain_unit
+from creak.formats.wav import read_wav
+from creak.model.mesh import Model
+from creak.studies.design.named_nodes import node_labels
+from creak.studies.file.places import Places
+from creak.studies.file.tables import read_header, table_column
+from creak.studies.file.test_tables import MeasuredTable
+from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
+
+AXES = ("X", "Y", "Z")
+TABLES = (".csv", ".txt")
+UNIVERSAL = (".unv", ".uff", ".u58", ".u55")
+OF_MODES = "frequency_hz"
+"""Column that a table of modes has."""
+MOTION = re.compile(r"(?P<node>.+) (?P<axis>[xyz])", re.IGNORECASE)
+OF_CONTACT = re.compile(r"(?P<name>.+?)(:[^:]+)? (gap|force|normal force)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """A file of a test; at least one of the three is there."""
+
+    name: str
+    path: Path
+    modes: tuple[MeasuredModes, Sensors] | None
+    frfs: tuple[MeasuredFrfs, Sensors] | None
+    channels: tuple[Channel, ...]
+    """Time histories, under the names that the run gives what they measure."""
+
+    @property
+    def top(self) -> float:
+        """Hz, highest of its modes and functions; 0: it has neither."""
+        tops = [0.0 if self.modes is None else float(self.modes[0].frequencies.max())]
+        return max([*tops, *(float(f.freq[-1]) for f in ([] if self.frfs is None else self.frfs[0].functions))])
+
+
+def read_measurements(
+    model: Model, tables: Mapping[str, MeasuredTable], units: str, contacts: Sequence[str], places: Places
+) -> tuple[tuple[Measurement, ...], list[str]]:
+    """The measurements, and notes on what of them is left out.
+
+    Parameters
+    ----------
+    units : of the model. contacts : names of contacts and connectors.
+
+    Raises
+    ------
+    InputError : a file is wrong, its sensors are not on the model, or the run computes nothing of what it holds.
+    """
+    notes: list[str] = []
+    labels = _labels(model) if tables else {}
+    found = []
+    for name, table in tables.items():
+        one = _read(name, table, places)
+        path = None if table.sensors is None else places.sibling(table.sensors)
+        modes = None if one.modes is None else (one.modes, located(model, one.modes, units, path))
+        frfs = None if one.frfs is None else (one.frfs, located(model, one.frfs, units, path))
+        channels = []
+        for channel in one.channels:
+            if _is_computed(labels, contacts, channel):
+                channels.append(channel)
+            else:
+                notes.append(f"test {name}: channel {channel.name!r} is nothing that the run computes: it is left out")
+        if one.channels and not channels and modes is None and frfs is None:
+            raise _nothing_computed(name, one)
+        found.append(Measurement(name, one.path, modes, frfs, tuple(channels)))
+    return tuple(found), notes
+
+
+def _nothing_computed(name: str, one: _File) -> InputError:
+    first = one.channels[0]
+    heard = plain_unit(first.unit) == "pa"
+    return InputError(
+        f"the run computes none of its {len(one.channels)} channels, the first of which is {first.name!r}",
+        where=one.path,
+        expected='names as "1017 Z" (node 1017 of the deck), "flange gap" or "flange force" (contact flange)',
+        fix=f"It is sound: run the study, then creak listen RESULTS --beside {one.path.name}."
+        if heard
+        else f'Say which is which: [test.{name}] channels = {{ {json.dumps(first.name)} = "1017 Z" }}.',
+    )
+
+
+def located(model: Model, measured: Measured, units: str, path: Path | None) -> Sensors:
+    """The sensors of a test on the nodes of a model, by a map where there is one; raises as `sensors.locate`."""
+    mapped = {} if path is None else read_sensor_map(path, model, measured)
+    return locate(model, measured, units, None, mapped)
+
+
+def measured_nodes(model: Model, measurements: Sequence[Measurement]) -> IntArray:
+    """Rows of the nodes whose motion was measured over time."""
+    labels = _labels(model) if measurements else {}
+    names = (c.name for m in measurements for c in m.channels)
+    found = (labels.get(match["node"].upper()) for name in names if (match := MOTION.fullmatch(name)))
+    return np.array([row for row in dict.fromkeys(found) if row is not None], dtype=np.int64)
+
+
+def record_channels(path: Path) -> Iterator[Channel]:
+    """The time histories of a file: functions of time of a universal file, RPC III, or a table whose first column is
+    time in s. Functions that tell node and direction have them as their name, `1017 Z`.
+
+    Raises
+    ------
+    InputError : no such file; it is cut short, or not of its kind.
+    """
+    if is_measured(path):
+        yield from map(named_by_place, read_channels(path))
+        return
+    header, rows = read_header(path, "", "table")
+    for column in header[1:]:
+        time, values = table_column(path, header, rows, column)
+        name, _, unit = column.partition("[")
+        step = float(np.diff(time).min())
+        at = np.arange(time[0], time[-1] + 0.5 * step, step)
+        yield Channel(_plain(name), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
+
+
+def named_by_place(channel: Channel) -> Channel:
+    """The channel under its node and direction, where it tells them, along the positive axis."""
+    node, direction = channel.at
+    if not node or not 1 <= abs(direction) <= 3:
+        return replace(channel, name=_plain(channel.name))
+    values = channel.values if direction > 0 else -channel.values
+    return replace(channel, name=f"{node} {AXES[abs(direction) - 1]}", values=values, at=(0, 0))
+
+
+def _plain(name: str) -> str:
+    return re.sub(r"\s+", " ", name.strip())
+
+
+@dataclass(frozen=True)
+class _File:
+    path: Path
+    modes: MeasuredModes | None = None
+    frfs: MeasuredFrfs | None = None
+    channels: tuple[Channel, ...] = ()
+
+
+def _read(name: str, table: MeasuredTable, places: Places) -> _File:
+    path, where = places.sibling(table.file), places.where("test", name, "file")
+    ending = path.suffix.lower()
+    if ending == ".wav":
+        return _File(path, channels=_renamed(tuple(_wav_channels(path, table, where)), table, name, places))
+    if ending in TABLES and OF_MODES in read_header(path, where, "file of a test")[0]:
+        return _File(path, modes=read_measured_modes(path))
+    if ending in UNIVERSAL:
+        return _universal(path, table, name, places)
+    if not is_measured(path) and ending not in TABLES:
+        raise InputError(
+            f"[test.{name}] file = {table.file!r}",
+            where=where,
+            expected="a universal file (.unv, .uff), CSV, RPC III (.rsp, .drv) or WAV",
+        )
+    return _File(path, channels=_renamed(tuple(record_channels(path)), table, name, places))
+
+
+def _universal(path: Path, table: MeasuredTable, name: str, places: Places) -> _File:
+    if not path.is_file():
+        raise InputError(f"no such file: {path}", where=places.where("test", name, "file"), fix="Check the path.")
+    sets = data_sets(path)
+    timed = {id(f.of) for f in functions(sets) if f.abscissa.kind == TIME}
+    rest = [one for one in sets if id(one) not in timed]
+    frfs = uff_frfs(path, rest)
+    has_modes = any(one.number == MODE for one in rest) or (frfs is None and not timed)
+    channels = tuple(map(named_by_place, read_uff_functions(path))) if timed else ()
+    return _File(path, uff_modes(path, rest) if has_modes else None, frfs, _renamed(channels, table, name, places))
+
+
+def _wav_channels(path: Path, table: MeasuredTable, where: str) -> Iterator[Channel]:
+    sound = read_wav(path)
+    scale = 1.0 if sound.full_scale is not None else table.full_scale
+    if scale is None or (sound.full_scale is not None and table.full_scale is not None):
+        raise InputError(
+            f"{path.name} does not tell what its samples are"
+            if scale is None
+            else f"{path.name} tells itself that full scale is {sound.full_scale:.4g} Pa",
+            where=where,
+            expected="full scale in the file, or full_scale and unit in the study",
+            fix='Add full_scale = 50.0 and unit = "m/s^2".' if scale is None else "Leave out full_scale and unit.",
+        )
+    columns = sound.samples.reshape(sound.samples.shape[0], -1).T
+    for k, values in enumerate(columns, start=1):
+        yield Channel(str(k), table.unit or "Pa", 0.0, 1.0 / sound.rate, scale * values)
+
+
+def _renamed(channels: tuple[Channel, ...], table: MeasuredTable, name: str, places: Places) -> tuple[Channel, ...]:
+    """The channels under the names that the table gives them."""
+    names = {c.name.lower(): c.name for c in channels}
+    for key in table.channels:
+        if _plain(key).lower() not in names:
+            raise InputError(
+                f"{Path(table.file).name} has no channel {key!r}",
+                where=places.where("test", name, "channels"),
+                fix=suggest(key, list(names.values())),
+            )
+    given = {_plain(key).lower(): _plain(value) for key, value in table.channels.items()}
+    return tuple(replace(c, name=given.get(c.name.lower(), c.name)) for c in channels)
+
+
+def _labels(model: Model) -> dict[str, int]:
+    return node_labels(model, np.arange(model.nodes.count))
+
+
+def _is_computed(labels: Mapping[str, int], contacts: Sequence[str], channel: Channel) -> bool:
+    if match := MOTION.fullmatch(channel.name):
+        return match["node"].upper() in labels
+    match = OF_CONTACT.fullmatch(channel.name)
+    return match is not None and match["name"].lower() in {name.lower() for name in contacts}

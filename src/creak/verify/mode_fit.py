@@ -1,0 +1,98 @@
+"""How far the modes of a model and of a test agree: frequencies, MAC, pairs, what has no partner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from creak.arrays import FloatArray
+
+
+@dataclass(frozen=True)
+class ModePair:
+    """A measured mode with its partner in the model."""
+
+    test: int
+    """Row of the measured mode."""
+    model: int
+    """Row of the model's mode, rigid ones counted."""
+    frequency_test: float
+    """Hz"""
+    frequency_model: float
+    """Hz"""
+    mac: float
+    damping_test: float
+    """Share of critical; nan where it is not known."""
+    damping_model: float
+    scale: float
+    """Least-squares factor of the measured shape: times it, it lies over the mass-normalised one of the model."""
+
+    @property
+    def difference(self) -> float:
+        """f_model / f_test - 1"""
+        return self.frequency_model / self.frequency_test - 1.0
+
+
+@dataclass(frozen=True)
+class ModeFit:
+    """A model's modes against a test's, without their shapes."""
+
+    frequencies_test: FloatArray
+    """(n_test,) Hz"""
+    damping_test: FloatArray
+    """(n_test,) share of critical; nan where it is not known."""
+    frequencies_model: FloatArray
+    """(n_model,) Hz, rigid ones first."""
+    rigid: int
+    """Modes of the model that are rigid."""
+    mac: FloatArray
+    """(n_test, n_model)"""
+    auto_mac_test: FloatArray
+    """(n_test, n_test)"""
+    collinearity: FloatArray
+    """(n_test,) modal phase collinearity, 1: real."""
+    pairs: tuple[ModePair, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def alone_test(self) -> list[int]:
+        """Measured modes without partner."""
+        return sorted(set(range(self.frequencies_test.size)) - {p.test for p in self.pairs})
+
+    @property
+    def alone_model(self) -> list[int]:
+        """Elastic modes of the model without partner, up to the highest measured frequency."""
+        top, paired = float(self.frequencies_test.max()), {p.model for p in self.pairs}
+        f = self.frequencies_model
+        return [k for k in range(self.rigid, f.size) if k not in paired and f[k] <= top]
+
+    def as_dict(self) -> dict[str, Any]:
+        """As plain numbers, for JSON; modes count from 1."""
+        f = self.frequencies_model
+        test = zip(self.frequencies_test, self.damping_test, self.collinearity, strict=True)
+        return {
+            "test_modes": [
+                {"frequency": float(hz), "damping": float(zeta), "phase_collinearity": float(mpc)}
+                for hz, zeta, mpc in test
+            ],
+            "pairs": [
+                {
+                    "test": p.test + 1,
+                    "model": p.model + 1,
+                    "frequency_test": p.frequency_test,
+                    "frequency_model": p.frequency_model,
+                    "difference": p.difference,
+                    "mac": p.mac,
+                    "damping_test": p.damping_test,
+                    "damping_model": p.damping_model,
+                }
+                for p in self.pairs
+            ],
+            "test_without_partner": [
+                {"mode": k + 1, "frequency": float(self.frequencies_test[k])} for k in self.alone_test
+            ],
+            "model_without_partner": [{"mode": k + 1, "frequency": float(f[k])} for k in self.alone_model],
+            "mac": self.mac.tolist(),
+            "auto_mac_test": self.auto_mac_test.tolist(),
+            "notes": list(self.notes),
+        }
