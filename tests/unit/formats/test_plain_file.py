@@ -135,6 +135,8 @@ BRANCH = {
     "clips": 'clips = "FILE.toml"\n'
     + STUDY
     + '[[clip]]\nuse = "own"\nat = [[120.0, 0.0, 0.0]]\nparts = ["LOWER"]\naxis = [0, 0, 1]\n',
+    "test.*.file": STUDY + '[test.T]\nfile = "FILE.unv"\n',
+    "test.*.sensors": STUDY + '[test.T]\nfile = "modes.csv"\nsensors = "FILE.csv"\n',
     "static.*.temperature": STUDY + '[[static]]\ntemperature = "FILE.csv"\nreference = 20\n',
     "reduction.interface.deck": STUDY.replace(
         "f_max = 3000", 'f_max = 3000\ninterface = { type = "coarse-mesh", deck = "FILE.inp" }'
@@ -150,6 +152,8 @@ def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path,
     node(tmp_path / f"FILE.{ending}", kind, monkeypatch)
     for name in ("bar_K.mtx", "bar_M.mtx"):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real symmetric\n1 1\n1.0\n")
+    modes = "frequency_hz,sensor,x,y,z,direction,value\n50.0,tip,100,0,0,z,1.0\n"
+    (tmp_path / "modes.csv").write_text(modes, encoding="utf-8")
     study = write_strips(tmp_path, study=BRANCH[place])
 
     def read():

@@ -38,7 +38,7 @@ def read_measured_modes(path: Path) -> MeasuredModes:
     ------
     InputError : no such file; it is cut short, holds no modes, or is not of its kind.
     """
-    with _reading(path):
+    with reading(path):
         return _reader(path)(path)
 
 
@@ -49,7 +49,7 @@ def read_test(path: Path) -> ModalTest:
     ------
     InputError : as `read_measured_modes`, or it holds neither modes nor such functions.
     """
-    with _reading(path):
+    with reading(path):
         if (read_modes := _reader(path)) is not read_uff_modes:
             return ModalTest(path, read_modes(path), None)
         sets = data_sets(path)
@@ -66,7 +66,7 @@ def _reader(path: Path) -> Callable[[Path], MeasuredModes]:
 
 
 @contextmanager
-def _reading(path: Path) -> Iterator[None]:
+def reading(path: Path) -> Iterator[None]:
     """What the system says about a file, as an InputError."""
     try:
         yield

@@ -14,7 +14,7 @@ from creak.arrays import IntArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured, read_channels
-from creak.formats.measured.mode_files import read_measured_modes
+from creak.formats.measured.mode_files import read_measured_modes, reading
 from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.uff_frfs import uff_frfs
 from creak.formats.measured.uff_functions import TIME, functions, read_uff_functions
@@ -159,14 +159,14 @@ class _File:
 
 def _read(name: str, table: MeasuredTable, places: Places) -> _File:
     path, where = places.sibling(table.file), places.where("test", name, "file")
-    ending = path.suffix.lower()
+    ending = Path(table.file).suffix.lower()
     if ending == ".wav":
         return _File(path, channels=_renamed(tuple(_wav_channels(path, table, where)), table, name, places))
     if ending in TABLES and OF_MODES in read_header(path, where, "file of a test")[0]:
         return _File(path, modes=read_measured_modes(path))
     if ending in UNIVERSAL:
         return _universal(path, table, name, places)
-    if not is_measured(path) and ending not in TABLES:
+    if not is_measured(Path(table.file)) and ending not in TABLES:
         raise InputError(
             f"[test.{name}] file = {table.file!r}",
             where=where,
@@ -176,9 +176,8 @@ def _read(name: str, table: MeasuredTable, places: Places) -> _File:
 
 
 def _universal(path: Path, table: MeasuredTable, name: str, places: Places) -> _File:
-    if not path.is_file():
-        raise InputError(f"no such file: {path}", where=places.where("test", name, "file"), fix="Check the path.")
-    sets = data_sets(path)
+    with reading(path):
+        sets = data_sets(path)
     timed = {id(f.of) for f in functions(sets) if f.abscissa.kind == TIME}
     rest = [one for one in sets if id(one) not in timed]
     frfs = uff_frfs(path, rest)
