@@ -184,7 +184,7 @@ def test_text() -> str:
     with tempfile.TemporaryDirectory() as folder:
         deck, path = Path(folder) / "strips.inp", Path(folder) / "test.unv"
         deck.write_text(two_strips(), encoding="utf-8")
-        found = deck_modes(deck, count=4)
+        found = deck_modes(deck, count=8)
         write_uff(path, found.model, found.frequencies, found.translations())
         return path.read_text(encoding="ascii")
 

@@ -55,22 +55,32 @@ def write_test(path: Path) -> Path:
     return path
 
 
-def corner_nodes() -> list[tuple[int, int, float]]:
-    """Node of a leg, node of the top, and share of the corner, along both corners."""
-    found = []
-    for leg, top in ((1, 20_001), (10_001, 20_001 + ACROSS * (ALONG + 1))):
-        for j in range(ALONG + 1):
-            share = (0.5 if j in (0, ALONG) else 1.0) / ALONG
-            found.append((leg + UP * (ALONG + 1) + j, top + j, share))
-    return found
+STUDY = """[model]
+deck = "frame.inp"
+
+[[clip]]
+name = "corners"
+type = "bushing"
+nodes = ["LEGS", "TOPS"]
+stiffness = [0, 0, 0, 0, 1e6, 0]
+"""
+"""Both corners turn about y on one spring for each pair of nodes, N mm/rad."""
+SPRINGS = ALONG + 1
+"""Of a corner."""
 
 
-def frame_deck(corner: float | None = None, kind: str = "S4") -> str:
-    """Three plates of S4, or of two S3 in the place of each; at the corners they turn against each other about y on springs.
+def corner_nodes() -> list[tuple[int, int]]:
+    """Node of a leg and node of the top, along both corners."""
+    ends = ((1, 20_001), (10_001, 20_001 + ACROSS * (ALONG + 1)))
+    return [(leg + UP * (ALONG + 1) + j, top + j) for leg, top in ends for j in range(ALONG + 1)]
+
+
+def frame_deck(hinged: bool = False, kind: str = "S4") -> str:
+    """Three plates of S4, or of two S3 in the place of each.
 
     Parameters
     ----------
-    corner : N mm/rad of each corner; None: welded.
+    hinged : at the corners they turn freely against each other about y, and LEGS and TOPS are the nodes; else welded.
     """
     nodes, elements = [], []
     pieces = ([0, 1, 2, 3],) if kind == "S4" else ([0, 1, 2], [0, 2, 3])
@@ -91,13 +101,11 @@ def frame_deck(corner: float | None = None, kind: str = "S4") -> str:
     plate(1, [(0.0, z) for z in heights])
     plate(10_001, [(WIDTH, z) for z in heights])
     plate(20_001, [(x, top) for x in np.linspace(0.0, WIDTH, ACROSS + 1)])
-    joined, springs = [], []
-    for k, (leg, over, share) in enumerate(corner_nodes()):
-        for dof in (1, 2, 3, 4, 6, *((5,) if corner is None else ())):
+    joined = []
+    for leg, over in corner_nodes():
+        for dof in (1, 2, 3, 4, 6, *(() if hinged else (5,))):
             joined.append(f"*EQUATION\n2\n{leg}, {dof}, 1., {over}, {dof}, -1.")
-        if corner is not None:
-            name = f"CORNER{k}"
-            springs.append(f"*ELEMENT, TYPE=SPRING2, ELSET={name}\n{90_001 + k}, {leg}, {over}")
-            springs.append(f"*SPRING, ELSET={name}\n5, 5\n{corner * share:.12g}")
-    lines = ["*NODE", *nodes, f"*ELEMENT, TYPE={kind}, ELSET=ALL", *elements, *springs, *joined]
+    for name, ends in zip(("LEGS", "TOPS"), zip(*corner_nodes(), strict=True), strict=True):
+        joined += [f"*NSET, NSET={name}, UNSORTED", *(f"{node}," for node in ends)]
+    lines = ["*NODE", *nodes, f"*ELEMENT, TYPE={kind}, ELSET=ALL", *elements, *joined]
     return "\n".join(lines) + "\n" + MATERIAL + f"*SHELL SECTION, ELSET=ALL, MATERIAL=ALU\n{THICKNESS},\n"

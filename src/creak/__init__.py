@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from creak.api.shown import Events
     from creak.api.sounds import compare_sounds, read_recordings
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
+    from creak.api.update import sensitivities, update_study
     from creak.assembly.system import System
     from creak.contact.gap_operator import GapOperator
     from creak.dynamics.history import History
@@ -73,6 +74,7 @@ if TYPE_CHECKING:
     from creak.studies.models.frfs import FrfComparison
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.substructures import near_elements
+    from creak.studies.models.update import ModelUpdate, Sensitivities
     from creak.studies.prepare.setup import Setup
     from creak.studies.run.one_run import Run
     from creak.verify.events import Event, find_events
@@ -98,6 +100,7 @@ _HOMES = {
     "api.shown": ("Events",),
     "api.sounds": ("compare_sounds", "read_recordings"),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
+    "api.update": ("sensitivities", "update_study"),
     "assembly.system": ("System",),
     "contact.gap_operator": ("GapOperator",),
     "dynamics.history": ("History",),
@@ -125,6 +128,7 @@ _HOMES = {
     "studies.models.frfs": ("FrfComparison",),
     "studies.models.reduced": ("ReducedModel",),
     "studies.models.substructures": ("near_elements",),
+    "studies.models.update": ("ModelUpdate", "Sensitivities"),
     "studies.prepare.setup": ("Setup",),
     "studies.findings.beside_records": ("RecordComparison",),
     "studies.run.one_run": ("Run",),
@@ -154,6 +158,7 @@ __all__ = [
     "Loads",
     "Loudness",
     "Model",
+    "ModelUpdate",
     "Modes",
     "Motion",
     "Multisine",
@@ -166,6 +171,7 @@ __all__ = [
     "Run",
     "SavedResult",
     "Scheme",
+    "Sensitivities",
     "Setup",
     "Sine",
     "SlipEvent",
@@ -213,10 +219,12 @@ __all__ = [
     "robust",
     "run",
     "run_setup",
+    "sensitivities",
     "set_up",
     "simulate",
     "steady_loudness",
     "system_from_matrices",
+    "update_study",
     "write_door",
     "write_json",
     "write_text",

@@ -29,6 +29,7 @@ from creak.cli import (
     screen,
     sweep,
     thesis,
+    update,
 )
 from creak.cli.console import Terminal, drop
 from creak.cli.output import Interrupted
@@ -65,6 +66,7 @@ app.command("reduce", short_help="Make and save the superelements of a study.")(
 app.command("sweep", short_help="Run many cases of a study.")(sweep.sweep)
 app.command("info", short_help="Tell what a deck holds.")(info.info)
 app.command("modes", short_help="Natural frequencies and mode shapes of a deck.")(modes.modes)
+app.command("update", short_help="Bring the modes of a study to those of a test.")(update.update)
 app.command("convert", short_help="Write a deck as another deck or as matrices; motion for ParaView.")(convert.convert)
 app.command("schema", short_help="JSON schema of the study file, for editors.")(schema.schema)
 app.command("thesis", short_help="Run the studies of a thesis on a car door.")(thesis.thesis)

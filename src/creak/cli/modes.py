@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -12,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import model_detail
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, finite, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
 from creak.errors import InputError
 from creak.formats.destination import descriptor_of
 from creak.model.units import UnitsName
@@ -96,7 +95,7 @@ def modes(
             if beside is not None and page is not None:
                 write_page(output, beside, page, units)
             if json_file is not None and not on_stdout:
-                _write_json(output, data, json_file)
+                output.write(data, json_file)
         if beside is not None:
             print_beside(output, beside)
             _print_checks(output, found)
@@ -143,13 +142,6 @@ def _write(
         with output.progress.phase("write the punch file"):
             write_mode_punch(pch, found.model, found.frequencies, found.motion(), title=title)
         output.wrote(pch)
-
-
-def _write_json(output: Output, data: dict[str, object], path: Path) -> None:
-    from creak.formats.complete_file import write_text
-
-    write_text(path, json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
-    output.wrote(path)
 
 
 def _data(found: DeckModes) -> dict[str, object]:

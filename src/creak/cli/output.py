@@ -208,6 +208,14 @@ class Output:
         for path in self.written:
             self.say(f"wrote {path}")
 
+    def write(self, data: Mapping[str, Any], path: Path) -> None:
+        """The result for machines as a file; figures that are not finite are null."""
+        from creak.formats.complete_file import write_text
+
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_text(path, json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
+        self.wrote(path)
+
     def result(self, data: Mapping[str, Any]) -> None:
         """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:

@@ -1,4 +1,4 @@
-"""The page of `creak modes --test`: MAC, pairs of modes over one another in 3-D, functions, and the tables."""
+"""The page of `creak modes --test` and `creak update`: MAC, pairs over one another in 3-D, functions, tables."""
 
 from __future__ import annotations
 
@@ -13,12 +13,25 @@ from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentence, pair_rows, sentence
 from creak.report.words.text import number
+from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 from creak.studies.models.beside_test import BesideTest
+from creak.studies.models.update import ModelUpdate
 from creak.version import version
 
 
-def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s") -> None:
-    """Write the page as one self-contained HTML file; it appears whole or not at all."""
+def write_update(found: ModelUpdate, path: Path) -> None:
+    """Write the page of a changed study: its modes beside the test, and what was changed."""
+    units = found.study.config.model.units
+    write_correlation(BesideTest(found.after.found, found.after, None), path, units, found)
+
+
+def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", update: ModelUpdate | None = None) -> None:
+    """Write the page as one self-contained HTML file; it appears whole or not at all.
+
+    Parameters
+    ----------
+    update : what brought the modes there.
+    """
     modes, frfs = found.modes, found.frfs
     test = next(side.measured.path.name for side in (modes, frfs) if side is not None)
     shape, motions = (None, []) if modes is None else correlated_scene(modes)
@@ -36,20 +49,29 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s") -> N
         rows = frf_rows(frfs)
         functions = Table(rows[0], rows[1:], flags=["" if frf_fits(p) else "missed" for p in frfs.pairs])
         sentences, all_good = [*sentences, frf_sentence(frfs)], all_good and all(map(frf_fits, frfs.pairs))
+    title = Path(found.found.model.source).name
+    parameters = changes = None
+    notes = list(found.notes)
+    if update is not None:
+        parameters, changes = (Table(rows[0], rows[1:]) for rows in (parameter_rows(update), mode_rows(update)))
+        sentences, title = [update_sentence(update), *sentences], update.study.path.name
+        notes = [*update_notes(update), *gained_note(update), *notes]
     text = (
         page_templates("creak.report")
         .get_template("correlation.html.j2")
         .render(
             **file_parts(),
             version=version(),
-            title=f"{Path(found.found.model.source).name} beside {test}",
+            title=f"{title} beside {test}",
             sentences=sentences,
             mark="good" if all_good else "look",
+            parameters=parameters,
+            changes=changes,
             pairs=pairs,
             functions=functions,
             choices=choices,
             error=None if frfs is None else number(frfs.error, 2),
-            notes=[f"{note[:1].upper()}{note[1:]}." for note in found.notes],
+            notes=[f"{note[:1].upper()}{note[1:]}." for note in notes],
             figures=drawn,
             specs=script_json({name: figure.spec for name, figure in drawn.items()}),
             scene=script_json(shape),

@@ -64,7 +64,7 @@ def pair_rows(found: ModeFit) -> list[list[str]]:
                 f"{hz:.6g}",
                 NONE if p is None else str(p.model + 1),
                 NONE if p is None else f"{p.frequency_model:.6g}",
-                NONE if p is None else _signed(100.0 * p.difference),
+                NONE if p is None else signed(100.0 * p.difference),
                 NONE if p is None else fixed(p.mac, 3),
                 fixed(100.0 * zeta, 3),
                 *([NONE if p is None else fixed(100.0 * p.damping_model, 3)] if damped else []),
@@ -84,7 +84,7 @@ def frf_sentence(found: FrfFit) -> str:
     count = plural(len(found.pairs), "frequency response function")
     bar = f"FRAC of {GOOD_FRAC:g} or more, level within {GOOD_DB:g} dB, phase within {GOOD_DEGREES:g} degrees"
     off = [
-        f"{p.measured.name} (FRAC {p.frac:.2f}, {_signed(p.level)} dB, {fixed(p.phase, 0)} degrees)"
+        f"{p.measured.name} (FRAC {p.frac:.2f}, {signed(p.level)} dB, {fixed(p.phase, 0)} degrees)"
         for p in found.pairs
         if not frf_fits(p)
     ]
@@ -100,16 +100,17 @@ def frf_rows(found: FrfFit) -> list[list[str]]:
     for k, p in enumerate(found.pairs):
         f, coherence = p.measured.freq, p.measured.coherence
         mean = NONE if coherence is None else fixed(float(coherence.mean()), 3)
-        ends = [f"{f[0]:.5g}", f"{f[-1]:.5g}", fixed(p.frac, 3), _signed(p.level), fixed(p.phase, 0)]
+        ends = [f"{f[0]:.5g}", f"{f[-1]:.5g}", fixed(p.frac, 3), signed(p.level), fixed(p.phase, 0)]
         reduced = [fixed(found.reduced[k].frac, 3)] if found.reduced else []
         rows.append([p.measured.name, SHORT[p.measured.order], *ends, *reduced, *([mean] if coherent else [])])
     return rows
 
 
 def _off(p: ModePair) -> str:
-    return f"{number(p.frequency_test)} Hz ({_signed(100.0 * p.difference)} %, MAC {p.mac:.2f})"
+    return f"{number(p.frequency_test)} Hz ({signed(100.0 * p.difference)} %, MAC {p.mac:.2f})"
 
 
-def _signed(value: float) -> str:
+def signed(value: float) -> str:
+    """One decimal, with its sign."""
     text = fixed(value, 1)
     return f"+{text}" if value > 0.0 and float(f"{value:.1f}") else text

@@ -13,6 +13,7 @@ from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import NodesTable, SupportTable
+from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
@@ -308,6 +309,10 @@ class StudyConfig(Table):
     tables, or a row for each pair with the columns name and the keys of such a table."""
     model: ModelTable
     """The deck and its units."""
+    material: dict[str, MaterialTable] = {}
+    """[material.NAME]: materials of the deck with other numbers."""
+    section: dict[str, SectionTable] = {}
+    """[section.NAME]: sections and springs of the deck with another number."""
     nodes: dict[str, NodesTable] = {}
     """[nodes.NAME]: node sets by labels or coordinates."""
     support: dict[str, SupportTable] = {}

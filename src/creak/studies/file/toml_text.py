@@ -26,7 +26,8 @@ def _table(data: Mapping[str, Any], prefix: str, lines: list[str]) -> None:
     for key, value in data.items():
         name = f"{prefix}{_key(key)}"
         if isinstance(value, Mapping):
-            lines += ["", f"[{name}]"]
+            if not value or not all(isinstance(v, Mapping) for v in value.values()):
+                lines += ["", f"[{name}]"]
             _table(value, f"{name}.", lines)
         elif _tables(value):
             for item in value:

@@ -34,6 +34,7 @@ from creak.model.steps import StaticStep
 from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
 from creak.studies.models.dof_names import dof_name
+from creak.studies.prepare.structure import Structure
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)
@@ -58,6 +59,8 @@ class DeckModes:
     """The assembly, free dofs only."""
     shapes: FloatArray = field(repr=False)
     """(n, n_mode) in the coordinates of `system`, mass-normalised."""
+    structure: Structure = field(repr=False)
+    """With the damping that it tells."""
     prestress: StaticStep | None = None
     """The static step of the deck whose stress stiffens the structure in these modes."""
 
@@ -67,10 +70,8 @@ class DeckModes:
         model = self.model
         if not is_damped(model) or self.prestress is not None:
             return None
-        common = common_rayleigh(model)
-        parts = [part_system(model, i, common) for i in range(len(model.parts))]
-        loose = loose_system(model, common)
-        return couple([*parts, loose] if loose else parts, model, Driven({}), common)
+        parts = [self.structure.part(i) for i in range(len(model.parts))]
+        return self.structure.joined(parts, loose_system(model, self.structure.rayleigh))
 
     def translations(self) -> Iterator[FloatArray]:
         """(n_node, 3) motion of all nodes, mode by mode, dependent and held nodes included; mass-normalised."""
@@ -132,20 +133,35 @@ def deck_modes(
     progress("assemble", 1, 1)
     wanted = DEFAULT_COUNT if f_max is None and count is None else count
     system, found = _joined_modes(parts, model, driven, f_max, wanted, progress, stressed=step is not None)
-    point = np.asarray(about, dtype=np.float64)
-    effective = effective_mass(system, found.shapes, _carriers(parts, model), model.nodes.coords, point)
-    rigid = int((found.omega2 == 0.0).sum())
+    structure = Structure(model, driven, common_rayleigh(model), False, (), None)
+    return structure_modes(structure, parts, system, found, about, step)
+
+
+def structure_modes(
+    structure: Structure,
+    parts: Sequence[System],
+    system: System,
+    found: Modes,
+    about: Sequence[float] = (0.0, 0.0, 0.0),
+    prestress: StaticStep | None = None,
+) -> DeckModes:
+    """The modes `found` of `system`, to which the parts of a structure are joined, with effective masses."""
+    model = structure.model
+    effective = effective_mass(
+        system, found.shapes, _carriers(parts, model), model.nodes.coords, np.asarray(about, dtype=np.float64)
+    )
     return DeckModes(
         found.frequencies.tolist(),
         float(effective.rigid_mass[0, 0]),
-        rigid,
+        int((found.omega2 == 0.0).sum()),
         found.residual,
         found.sturm_ok,
         effective,
         model,
         system,
         found.shapes,
-        step,
+        structure,
+        prestress,
     )
 
 
@@ -208,7 +224,7 @@ def _joined_modes(
     return system, found
 
 
-def _carriers(parts: list[System], model: Model) -> Iterator[tuple[IntArray, Matrix]]:
+def _carriers(parts: Sequence[System], model: Model) -> Iterator[tuple[IntArray, Matrix]]:
     """Labels and mass of every part, and of the elements that belong to none."""
     yield from ((part.coordinates, part.M) for part in parts)
     blocks = [b for b in model.blocks if b.part < 0]

@@ -16,12 +16,10 @@ from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.modes import Measured, MeasuredModes
-from creak.linalg.factor import regular_factor
-from creak.linalg.modes import modes
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.reduction.modal import ModalShares
 from creak.studies.prepare.sensors import Sensors, locate
-from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.mac import mac_matrix, pair_measured
 from creak.verify.real_modes import phase_collinearity, real_shapes
 
@@ -130,9 +128,7 @@ def measured_damping(structure: Structure, path: Path, units: str, where: str) -
     sensors = locate(structure.model, measured, units, None, {})
     loose = loose_system(structure.model, UNDAMPED)
     system = structure.joined([structure.part(k) for k in range(len(structure.model.parts))], loose)
-    regular = regular_factor(system.K)
-    top = ABOVE * float(measured.frequencies.max())
-    found = modes(system.K, system.M, f_max=top, free=regular is None, stiffness_factor=regular)
+    found = modes_up_to(system, ABOVE * float(measured.frequencies.max()))
     freq = np.array(found.frequencies)
     partner = pair_shapes(measured, sensors, system, found.shapes, freq).partner
     shares = damping_shares(measured, partner, freq)

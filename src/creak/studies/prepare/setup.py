@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.assembly.coupling import Driven
-from creak.assembly.part import Rayleigh, common_rayleigh
+from creak.assembly.part import Rayleigh
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
@@ -20,18 +20,14 @@ from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
-from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
 from creak.formats.safe_names import file_stem
 from creak.model.mesh import Model
 from creak.reduction.modal import ModalDamping
-from creak.studies.design.clips import with_clips
-from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.heat import check_heat
-from creak.studies.design.named_nodes import with_named_nodes
-from creak.studies.design.supports import check_driven, with_supports
+from creak.studies.design.supports import check_driven
 from creak.studies.file.case import Driving, Touching
-from creak.studies.file.config import DampingTable, ReductionTable, TimeTable
+from creak.studies.file.config import ReductionTable, TimeTable
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
@@ -51,6 +47,7 @@ from creak.studies.prepare.excitation import (
 from creak.studies.prepare.exterior import Exterior, Watch
 from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
+from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, measured_nodes, read_measurements
@@ -61,7 +58,6 @@ from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
-from creak.studies.prepare.unit_check import check_units
 from creak.studies.prepare.watched import watched
 from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
@@ -242,15 +238,10 @@ def set_up_model(
     ------
     InputError : as `set_up`.
     """
-    stop_on_unread(model, ignore)
-    check_units(model, study.touching.units, study.places)
     places, driving, touching = study.places, study.driving, study.touching
-    model, told = with_named_nodes(model, study.config.nodes, places)
-    model = freed_where_moved(model, driving)
-    model, held = with_supports(model, study.config.support, places)
-    model, clips, placed = with_clips(model, touching)
+    model, clips, designed = designed_model(study, model, ignore)
     amounts = clearance_warnings(model, touching)
-    contacts, notes = _contacts(model, touching, store)
+    contacts, notes = contact_channels(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
     study = with_flight_steps(study)
     c, course = study.config, study.course
@@ -260,11 +251,11 @@ def set_up_model(
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
     loads = sample_loads(model, driving, time, store)
-    notes += [*told, *held, *placed, *banded, *amounts]
+    notes += [*designed, *banded, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     plays = [*plays_of(touching), *clips]
     connectors = join([play_channels(model, p, where) for p, where in plays])
-    rayleigh, override = _damping(model, c.damping)
+    rayleigh, override = own_damping(model, c.damping)
     notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)
     superelements = imported_superelements(model, c.superelement, places, rayleigh, override)
     check_static(model, driving, driven)
@@ -325,7 +316,13 @@ def check_frequencies(reduction: ReductionTable, time: TimeTable, driving: Drivi
         )
 
 
-def _contacts(model: Model, touching: Touching, store: Path | None = None) -> tuple[GapOperator, list[str]]:
+def contact_channels(model: Model, touching: Touching, store: Path | None = None) -> tuple[GapOperator, list[str]]:
+    """Gap channels of all contacts, and notes. store: folder in which they are kept.
+
+    Raises
+    ------
+    InputError : anything wrong in a contact.
+    """
     operators: list[GapOperator] = []
     notes: list[str] = []
     for name, t in touching.contacts.items():
@@ -384,11 +381,3 @@ def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, measured: 
     where = places.where("output", "nodes")
     sets = [model.node_set(name, where=where) for name in node_sets]
     return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets, measured]).tolist())), dtype=np.int64)
-
-
-def _damping(model: Model, table: DampingTable) -> tuple[Rayleigh, bool]:
-    if table.rayleigh is not None:
-        return Rayleigh(table.rayleigh.alpha, table.rayleigh.beta), True
-    if table.modal is not None or table.from_test is not None:
-        return Rayleigh(0.0, 0.0), True
-    return common_rayleigh(model), False

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import System
+from creak.linalg.factor import regular_factor
+from creak.linalg.modes import Modes, modes
 from creak.model.mesh import Model
 from creak.reduction.modal import ModalDamping
 
@@ -39,3 +41,14 @@ class Structure:
         """
         systems = [*parts, *self.superelements, *([loose] if loose is not None else [])]
         return couple(systems, model or self.model, self.driven, self.rayleigh, override=self.override_damping)
+
+
+def modes_up_to(system: System, f_max: float) -> Modes:
+    """All undamped modes K x = omega^2 M x of a joined structure up to f_max (Hz), held or free.
+
+    Raises
+    ------
+    NumericalError : the modes could not be found.
+    """
+    regular = regular_factor(system.K)
+    return modes(system.K, system.M, f_max=f_max, free=regular is None, stiffness_factor=regular)

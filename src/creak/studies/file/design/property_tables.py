@@ -1,0 +1,44 @@
+"""Tables of materials and sections of the deck that the study changes."""
+
+from __future__ import annotations
+
+from pydantic import model_validator
+
+from creak.studies.file.table import Positive, Table
+
+
+class MaterialTable(Table):
+    """[material.NAME]: a material of the deck with other numbers, wherever the deck uses it."""
+
+    youngs_modulus: Positive | None = None
+    """force/length^2; of an isotropic material."""
+    density: Positive | None = None
+    """mass/length^3."""
+
+    @model_validator(mode="after")
+    def _says_something(self) -> MaterialTable:
+        if not self.model_fields_set:
+            raise ValueError("changes nothing: give youngs_modulus or density")
+        return self
+
+
+class SectionTable(Table):
+    """[section.NAME]: a section, property or spring of the deck with another number."""
+
+    thickness: Positive | None = None
+    """length; of a homogeneous shell. Where elements have thicknesses of their own, these grow by the same factor."""
+    stiffness: Positive | None = None
+    """force/length, or moment/rad; of springs."""
+    stiffness_factor: Positive | None = None
+    """Of a bushing, a connector or a laminate: by how much its stiffness is multiplied."""
+    mass: Positive | None = None
+    """mass; of each point mass."""
+
+    @model_validator(mode="after")
+    def _says_one_thing(self) -> SectionTable:
+        if not self.model_fields_set:
+            raise ValueError("changes nothing: give thickness, stiffness, stiffness_factor or mass")
+        if len(self.model_fields_set) > 1:
+            first, second, *_ = sorted(self.model_fields_set)
+            raise ValueError(f"no section has both {first} and {second}")
+        return self

@@ -1,0 +1,156 @@
+"""The linear structure of a study for any values of its keys: modes, their slopes, their partners in a test."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.assembly.part import loose_system
+from creak.assembly.system import System
+from creak.errors import NumericalError
+from creak.formats.measured.modes import MeasuredModes
+from creak.linalg.modes import Modes
+from creak.model.mesh import Model
+from creak.reduction.sensitivity import frequency_slopes
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import Study
+from creak.studies.models.correlation import Correlation, correlate
+from creak.studies.models.deck_modes import structure_modes
+from creak.studies.prepare.closed_joints import closed_joints, with_closed
+from creak.studies.prepare.linear_model import linear_structure
+from creak.studies.prepare.measured_damping import ABOVE, channel_rows
+from creak.studies.prepare.sensors import Sensors
+from creak.studies.prepare.structure import Structure, modes_up_to
+from creak.verify.mac import mac_matrix, pair_measured
+from creak.verify.real_modes import real_shapes
+
+STEP = 1e-3
+"""Of ln p in the central differences of matrices over 2 sinh(STEP). They are exact where a matrix is linear in p, as in
+stiffness, modulus, density and mass; the bending of a shell goes with the cube of its thickness: 1.3e-6 too much."""
+
+
+@dataclass(frozen=True)
+class UpdateCase:
+    """A study beside a test: what all trials share."""
+
+    study: Study
+    model: Model
+    """Of the deck, as it was read."""
+    measured: MeasuredModes
+    test_units: str | None
+    mapped: Mapping[str, int]
+    """Sensor -> row of a node, before label and place."""
+    ignore: Sequence[str]
+    closed: Sequence[str]
+    """Contacts, connectors and clips that stay closed; all others are open."""
+
+    @property
+    def f_max(self) -> float:
+        """Hz, up to which modes are sought."""
+        return ABOVE * float(self.measured.frequencies.max())
+
+
+@dataclass(frozen=True)
+class Joined:
+    """A linear structure and its parts."""
+
+    structure: Structure
+    parts: tuple[System, ...]
+    loose: System | None
+    system: System
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A joined structure and its modes."""
+
+    joined: Joined
+    found: Modes
+
+
+def joined(case: UpdateCase, values: Mapping[str, float], like: Joined | None = None) -> Joined:
+    """The structure with these values; parts that they leave as in `like` are taken from it."""
+    study = with_changes(case.study, values) if values else case.study
+    structure = linear_structure(study, case.model, case.ignore)
+    kept = None if like is None else like.structure.model
+    parts = tuple(
+        like.parts[k]
+        if like is not None and kept is not None and _same_part(kept, structure.model, k)
+        else structure.part(k)
+        for k in range(len(structure.model.parts))
+    )
+    loose = loose_system(structure.model, structure.rayleigh) if like is None else like.loose
+    system = structure.joined(parts, loose)
+    if case.closed:
+        system = with_closed(system, closed_joints(study, structure.model, case.closed))
+    return Joined(structure, parts, loose, system)
+
+
+def _same_part(a: Model, b: Model, part: int) -> bool:
+    """Whether the sections of a part are equal in two models of one deck."""
+    both = zip(a.blocks, b.blocks, strict=True)
+    return all(x.section is y.section or x.section == y.section for x, y in both if x.part == part)
+
+
+def tried(case: UpdateCase, values: Mapping[str, float], like: Joined | None = None) -> Trial:
+    """The structure with these values, and its modes.
+
+    Raises
+    ------
+    NumericalError : the modes could not be found.
+    """
+    made = joined(case, values, like)
+    return Trial(made, modes_up_to(made.system, case.f_max))
+
+
+def slopes(case: UpdateCase, trial: Trial, values: Mapping[str, float], changing: Mapping[str, float]) -> FloatArray:
+    """(n_mode, n_key) d(ln f)/d(ln p) of the modes of a trial, 0 of rigid ones.
+
+    Parameters
+    ----------
+    values : key -> value, of the trial. changing : those that slopes are asked of.
+
+    Matrices are differenced by `STEP`, modes are not (`reduction.sensitivity`).
+    """
+    found, elastic = trial.found, trial.found.omega2 > 0.0
+    out = np.zeros((found.omega2.size, len(changing)))
+    for j, (key, value) in enumerate(changing.items()):
+        up, down = (joined(case, {**values, key: value * math.exp(h)}, trial.joined).system for h in (STEP, -STEP))
+        if not np.array_equal(up.coordinates, down.coordinates):
+            raise NumericalError(f"{key} changes which degrees of freedom the model has: its slope has no meaning")
+        dK, dM = ((a - b) / (2.0 * math.sinh(STEP)) for a, b in ((up.K, down.K), (up.M, down.M)))
+        out[elastic, j] = frequency_slopes(dK, dM, found.shapes[:, elastic], found.omega2[elastic])
+    return out
+
+
+def partners(case: UpdateCase, sensors: Sensors, trial: Trial, tests: Sequence[int]) -> IntArray:
+    """(n,) mode of a trial of each of some measured ones: its partner, or where it has none the mode most like it.
+
+    Parameters
+    ----------
+    tests : rows of the measured modes.
+    """
+    freq = trial.found.frequencies
+    rows = channel_rows(trial.joined.system, case.measured, sensors)
+    matrix = mac_matrix(real_shapes(case.measured.shapes), np.asarray(rows @ trial.found.shapes))
+    partner = pair_measured(matrix, case.measured.frequencies, freq)
+    most_like = np.where(freq > 0.0, matrix, -1.0).argmax(axis=1)
+    return np.where(partner >= 0, partner, most_like)[list(tests)]
+
+
+def correlated(case: UpdateCase, trial: Trial) -> Correlation:
+    """The modes of a trial beside the measured ones.
+
+    Raises
+    ------
+    InputError : as `correlate`.
+    """
+    of = trial.joined
+    parts = [*of.parts, *([of.loose] if of.loose is not None else [])]
+    found = structure_modes(of.structure, parts, of.system, trial.found)
+    units = case.study.config.model.units
+    return correlate(found, case.measured, units=units, test_units=case.test_units, mapped=case.mapped)
