@@ -53,6 +53,9 @@ LOUD = 0.3
 """Power of an energy that its loudness goes with: by it bands count when their scatter is averaged."""
 FAINT = 1e-3
 """Of the strongest combination of forces, below which one is left out."""
+ENOUGH, MOST = 0.999, 64
+"""Share of the squares of all changes of a place's forces that those which are looked at hold, and the most of them;
+the others are believed to push like these."""
 WIDTH = 10.0**0.05 - 10.0**-0.05
 """Of a third octave over its middle."""
 GOLDEN = 0.6180339887
@@ -179,12 +182,13 @@ def statistical(
     out = np.zeros((3, len(groups), n))
     ties: list[Tie | None] = []
     for g, columns in enumerate(groups):
-        here = [_of(h, columns) for h in heard]
+        some, share = _strongest(source.force, columns)
+        here = [_of(h, some) for h in heard]
         here = [h for h in here if h.push.column.size]
-        if not here or not source.force[:, columns].any():
+        if not here:
             ties.append(None)
             continue
-        lines = force_lines(source.force[:, columns] * known.metre, known.span.high)
+        lines = force_lines(source.force[:, some] * (known.metre / np.sqrt(share)), known.span.high)
         beyond = [_envelope(known, lines, here, int(b), cut=True) for b in known.span.bands]
         tie = _tie(known, lines, here, beyond, computed[g])
         time = (np.arange(n) - start) / RATE
@@ -195,6 +199,18 @@ def statistical(
         out[:, g] = rows, rows / step, rows * step
         ties.append(tie)
     return Statistical(out[0], out[1], out[2], tuple(ties))
+
+
+def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
+    """Those of some forces that change most, in order, and their share in the squares of all changes."""
+    change = np.array([float(np.sum(np.diff(force[:, j]) ** 2)) for j in columns.tolist()])
+    whole = float(change.sum())
+    if whole <= 0.0:
+        return columns[:0], 1.0
+    order = np.argsort(-change, kind="stable")
+    enough = int(np.searchsorted(np.cumsum(change[order]), ENOUGH * whole)) + 1
+    kept = order[: min(enough, MOST)]
+    return np.sort(columns[kept]), float(change[kept].sum()) / whole
 
 
 def _noise(known: Statistics, n: int) -> FloatArray:

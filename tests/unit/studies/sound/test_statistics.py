@@ -27,7 +27,7 @@ from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
-from creak.studies.sound.statistics import END, Statistics, statistics_of
+from creak.studies.sound.statistics import END, Statistics, _strongest, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
 from helpers_solids import solid_mesh
 
@@ -213,3 +213,18 @@ def test_a_solid_is_no_plate():
     found = statistics_of(model, skin_of(model), gaps, np.array([0]), Losses(zeta=0.02), (500.0, END), 1.0)
     assert isinstance(found, str)
     assert "bend no part" in found
+
+
+def test_of_many_forces_those_that_change_count():
+    """A hundred channels that press alike, and one that hits: it is looked at alone."""
+    force = np.full((1000, 100), 7.0)
+    force[500:503, 40] = 50.0
+    kept, share = _strongest(force, np.arange(20, 100))
+    assert kept.tolist() == [40]
+    assert share == pytest.approx(1.0)
+    hits = np.random.default_rng(0).standard_normal((1000, 100))
+    kept, share = _strongest(hits, np.arange(100))
+    assert kept.size == 64
+    assert (np.diff(kept) > 0).all()
+    assert 0.64 < share < 0.75
+    assert _strongest(np.full((1000, 3), 7.0), np.arange(3))[0].size == 0
