@@ -265,7 +265,8 @@ def _notes(
     if isinstance(further, Beyond):
         all_of = heard[0][-1]
         n5 = "" if all_of.n5 is None else f" N5 of all is {all_of.n5_modes or 0.0:.3g} sone by the modes alone,"
-        n5 += "" if all_of.n5 is None else f" {all_of.n5:.3g} with both."
+        both = all_of.n5 if all_of.n5_computed is None else all_of.n5_computed
+        n5 += "" if both is None or all_of.n5 is None else f" {both:.3g} with both."
         said.append(
             f"sound: to {band.modes:.0f} Hz by the modes that the reduction kept, from there by the unreduced model at "
             f"{further.found.freq.size} frequencies, which cost {further.solves:.0f} back-substitutions and are right "

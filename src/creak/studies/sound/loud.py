@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.sound.impulsiveness import QUIETEST
-from creak.sound.loudness import Loudness, added_loudness, loudness
+from creak.sound.loudness import TIME_STEP, Loudness, added_loudness, loudness
 from creak.sound.quality import Quality, quality_of, within
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
@@ -90,7 +90,11 @@ def bar_share(
     """Share of the loudness by which a sound is ranked that either end of its bar is off; nan: it is not known."""
     n5, n5s = heard.rank[0], list(heard.n5_bar)
     if background is not None:
-        n5s = [x for e in ends if (x := heard_of(e, window, background, start).n5_added) is not None]
+        added = [added_loudness(e, RATE, background) for e in ends] if n5s else []
+        shown = window[0] + start / RATE, window[1] + start / RATE
+        n5s = [
+            float(np.percentile(x[within(np.arange(x.size, dtype=np.float64) * TIME_STEP, shown)], 95.0)) for x in added
+        ]
     if not n5s or not np.isfinite(n5):
         return float("nan")
     return max(abs(x - n5) for x in n5s) / n5 if n5 > 0.0 else 0.0
