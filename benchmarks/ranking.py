@@ -16,6 +16,7 @@ import json
 import sys
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -52,10 +53,15 @@ def places(study: creak.Study) -> dict[str, Any]:
     found = creak.run(study, converge=False, record=False).summary
     sound = found["sound"]
     return {
-        "places": [{key: p[key] for key in PLACE} for p in found["runs"]["reduced"]["places"]],
+        "places": [_computed({key: p[key] for key in PLACE}, p) for p in found["runs"]["reduced"]["places"]],
         "band": sound.get("band"),
         "missing": sound.get("missing"),
     }
+
+
+def _computed(figures: dict[str, Any], place: Mapping[str, Any]) -> dict[str, Any]:
+    """With the N5 of what is computed alone: the statistical part says nothing of how far modes and steps settle it."""
+    return figures if place["n5_computed"] is None else {**figures, "n5": place["n5_computed"]}
 
 
 def alarms(study: creak.Study, load: str, seed: int) -> dict[str, Any]:
@@ -79,7 +85,8 @@ def changes(study: creak.Study) -> list[dict[str, Any]]:
     """Every change that is tried of the first place: now, predicted, checked."""
     run = creak.run(study, converge=False, record=False)
     result, places = run.found, heard_places(run.found, run.main, run.sound)
-    causes, ear = find_causes(result, places), run.sound.ear if isinstance(run.sound, Sound) else None
+    causes = find_causes(result, places)
+    ear = replace(run.sound.ear, statistics=None) if isinstance(run.sound, Sound) else None
     assert not isinstance(causes, str), causes
     now, tried = try_changes(result, places[0], causes[0], ear)
     return [change_dict(c, now, e, checked_by_run(result, places[0], c, ear, lambda *_: None)) for c, e in tried]

@@ -85,9 +85,9 @@ def test_the_tables_of_the_page_are_those_of_the_terminal(said):
 
 
 def test_the_answer_of_the_page_is_that_of_the_terminal(said):
-    (block,) = re.findall(r"^    (AMBER: .*?)\n\n", PAGE, flags=re.MULTILINE | re.DOTALL)
+    (block,) = re.findall(r"^    (RED: .*?)\n\n", PAGE, flags=re.MULTILINE | re.DOTALL)
     shown = [line.removeprefix("    ") for line in block.splitlines()]
-    assert len(shown) == 4
+    assert len(shown) == 5
     assert "\n".join(shown) in said[1]["run"]
 
 

@@ -18,6 +18,8 @@ from creak.sound.zwicker_tables import ACUM, BANDS, BARK, FILTERS, LEVEL_RATE, R
 
 EVERY = 4
 """Band levels per value that is given: one every 2 ms."""
+TIME_STEP = EVERY / LEVEL_RATE
+"""s between those."""
 FAST, SLOW = (0.47, 0.0035), (0.53, 0.070)
 """Share and time constant in s of the two low-passes of total loudness."""
 SETTLED = 0.2
@@ -144,7 +146,7 @@ def _over_time(powers: FloatArray, field: str) -> Loudness:
     total: FloatArray = np.zeros(instant.size)
     for share, tau in (FAST, SLOW):
         total += share * np.asarray(low_pass(instant, math.exp(-1.0 / (LEVEL_RATE * INNER * tau)), INNER))
-    time = np.arange(specific.shape[0], dtype=np.float64) * (EVERY / LEVEL_RATE)
+    time = np.arange(specific.shape[0], dtype=np.float64) * TIME_STEP
     return Loudness(time, total[::EVERY], specific, instant[::EVERY])
 
 

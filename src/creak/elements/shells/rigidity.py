@@ -58,6 +58,16 @@ def areal_mass(section: ShellSection | GeneralShell) -> tuple[float, float, floa
     return section.mass, section.rotary_inertia - centre * section.first_moment, centre
 
 
+def bending_stiffness(section: ShellSection | GeneralShell) -> tuple[float, float]:
+    """Bending stiffness along the material axes 1 and 2 about the neutral surface, force times length."""
+    if isinstance(section, ShellSection):
+        E, nu = section.material.youngs_modulus, section.material.poisson_ratio
+        D = E * section.thickness**3 / (12.0 * (1.0 - nu * nu))
+        return D, D
+    D_n = section.D - section.B @ np.linalg.solve(section.A, section.B) if section.B.any() else section.D
+    return float(D_n[0, 0]), float(D_n[1, 1])
+
+
 def is_membrane(section: ShellSection | GeneralShell) -> bool:
     """Whether the section has no bending to speak of."""
     return isinstance(section, GeneralShell) and section.is_membrane

@@ -111,7 +111,7 @@ def _row(
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
         "; ".join(number(told.get(key), 2) for key in ("sharpness", "roughness", "prominence")),
-        (_settled(told, "force"), ", ".join(x for x in (_settled(told, "n5"), _ties(told)) if x)),
+        (_settled(told, "force"), ", ".join(x for x in (_of_ways(told), _settled(told, "n5"), _ties(told)) if x)),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
         [] if told["cause"] is None else told["cause"]["words"].split("; "),
         [] if told["cause"] is None else told["cause"].get("changes_words", []),
@@ -123,6 +123,14 @@ def _row(
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
     return "" if to is None or not told[figure] else f"settled to {share(to)}"
+
+
+def _of_ways(told: dict[str, Any]) -> str:
+    """What of N5 is computed, and between what it lies by the scatter of the statistical rest."""
+    bar, computed = told.get("n5_bar"), told.get("n5_computed")
+    if not bar or computed is None:
+        return ""
+    return f"{number(computed, 3)} of it computed, {number(bar[0], 3)} to {number(bar[1], 3)} with the rest statistical"
 
 
 def _ties(told: dict[str, Any]) -> str:

@@ -67,6 +67,8 @@ class Answer:
     """Whether there is a background."""
     band: tuple[float, float] | None
     """Hz that the loudness comes from."""
+    computed: float | None
+    """Hz up to which it is computed, where it goes on by statistical energy; None: it does not."""
 
 
 def answer(summary: Mapping[str, Any]) -> Answer:
@@ -88,6 +90,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         _n5(sound, beside),
         beside,
         None if band is None else (band["low"], band["high"]),
+        computed_to(band),
     )
 
 
@@ -210,8 +213,17 @@ def _worst(places: Sequence[Place]) -> Place | None:
     return max(places, key=lambda p: (p.n5 or 0.0, p.force), default=None)
 
 
+def computed_to(band: Mapping[str, Any] | None) -> float | None:
+    """Hz from which on a sound's band, as summary.json has it, is statistical energy; None: nothing of it is."""
+    end = None if band is None else band.get("computed")
+    return None if band is None or end is None or end >= band["high"] else float(end)
+
+
 def _band(found: Answer) -> str:
-    return "" if found.band is None else f"from {number(found.band[0], 2)} to {number(found.band[1], 2)} Hz"
+    if found.band is None:
+        return ""
+    beyond = "" if found.computed is None else f", statistical above {number(found.computed, 2)} Hz"
+    return f"from {number(found.band[0], 2)} to {number(found.band[1], 2)} Hz{beyond}"
 
 
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:
@@ -241,5 +253,7 @@ def _texts(found: Answer) -> Iterator[str]:
     yield from found.limits
     own = [] if found.limits else [f"judged by {found.why}"]
     band = [] if found.band is None else [f"loudness {_band(found)}"]
-    if own or band:
-        yield "; ".join([*own, *band])
+    if found.computed is None and own and band:
+        yield f"{own[0]}; {band[0]}"
+    else:
+        yield from (*own, *band)

@@ -52,7 +52,9 @@ def find_changes(
     ----------
     check : make a full run, with a reduction of its own, of each change that is kept.
     """
-    ear = replace(sound.ear, beyond=None) if isinstance(sound, Sound) else None  # that of a change is not known
+    ear = (
+        replace(sound.ear, beyond=None, statistics=None) if isinstance(sound, Sound) else None
+    )  # that of a change is not known
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
@@ -172,6 +174,6 @@ def causes_of(
         every = find_changes(result, sound, places, found, progress, check=changes == "checked")
         for number, some in every.items():
             out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
-        if isinstance(sound, Sound) and sound.band.handover is not None:
-            return out, [f"what changes do to N5 is told of what the modes tell, up to {sound.band.handover:.0f} Hz"]
+        if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):
+            return out, [f"what changes do to N5 is told of what the modes tell, up to {told:.0f} Hz"]
     return out, []

@@ -14,6 +14,7 @@ from creak.studies.converge.settling import (
     FINER,
     LAST_TWO,
     OF_DURATION,
+    SCATTER,
     SETTLED,
     UNREDUCED,
     WAYS,
@@ -75,7 +76,7 @@ def assess(
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, of_all, places.band, places.ways),
+        _places(outcomes, families, told, of_all, {BAND: places.band, WAYS: places.ways, SCATTER: places.scatter}),
         structure,
         places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names, structure),
@@ -191,8 +192,7 @@ def _places(
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
     of_all: dict[str, dict[str, float]],
-    band: tuple[float, ...],
-    ways: tuple[float, ...],
+    of_sound: dict[str, tuple[float, ...]],
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
@@ -202,7 +202,7 @@ def _places(
             figure: {name: o.places[k][figure] for name, o in whole.items() if figure in o.places[k]}
             for figure in OF_PLACE
         }
-        of_n5 = {name: x[k] for name, x in ((BAND, band), (WAYS, ways)) if k < len(x)}
+        of_n5 = {name: x[k] for name, x in of_sound.items() if k < len(x)}
         beside = {**of_all, "n5": of_n5} if of_n5 else of_all
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(

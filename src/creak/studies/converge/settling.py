@@ -39,9 +39,9 @@ LAST_TWO = {
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
-UNREDUCED, BAND, WAYS = "unreduced", "band", "ways"
-"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends, and where the modes
-hand over to the unreduced model."""
+UNREDUCED, BAND, WAYS, SCATTER = "unreduced", "band", "ways", "scatter"
+"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends, where the modes hand
+over to the unreduced model, and the scatter of its statistical part."""
 REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
@@ -83,6 +83,8 @@ class Followed:
     ways: tuple[float, ...] = ()
     """Share of the same that changes where the unreduced model takes over earlier from the modes; none where it does
     not."""
+    scatter: tuple[float, ...] = ()
+    """Share of the same that the scatter of the statistical part may change; none without such a part."""
     band_ends: tuple[float, str] | None = None
     """Hz, and what ends it in words."""
     rub_names: tuple[tuple[str, int], ...] = ()

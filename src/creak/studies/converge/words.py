@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.rubbing import rub_words, rubs_as_dict
-from creak.studies.converge.settling import BAND, SETTLED, UNREDUCED, WAYS, Convergence, Outcome, Settling
+from creak.studies.converge.settling import BAND, SCATTER, SETTLED, UNREDUCED, WAYS, Convergence, Outcome, Settling
 from creak.verify.statistics import Distance
 
 WORDS = {
@@ -29,6 +29,7 @@ REMEDIES = {
     "stiffer": STIFFNESS,
     BAND: ("where the band of sound ends", "more modes, or a finer mesh, whichever ends it"),
     WAYS: ("where the modes hand over to the unreduced model", "a higher [reduction] f_max"),
+    SCATTER: ("the statistical energy of plates beyond what is computed", "a finer mesh and more modes"),
     UNREDUCED: ("what the reduction leaves out of the unreduced model", "a higher [reduction] f_max"),
 }
 """Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""

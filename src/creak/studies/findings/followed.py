@@ -74,18 +74,19 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
     ear, heard = None, list[float | None]([None] * len(places))
     band: tuple[float, ...] = ()
     ways: tuple[float, ...] = ()
+    scatter: tuple[float, ...] = ()
     ends: tuple[float, str] | None = None
     if isinstance(sound, Sound) and sound.run == run.name:
         ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
         background = background_of(study.config.background, study.places)
         less = n5_of_less(sound, background, result.window)[: len(places)]
         band = tuple(share_apart(a, b) for a, b in zip(heard, less, strict=False))
-        ways = sound.ways[: len(places)]
+        ways, scatter = sound.ways[: len(places)], sound.scatter[: len(places)]
         ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
     here = _Places(places, result.window, ear, rub, result.setup.model, background, study.config.verification)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
-    return Followed(base, here.figures, band, ways, ends, names, rubs, here.rubs)
+    return Followed(base, here.figures, band, ways, scatter, ends, names, rubs, here.rubs)
 
 
 def _figures(place: Place, n5: float | None) -> dict[str, float]:

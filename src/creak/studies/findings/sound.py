@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from typing import Any
 
 import h5py
@@ -10,6 +11,7 @@ import numpy as np
 
 from creak.formats.stored.tree import COMPRESSED
 from creak.formats.wav import full_scale_level
+from creak.sound.carriers import SEED
 from creak.sound.quality import FIGURES
 from creak.sound.zwicker_tables import RATE
 from creak.studies.findings.places import Place, find_places, ranked
@@ -72,6 +74,9 @@ def sound_summary(findings: Findings) -> dict[str, Any] | None:
             "mesh": sound.band.mesh,
             "step": sound.band.step,
             "handover": sound.band.handover,
+            "computed": sound.band.computed,
+            "computed_limit": sound.band.computed_limit,
+            "seed": SEED if sound.band.statistics else None,
         },
         "calibration": {
             "full_scale_pa": sound.full_scale,
@@ -108,8 +113,10 @@ def _figures(heard: Heard) -> dict[str, Any]:
 
 def _single(heard: Heard) -> dict[str, Any]:
     """Figures that are one number each; `figures_missing` says of those that are null why."""
-    known = {name: getattr(heard, name) for name in (*HEARD, "n5_modes")}
-    return {**known, **heard.quality.figures, "figures_missing": dict(heard.quality.missing)}
+    known = {name: getattr(heard, name) for name in (*HEARD, "n5_modes", "n5_computed")}
+    bars = {name: list(getattr(heard, name)) or None for name in ("n5_bar", "n10_bar")}
+    tie = None if heard.tie is None else asdict(heard.tie)
+    return {**known, **bars, "tie": tie, **heard.quality.figures, "figures_missing": dict(heard.quality.missing)}
 
 
 def _share(heard: Heard, every: Sequence[Heard]) -> float | None:

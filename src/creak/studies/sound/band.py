@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.elements.shells.rigidity import areal_mass
+from creak.elements.shells.rigidity import areal_mass, bending_stiffness
 from creak.model.dofs import nodes_of
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
@@ -41,6 +41,8 @@ class Band:
     step: float
     beyond: float = 0.0
     """Up to which the unreduced model tells what the modes do not; 0: it was not asked."""
+    statistics: float = 0.0
+    """Up to which statistical energy goes on from where all these end; 0: it does not."""
 
     @property
     def low(self) -> float:
@@ -50,11 +52,23 @@ class Band:
     @property
     def high(self) -> float:
         """Where it ends."""
-        return min(self._limits.values())
+        return max(self.computed, self.statistics)
 
     @property
     def limit(self) -> str:
         """What ends it."""
+        if self.statistics <= self.computed:
+            return self.computed_limit
+        return "step" if self.statistics >= self.step else "statistics"
+
+    @property
+    def computed(self) -> float:
+        """Up to which each wave is computed, by modes and the unreduced model."""
+        return min(self._limits.values())
+
+    @property
+    def computed_limit(self) -> str:
+        """What ends that."""
         limits = self._limits
         return min(limits, key=lambda name: limits[name])
 
@@ -133,10 +147,5 @@ def _but_coarse(skin: Skin, figure: FloatArray) -> float:
 
 def _bending(section: ShellSection | GeneralShell) -> float:
     """D / m, the smaller of both directions, length^4 / time^2."""
-    mass = areal_mass(section)[0]
-    if isinstance(section, GeneralShell):
-        stiffness = float(min(section.D[0, 0], section.D[1, 1]))
-    else:
-        E, nu = section.material.youngs_modulus, section.material.poisson_ratio
-        stiffness = E * section.thickness**3 / (12.0 * (1.0 - nu * nu))
+    mass, stiffness = areal_mass(section)[0], min(bending_stiffness(section))
     return stiffness / mass if mass > 0.0 else math.inf

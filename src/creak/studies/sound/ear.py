@@ -18,6 +18,7 @@ from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import heard_of
 from creak.studies.sound.radiation import Radiation, radiation, record_of
 from creak.studies.sound.source import Source, on_system, source_of
+from creak.studies.sound.statistics import Statistics, Tie, statistical
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,8 @@ class Ear:
     """Of the model's length."""
     beyond: Beyond | None = None
     """What the unreduced model sends from there on; None: nothing is heard there."""
+    statistics: Statistics | None = None
+    """What is heard where the others end; None: nothing is heard there."""
     known: dict[int, tuple[System, Radiation]] = field(default_factory=dict, compare=False, repr=False)
     """By the System's id: what was made before."""
 
@@ -54,21 +57,41 @@ class Records:
 
     modes: FloatArray
     """By the modes of the reduction alone."""
-    whole: FloatArray
+    computed: FloatArray
     """With the unreduced model beyond them."""
+    whole: FloatArray
+    """With statistical energy beyond both."""
     sooner: FloatArray
-    """The same where that takes over earlier in the overlap of both: equal to `whole` as far as they agree there."""
+    """The same where the unreduced model takes over earlier in its overlap with the modes: equal to `whole` as far as
+    they agree there."""
+    fainter: FloatArray
+    louder: FloatArray
+    """`whole` where the statistical part is off by its bar."""
+    ties: tuple[Tie | None, ...] = ()
+    """Of the statistics of each group."""
 
 
 def records_of(source: Source, gaps: GapOperator, groups: Sequence[IntArray], ear: Ear, system: System) -> Records:
     """What an ear hears of each group of forces on the modes of a System.
 
     Where the gain of the modes falls from 1 to 0 at the end of their band, that of the unreduced model rises:
-    P = g P_modes + (1 - g) P_unreduced, `sooner` with g^2.
+    P = g P_modes + (1 - g) P_unreduced, `sooner` with g^2. Beyond both is noise, which adds by its energy.
     """
+    near, computed, sooner = _computed(source, gaps, groups, ear, system)
+    if ear.statistics is None:
+        return Records(near, computed, computed, sooner, computed, computed)
+    more = statistical(ear.statistics, source, gaps, groups, ear.listener, computed, ear.start)
+    with_it = (computed + more.mean, sooner + more.mean, computed + more.fainter, computed + more.louder)
+    return Records(near, computed, *with_it, more.ties)
+
+
+def _computed(
+    source: Source, gaps: GapOperator, groups: Sequence[IntArray], ear: Ear, system: System
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """By the modes; with the unreduced model; where that takes over earlier."""
     near = record_of(source, groups, ear.hears(system))
     if ear.beyond is None:
-        return Records(near, near, near)
+        return near, near, near
     far = record_of(on_system(source, ear.beyond.system, gaps), groups, ear.hears(ear.beyond.system))
     far = np.pad(far, ((0, 0), (ear.start - lead(RATE, ear.beyond.high), 0)))
 
@@ -84,7 +107,7 @@ def records_of(source: Source, gaps: GapOperator, groups: Sequence[IntArray], ea
     def through(record: FloatArray, gain: Callable[[FloatArray], FloatArray]) -> FloatArray:
         return np.stack([without_lows(x, RATE, gain) for x in record])
 
-    return Records(near, near + through(far, above), through(near, modes) + through(far, above_sooner))
+    return near, near + through(far, above), through(near, modes) + through(far, above_sooner)
 
 
 def n5_of(

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from creak.arrays import FloatArray, IntArray
 from creak.dynamics.diagonal import is_modal
 from creak.formats.wav import full_scale_for, full_scale_level
-from creak.model.skin import skin_of
+from creak.model.mesh import Part
+from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
@@ -26,14 +27,15 @@ from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
-from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes
+from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes, losses_of
 from creak.studies.sound.ear import Ear, Records, records_of
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
-from creak.studies.sound.loud import Heard, heard_of
+from creak.studies.sound.loud import Heard, bar_share, heard_of, with_bar
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.radiation import LARGE
 from creak.studies.sound.source import Source, source_of
-from creak.words import percent
+from creak.studies.sound.statistics import END, Statistics, statistics_of
+from creak.words import listed, percent
 
 SHORTEST = 0.05
 """s, a window below which there is no loudness to speak of."""
@@ -77,6 +79,8 @@ class Sound:
     ways: tuple[float, ...] = ()
     """Share of N5 of each place, to the first listener, that changes where the unreduced model takes over earlier from
     the modes; none where it does not."""
+    scatter: tuple[float, ...] = ()
+    """Share of the same that the scatter of the statistical part may change; none without such a part."""
 
     @property
     def full_scale_level(self) -> float:
@@ -117,8 +121,11 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     before = clock.process_time()
     further = _further(result, source, listeners, band, metre)
     beyond = further if isinstance(further, Beyond) else None
-    near, band = band.high, band if beyond is None else replace(band, beyond=beyond.high)
-    ears = [Ear(listener, near, metre, beyond) for listener in listeners]
+    near, band = band.computed, band if beyond is None else replace(band, beyond=beyond.high)
+    more = _statistics(result, source, band, skin, metre)
+    known = more if isinstance(more, Statistics) else None
+    band = band if known is None else replace(band, statistics=known.span.high)
+    ears = [Ear(listener, near, metre, beyond, known) for listener in listeners]
     to = [ear.hears(run.system) for ear in ears]
     if beyond is not None:
         to += [ear.hears(beyond.system) for ear in ears]
@@ -136,6 +143,15 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
             heard[k] = [replace(h, n5_modes=lower(x).n5) for h, x in zip(heard[k], records.modes, strict=True)]
         sooner = [heard_of(x, result.window, background, start, band.high).rank[0] for x in every[0].sooner]
         ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(heard[0], sooner, strict=True))
+    scatter: tuple[float, ...] = ()
+    if known is not None:
+        for k, records in enumerate(every):
+            each = zip(heard[k], records.computed, records.fainter, records.louder, records.ties, strict=True)
+            heard[k] = [with_bar(h, x, ends, tie, result.window, start) for h, x, *ends, tie in each]
+        scatter = tuple(
+            bar_share(h, (a, b), result.window, background, start)
+            for h, a, b in zip(heard[0], every[0].fainter, every[0].louder, strict=True)
+        )
     record = np.stack([records.whole for records in every])
     order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
     run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
@@ -156,9 +172,10 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, small, background, further)),
+        tuple(_notes(listeners, band, heard, power, small, background, further, more, setup.model.parts)),
         ears[0],
         tuple(ways[k] for k in order) if ways else (),
+        tuple(scatter[k] for k in order) if scatter else (),
     )
 
 
@@ -166,7 +183,7 @@ def _further(
     result: StudyResult, source: Source, listeners: Sequence[Listener], band: Band, metre: float
 ) -> Beyond | str:
     """What the unreduced model tells beyond the modes; why it is not asked, empty where there is nothing to ask."""
-    end = replace(band, modes=np.inf).high
+    end = replace(band, modes=np.inf).computed
     if result.reduced is None or not source.channel.size or end < WORTH * band.modes:
         return ""
     most, zeta = SHARE * result.reduced.solves, one_share(result.setup.structure.modal)
@@ -176,8 +193,19 @@ def _further(
 
 def _together(records: Records) -> Records:
     """With all contact in the place of what touches elsewhere."""
-    every = (records.modes, records.whole, records.sooner)
-    return Records(*(np.vstack([x[:-1], x.sum(axis=0)]) for x in every))
+    names = ("modes", "computed", "whole", "sooner", "fainter", "louder")
+    sums = {name: getattr(records, name) for name in names}
+    sums = {name: np.vstack([x[:-1], x.sum(axis=0)]) for name, x in sums.items()}
+    return replace(records, **sums, ties=(*records.ties[:-1], None))
+
+
+def _statistics(result: StudyResult, source: Source, band: Band, skin: Skin, metre: float) -> Statistics | str:
+    """What statistical energy tells beyond what is computed; why it tells nothing, empty where nobody hears it."""
+    if not source.channel.size:
+        return ""
+    losses = losses_of(result.reference.system.damping, one_share(result.setup.structure.modal))
+    ends = band.computed, min(END, band.step)
+    return statistics_of(result.setup.model, skin, result.gaps, source.row, losses, ends, metre)
 
 
 def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence[IntArray]) -> str:
@@ -218,6 +246,8 @@ def _notes(
     compact: Mapping[str, float],
     background: FloatArray | None,
     further: Beyond | str,
+    more: Statistics | str,
+    parts: Sequence[Part],
 ) -> list[str]:
     said = []
     for listener in listeners:
@@ -235,7 +265,8 @@ def _notes(
     if isinstance(further, Beyond):
         all_of = heard[0][-1]
         n5 = "" if all_of.n5 is None else f" N5 of all is {all_of.n5_modes or 0.0:.3g} sone by the modes alone,"
-        n5 += "" if all_of.n5 is None else f" {all_of.n5:.3g} with both."
+        both = all_of.n5 if all_of.n5_computed is None else all_of.n5_computed
+        n5 += "" if both is None or all_of.n5 is None else f" {both:.3g} with both."
         said.append(
             f"sound: to {band.modes:.0f} Hz by the modes that the reduction kept, from there by the unreduced model at "
             f"{further.found.freq.size} frequencies, which cost {further.solves:.0f} back-substitutions and are right "
@@ -244,8 +275,9 @@ def _notes(
         )
     elif further:
         said.append(f"sound: the unreduced model takes the band no further than the modes: {further}")
-    if isinstance(further, Beyond) and power:
-        said.append(f"sound: the equivalent radiated power is that up to {band.modes:.0f} Hz")
+    said += _of_statistics(band, heard[0], more, parts)
+    if power and (isinstance(further, Beyond) or isinstance(more, Statistics)):
+        said.append(f"sound: the equivalent radiated power is that up to {min(band.modes, band.computed):.0f} Hz")
     if power:
         levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
         said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
@@ -271,10 +303,33 @@ def _notes(
     return said
 
 
+def _of_statistics(band: Band, heard: Sequence[Heard], more: Statistics | str, parts: Sequence[Part]) -> list[str]:
+    """What statistical energy adds, and what it leaves out."""
+    if isinstance(more, str):
+        return [f"sound: no statistical energy beyond {band.computed:.0f} Hz: {more}"] if more else []
+    ties, all_of = [h.tie for h in heard if h.tie is not None], heard[-1]
+    tied = [t.bands for t in ties if t.bands]
+    n5 = ""
+    if all_of.n5 is not None and all_of.n5_computed is not None and all_of.n5_bar:
+        n5 = f" N5 of all is {all_of.n5_computed:.3g} sone below {band.computed:.0f} Hz and {all_of.n5:.3g} with both"
+        n5 += f", {all_of.n5_bar[0]:.3g} to {all_of.n5_bar[1]:.3g} by their scatter."
+    said = [
+        f"sound: beyond {band.computed:.0f} Hz, where the {WHAT[band.computed_limit]} ends what is computed, by the "
+        f"statistical energy of {listed([parts[k].name for k in more.plates])}, as noise, to {band.high:.0f} Hz; "
+        f"{f'tied to the last {max(tied)} third octaves that were computed' if tied else 'tied to nothing computed'}"
+        f".{n5}"
+    ]
+    if more.left_out:
+        names = listed([parts[k].name for k in more.left_out])
+        said.append(f"sound: contact also pushes {names}, no plate there: nothing of it beyond {band.computed:.0f} Hz")
+    return said
+
+
 WHAT = {
     "modes": "modes that the reduction kept",
     "unreduced": "share of the cost that the unreduced model may take",
     "mesh": "mesh",
     "step": "step in contact",
+    "statistics": "statistical energy of plates",
     "rate": "sampling rate",
 }

@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.sound.impulsiveness import QUIETEST
-from creak.sound.loudness import Loudness, added_loudness, loudness
+from creak.sound.loudness import TIME_STEP, Loudness, added_loudness, loudness
 from creak.sound.quality import Quality, quality_of, within
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+from creak.studies.sound.statistics import Tie
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,14 @@ class Heard:
     """What else it is ranked by."""
     n5_modes: float | None = None
     """sone of what the modes of the reduction tell of it, the lower part of the band; None: they tell all."""
+    n5_computed: float | None = None
+    """sone of what modes and unreduced model tell of it; None: they tell all, no statistical energy is in it."""
+    n5_bar: tuple[float, ...] = ()
+    """sone, lowest and highest N5 by the scatter of its statistical part; none without."""
+    n10_bar: tuple[float, ...] = ()
+    """The same of N10."""
+    tie: Tie | None = None
+    """Of the statistical part to what was computed; None: there is no such part, or it is the sum of several."""
 
     @property
     def rank(self) -> tuple[float, float, float]:
@@ -55,6 +65,39 @@ def heard_of(
 ) -> Heard:
     """One pressure (n,) at 48 kHz, over the window; silence was before it. Parameters as `heard_with`."""
     return heard_with(pressure, loudness_of(pressure), window, background, start, highest, sharp)
+
+
+def with_bar(
+    heard: Heard,
+    computed: FloatArray,
+    ends: Sequence[FloatArray],
+    tie: Tie | None,
+    window: tuple[float, float],
+    start: int,
+) -> Heard:
+    """The same with what statistical energy does to it: N5 without it, N5 and N10 where it is fainter and louder."""
+    shown = window[0] + start / RATE, window[1] + start / RATE
+    below, *both = (loudness_of(x) for x in (computed, *ends))
+    known = [f.total[within(f.time, shown)] for f in both if f is not None]
+    n5, n10 = (tuple(float(np.percentile(x, p)) for x in known) if len(known) == 2 else () for p in (95.0, 90.0))
+    alone = None if below is None else float(np.percentile(below.total[within(below.time, shown)], 95.0))
+    return replace(heard, n5_computed=alone, n5_bar=n5, n10_bar=n10, tie=tie)
+
+
+def bar_share(
+    heard: Heard, ends: Sequence[FloatArray], window: tuple[float, float], background: FloatArray | None, start: int
+) -> float:
+    """Share of the loudness by which a sound is ranked that either end of its bar is off; nan: it is not known."""
+    n5, n5s = heard.rank[0], list(heard.n5_bar)
+    if background is not None:
+        added = [added_loudness(e, RATE, background) for e in ends] if n5s else []
+        shown = window[0] + start / RATE, window[1] + start / RATE
+        n5s = [
+            float(np.percentile(x[within(np.arange(x.size, dtype=np.float64) * TIME_STEP, shown)], 95.0)) for x in added
+        ]
+    if not n5s or not np.isfinite(n5):
+        return float("nan")
+    return max(abs(x - n5) for x in n5s) / n5 if n5 > 0.0 else 0.0
 
 
 def loudness_of(pressure: FloatArray, rate: float = RATE) -> Loudness | None:

@@ -1,0 +1,209 @@
+"""Shells of a model as plates: what contact forces push, and what each part radiates as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.elements.shells.rigidity import areal_mass, bending_stiffness, is_membrane
+from creak.model.dofs import TRANSLATIONS, dofs_of, nodes_of
+from creak.model.materials import GeneralShell, ShellSection
+from creak.model.mesh import Model
+from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
+from creak.model.skin import Skin, panels
+from creak.sound.plates import EDGE, Plate
+
+LEAST = 1.0
+"""Modes in a third octave from which on a part counts as a plate."""
+OUT = 0.05
+"""Share of a force across a plate below which it is along the plate, and bends nothing."""
+
+
+@dataclass(frozen=True)
+class PartPlates:
+    """A part of shells: its sections, each as a plate of the area and the free edges of the whole part."""
+
+    part: int
+    """Row into `Model.parts`."""
+    plates: tuple[Plate, ...]
+    """m, and the deck's mass."""
+    areas: FloatArray
+    """(n_plate,) m^2 that each has of the part."""
+
+    @property
+    def mass(self) -> float:
+        """Of its shells, in the deck's mass."""
+        return float(sum(p.mass * a for p, a in zip(self.plates, self.areas, strict=True)))
+
+    @property
+    def density(self) -> float:
+        """Modes per Hz."""
+        return float(sum(p.density * a / p.area for p, a in zip(self.plates, self.areas, strict=True)))
+
+
+@dataclass(frozen=True)
+class Sheets:
+    """All parts of shells, and what they are at each of their nodes."""
+
+    parts: tuple[PartPlates, ...]
+    part: IntArray
+    """(n_node,) row into `Model.parts` of the shells at a node; -1: it has none, and is not led by any."""
+    leads: IntArray
+    """(n_node,) the node with shells that stands for a node: itself, or the nearest of its part."""
+    coords: FloatArray
+    """(n_node, 3) m."""
+    normal: FloatArray
+    """(n_node, 3), turned alike over each panel."""
+    mobility: FloatArray
+    """(n_node,) m/s per deck's mass m/s^2; that of an edge where it is free."""
+    direct: FloatArray
+    """(n_node,) `Plate.direct`."""
+
+
+@dataclass(frozen=True)
+class Push:
+    """Forces on one part, across it."""
+
+    part: PartPlates
+    column: IntArray
+    """(k,) of the forces."""
+    across: FloatArray
+    """(k,) share of each that is across the plate, with its sign."""
+    point: FloatArray
+    """(k, 3) m."""
+    mobility: FloatArray
+    """(k,)"""
+    direct: FloatArray
+    """(k,)"""
+
+
+def sheets_of(model: Model, skin: Skin, metre: float) -> Sheets:
+    """The shells of a model; rigid ones and membranes are none."""
+    n = model.nodes.count
+    whole, D_sum, m_sum = np.zeros(n), np.zeros(n), np.zeros(n)
+    sections: dict[int, list[tuple[float, float, float]]] = {}
+    part = np.full(n, -1, dtype=np.int64)
+    solid = np.zeros(n, dtype=bool)
+    for block in model.blocks:
+        section = block.section
+        if block.kind not in SHELL_FACETS or not isinstance(section, ShellSection | GeneralShell):
+            continue
+        mass, (D1, D2) = areal_mass(section)[0], bending_stiffness(section)
+        rigid = isinstance(section, GeneralShell) and section.rigid
+        if rigid or is_membrane(section) or mass <= 0.0 or min(D1, D2) <= 0.0:
+            continue
+        corners = model.nodes.coords[facets_of_shells(block.kind, block.nodes_idx)] * metre
+        area = facet_areas(corners).sum(axis=1)
+        thick = np.ones(area.size) if block.own.thickness is None else block.own.thickness.mean(axis=1)
+        # D in N m where mass is in kg: force times length is mass length^2 / s^2.
+        D, m = np.sqrt(D1 * D2) * metre**2 * thick**3, mass / metre**2 * thick
+        for column in block.nodes_idx.T:
+            np.add.at(whole, column, area)
+            np.add.at(D_sum, column, area * D)
+            np.add.at(m_sum, column, area * m)
+        part[block.nodes_idx] = block.part
+        own = sections.setdefault(block.part, [])
+        own.append((float(area.sum()), float(area @ D / area.sum()), float(area @ m / area.sum())))
+    shells = skin.select(~skin.solid)
+    solid[skin.nodes_idx[skin.solid]] = True
+    normal, free, edges = _normals_and_edges(shells, n, metre)
+    has = whole > 0.0
+    D, m = D_sum / np.where(has, whole, 1.0), m_sum / np.where(has, whole, 1.0)
+    at = np.where(has, 1.0 / (8.0 * np.sqrt(np.where(has, D * m, 1.0))), 0.0) * np.where(free, EDGE, 1.0)
+    direct = np.zeros(n)
+    direct[has] = [Plate(1.0, x, 1.0, 1.0).direct for x in m[has].tolist()]
+    plates = tuple(_part(k, own, edges.get(k, 0.0)) for k, own in sorted(sections.items()) if k >= 0)
+    coords = model.nodes.coords * metre
+    leads = np.where(has, np.arange(n), -1)
+    _lead(model, coords, has, solid, part, leads)
+    return Sheets(plates, part, leads, coords, normal, at, direct)
+
+
+def _part(part: int, sections: Sequence[tuple[float, float, float]], perimeter: float) -> PartPlates:
+    areas = np.array([s[0] for s in sections])
+    whole = float(areas.sum())
+    around = max(perimeter, 4.0 * whole**0.5)  # a closed shell has no edge; it sends no less than a square
+    return PartPlates(part, tuple(Plate(D, m, whole, around) for _, D, m in sections), areas)
+
+
+def _normals_and_edges(shells: Skin, n: int, metre: float) -> tuple[FloatArray, BoolArray, dict[int, float]]:
+    """Unit normals of nodes, which of them lie on a free edge, and the length of the free edges of each part, m."""
+    normal, free = np.zeros((n, 3)), np.zeros(n, dtype=bool)
+    if not shells.count:
+        return normal, free, {}
+    turned = shells.areas * panels(shells.nodes_idx)[0][:, None]
+    for column in shells.nodes_idx.T:
+        np.add.at(normal, column, turned)
+    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+    start, end = shells.nodes_idx.ravel(), np.roll(shells.nodes_idx, -1, axis=1).ravel()
+    length = np.linalg.norm(np.roll(shells.corners, -1, axis=1) - shells.corners, axis=2).ravel() * metre
+    there = start != end
+    ends = np.sort(np.stack([start, end], axis=1)[there], axis=1)
+    _, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
+    alone = count[edge.ravel()] == 1
+    free[ends[alone]] = True
+    lengths: dict[int, float] = {}
+    part = np.repeat(shells.part, 4)[there]
+    for k in np.unique(part).tolist():
+        lengths[k] = float(length[there][alone & (part == k)].sum())
+    return normal, free, lengths
+
+
+def _lead(model: Model, coords: FloatArray, has: BoolArray, solid: BoolArray, part: IntArray, leads: IntArray) -> None:
+    """Nodes without elements, as reference nodes of couplings, follow the nearest node with shells of their part."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    for k, one in enumerate(model.parts):
+        own = one.nodes_idx[has[one.nodes_idx]]
+        others = one.nodes_idx[~has[one.nodes_idx] & ~solid[one.nodes_idx]]
+        if own.size and others.size:
+            leads[others] = own[cKDTree(coords[own]).query(coords[others])[1]]
+            part[others] = k
+
+
+def pushes(sheets: Sheets, gaps: GapOperator, row: IntArray) -> list[Push]:
+    """What forces do across each part of shells.
+
+    Parameters
+    ----------
+    row : (n_force,) of each force into normals of all channels, then both tangents of each that rubs.
+    """
+    R = _rows(gaps)[row].tocoo()
+    labels = gaps.labels[R.col]
+    node, dof = nodes_of(labels), dofs_of(labels)
+    moves = np.isin(dof, TRANSLATIONS)
+    force, node, axis, value = R.row[moves].astype(np.int64), node[moves], dof[moves] - 1, R.data[moves]
+    on = sheets.leads[node]
+    force, axis, value, on = force[on >= 0], axis[on >= 0], value[on >= 0], on[on >= 0]
+    part, found = sheets.part[on], []
+    for one in sheets.parts:
+        mine = part == one.part
+        column, k = np.unique(force[mine], return_inverse=True)
+        if not column.size:
+            continue
+        at, share = on[mine], np.abs(value[mine])
+        share = share / np.bincount(k, share)[k]
+        across = np.asarray(np.bincount(k, value[mine] * sheets.normal[at, axis[mine]]), dtype=np.float64)
+        point = np.stack([np.bincount(k, share * sheets.coords[at, x]) for x in range(3)], axis=1)
+        means = (np.asarray(np.bincount(k, share * x[at]), dtype=np.float64) for x in (sheets.mobility, sheets.direct))
+        push = Push(one, column, across, np.asarray(point, dtype=np.float64), *means)
+        bends = np.abs(across) > OUT * np.abs(across).max(initial=0.0)
+        if bends.any():
+            fields = (x[bends] for x in (push.column, push.across, push.point, push.mobility, push.direct))
+            found.append(Push(one, *fields))
+    return found
+
+
+def _rows(gaps: GapOperator) -> sp.csr_array:
+    """(m + 2 f, n_label), as `channel_matrices` has them on coordinates."""
+    G = sp.csr_array(gaps.G)
+    if gaps.friction is None:
+        return G
+    both = sp.vstack([sp.csr_array(t)[gaps.friction.channels] for t in gaps.tangents], format="csr")
+    f = gaps.rubbing
+    return sp.csr_array(sp.vstack([G, both[np.arange(2 * f).reshape(2, f).T.ravel()]], format="csr"))

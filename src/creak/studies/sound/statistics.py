@@ -1,0 +1,324 @@
+"""Beyond mesh and modes: what the statistical energy of the plates that contact forces push sends to a listener.
+
+A sound of this part is noise. Its third octaves follow the energy that the forces put in and damping takes; no single
+wave in it is known. It is tied to the last third octaves that were computed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.fft import next_fast_len, rfft
+from scipy.special import j0
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.model.dofs import nodes_of
+from creak.model.mesh import Model
+from creak.model.skin import Skin
+from creak.reduction.band_modes import Losses
+from creak.sound.carriers import (
+    ForceLines,
+    Span,
+    along,
+    band_power,
+    carriers,
+    force_lines,
+    lines_of,
+    stored,
+)
+from creak.sound.forced import FADE, LOWEST, without_lows
+from creak.sound.plates import in_decibel, radiation_efficiency, relative_variance
+from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
+from creak.sound.zwicker_tables import BANDS, RATE
+from creak.studies.sound.listeners import Listener
+from creak.studies.sound.sheets import LEAST, PartPlates, Push, Sheets, pushes, sheets_of
+from creak.studies.sound.source import Source
+
+END = 10_000.0
+"""Hz up to which statistical energy goes."""
+TIED = 3
+"""Third octaves, the last ones that were computed, that it is tied to."""
+UNTIED = 5.0
+"""dB, standard deviation of a level that is tied to nothing. Real parts are no flat plates of one thickness: bands of a
+door and a cockpit that were computed are off by so much. It is also what an edge takes more than the inside."""
+BAR = 2.0
+"""Standard deviations of a bar."""
+WORTH = 1.1
+"""End of the statistics over that of what was computed from which on they are asked."""
+LOUD = 0.3
+"""Power of an energy that its loudness goes with: by it bands count when their scatter is averaged."""
+FAINT = 1e-3
+"""Of the strongest combination of forces, below which one is left out."""
+ENOUGH, MOST = 0.999, 64
+"""Share of the squares of all changes of a place's forces that those which are looked at hold, and the most of them;
+the others are believed to push like these."""
+WIDTH = 10.0**0.05 - 10.0**-0.05
+"""Of a third octave over its middle."""
+GOLDEN = 0.6180339887
+"""Of the length of the noise by which each place begins later than the one before: no two are alike."""
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What statistical energy needs to know of a model."""
+
+    sheets: Sheets
+    losses: Losses
+    span: Span
+    metre: float
+    plates: tuple[int, ...]
+    """Rows into `Model.parts` of those that contact pushes and that count as plates."""
+    left_out: tuple[int, ...]
+    """Of those that it pushes and that do not."""
+    noise: dict[int, FloatArray] = field(default_factory=dict, compare=False, repr=False)
+    """By its length: what was made before."""
+
+
+@dataclass(frozen=True)
+class Tie:
+    """How the statistical level of one sound stands to what was computed of it."""
+
+    bands: int
+    """Third octaves that both have; 0: it is tied to nothing."""
+    offset: float
+    """dB by which the statistics are corrected: what was computed over them there, as far as its own scatter lets it
+    tell more than `UNTIED`; 0 where nothing ties them."""
+    scatter: float
+    """dB, standard deviation of the level beyond: of the tie, and of one plate from the mean of all like it."""
+
+
+@dataclass(frozen=True)
+class Statistical:
+    """Pressures (n_group, n) at 48 kHz."""
+
+    mean: FloatArray
+    fainter: FloatArray
+    """By `BAR` standard deviations."""
+    louder: FloatArray
+    ties: tuple[Tie | None, ...]
+    """Of each group; None: its forces bend no plate that is heard."""
+
+
+@dataclass(frozen=True)
+class _Heard:
+    """A part as a listener hears it."""
+
+    push: Push
+    spread: float
+    """1/m^2, mean of 1 / r^2 over its faces."""
+    away: float
+    """m, mean distance of its faces."""
+
+
+@dataclass(frozen=True)
+class _Envelope:
+    """Mean square pressure of a third octave over time, of all parts."""
+
+    band: int
+    time: FloatArray
+    square: FloatArray
+    variance: float
+    """Over its squared mean, of one of many like plates."""
+
+    @property
+    def energy(self) -> float:
+        """Pa^2 s"""
+        return float(self.square.sum() * (self.time[1] - self.time[0])) if self.time.size > 1 else 0.0
+
+
+def statistics_of(
+    model: Model,
+    skin: Skin,
+    gaps: GapOperator,
+    row: IntArray,
+    losses: Losses,
+    ends: tuple[float, float],
+    metre: float,
+) -> Statistics | str:
+    """Of a model that is computed up to `ends[0]`, Hz, and whose forces are believed up to `ends[1]`; or why not.
+
+    Parameters
+    ----------
+    row : of the forces that are heard, as `pushes` has it.
+    """
+    low, high = ends
+    if high < WORTH * low:
+        return "contact forces are not known there"
+    if losses.width(np.array([low]))[0] <= 0.0:
+        return "nothing is damped"
+    sheets = sheets_of(model, skin, metre)
+    found = pushes(sheets, gaps, row)
+    plates = tuple(p.part.part for p in found if p.part.density * WIDTH * low >= LEAST)
+    if not plates:
+        return "contact forces bend no part that has a mode in each third octave there"
+    touched = np.unique(nodes_of(gaps.labels))
+    pushed = [k for k, part in enumerate(model.parts) if np.isin(touched, part.nodes_idx).any()]
+    return Statistics(sheets, losses, Span(low, high), metre, plates, tuple(k for k in pushed if k not in plates))
+
+
+def statistical(
+    known: Statistics,
+    source: Source,
+    gaps: GapOperator,
+    groups: Sequence[IntArray],
+    listener: Listener,
+    computed: FloatArray,
+    start: int,
+) -> Statistical:
+    """What a listener hears of each group of forces beyond what was computed of it.
+
+    Parameters
+    ----------
+    computed : (n_group, n) Pa, whose sample `start` is at t = 0.
+    """
+    found = pushes(known.sheets, gaps, source.row)
+    heard = [_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
+    heard = [h for h in heard if h.spread > 0.0]
+    n = computed.shape[1]
+    out = np.zeros((3, len(groups), n))
+    ties: list[Tie | None] = []
+    for g, columns in enumerate(groups):
+        some, share = _strongest(source.force, columns)
+        here = [_of(h, some) for h in heard]
+        here = [h for h in here if h.push.column.size]
+        if not here:
+            ties.append(None)
+            continue
+        lines = force_lines(source.force[:, some] * (known.metre / np.sqrt(share)), known.span.high)
+        beyond = [_envelope(known, lines, here, int(b), cut=True) for b in known.span.bands]
+        tie = _tie(known, lines, here, beyond, computed[g])
+        time = (np.arange(n) - start) / RATE
+        square = [10.0 ** (0.1 * tie.offset) * np.interp(time, e.time, e.square) for e in beyond]
+        rows = along(_noise(known, n), square, int(GOLDEN * g * n) % n).sum(axis=0)
+        rows = without_lows(rows, RATE, known.span.only)
+        step = 10.0 ** (0.05 * BAR * tie.scatter)
+        out[:, g] = rows, rows / step, rows * step
+        ties.append(tie)
+    return Statistical(out[0], out[1], out[2], tuple(ties))
+
+
+def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
+    """Those of some forces that change most, in order, and their share in the squares of all changes."""
+    change = np.array([float(np.sum(np.diff(force[:, j]) ** 2)) for j in columns.tolist()])
+    whole = float(change.sum())
+    if whole <= 0.0:
+        return columns[:0], 1.0
+    order = np.argsort(-change, kind="stable")
+    enough = int(np.searchsorted(np.cumsum(change[order]), ENOUGH * whole)) + 1
+    kept = order[: min(enough, MOST)]
+    return np.sort(columns[kept]), float(change[kept].sum()) / whole
+
+
+def _noise(known: Statistics, n: int) -> FloatArray:
+    if n not in known.noise:
+        known.noise[n] = carriers(known.span, known.span.bands, next_fast_len(n, real=True))
+    return known.noise[n]
+
+
+def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
+    own = listener.skin.select(~listener.skin.solid & (listener.skin.part == push.part.part))
+    if not own.count:
+        return _Heard(push, 0.0, 0.0)
+    area = np.linalg.norm(own.areas, axis=1)
+    r = np.linalg.norm(own.centres - listener.position, axis=1) * metre
+    return _Heard(push, float(area @ r**-2 / area.sum()), float(area @ r / area.sum()))
+
+
+def _of(heard: _Heard, columns: IntArray) -> _Heard:
+    """Of some of the forces, numbered among these."""
+    p = heard.push
+    mine = np.isin(p.column, columns)
+    among = np.searchsorted(columns, p.column[mine])
+    own = Push(p.part, among, p.across[mine], p.point[mine], p.mobility[mine], p.direct[mine])
+    return _Heard(own, heard.spread, heard.away)
+
+
+def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
+    """Mean square pressure over time of a third octave, or of what of it lies in the span."""
+    here, gain = lines.of(band)
+    gain = gain * known.span.gain(lines.freq(here)) if cut else gain
+    middle = np.array([BANDS[band]])
+    width = float(known.losses.width(middle)[0])
+    total, late, variance = np.zeros(1), 0.0, 0.0
+    time = np.zeros(1)
+    for h in heard:
+        time, power = band_power(lines, here, gain, _together(h.push, float(middle[0]), lines.X.shape[1]))
+        per_energy = _sent(h.push.part, middle) * h.spread
+        ringing = per_energy * stored(time, power, 2.0 * np.pi * width)
+        own = ringing + _direct(h, lines, here, gain, float(middle[0]))
+        overlap, over = np.array([width * h.push.part.density]), middle * WIDTH / width
+        total = total + own
+        late += h.away * float(own.sum())
+        variance += float(relative_variance(overlap, over)[0]) * float(ringing.sum()) ** 2
+    whole = float(np.sum(total))
+    if whole <= 0.0:
+        return _Envelope(band, time, np.zeros(time.size), 0.0)
+    return _Envelope(band, time + late / whole / AIR.speed, total, variance / whole**2)
+
+
+def _together(push: Push, freq: float, n_force: int) -> FloatArray:
+    """(n_force, k) combinations whose squares add up to the power that goes into a plate, W = sum F_i F_j Re Y_ij.
+
+    Re Y_ij = Re Y J0(k r_ij): near forces push as one, far ones each for itself (infinite plate: Cremer, Heckl and
+    Petersson, section 5.2).
+    """
+    plate = max(push.part.plates, key=lambda p: p.density)
+    apart = np.linalg.norm(push.point[:, None] - push.point[None], axis=2)
+    weight = push.across * np.sqrt(push.mobility)
+    size, vectors = np.linalg.eigh(j0(plate.wavenumber(np.array([freq]))[0] * apart) * (weight[:, None] * weight[None]))
+    keep = size > FAINT * size.max(initial=0.0)
+    mix = np.zeros((n_force, int(keep.sum())))
+    mix[push.column] = vectors[:, keep] * np.sqrt(size[keep])
+    return mix
+
+
+def _sent(part: PartPlates, freq: FloatArray) -> float:
+    """Pa^2 m^2 per unit of energy: rho c / (2 pi) times the power that its faces radiate to one side."""
+    sigma = sum(float(radiation_efficiency(p, freq)[0]) * a for p, a in zip(part.plates, part.areas, strict=True))
+    return (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
+
+
+def _direct(heard: _Heard, lines: ForceLines, here: slice, gain: FloatArray, freq: float) -> FloatArray:
+    """Mean square of what the forces send by themselves; above coincidence it is part of the waves."""
+    push, n = heard.push, lines.X.shape[1]
+    plate = max(push.part.plates, key=lambda p: p.density)
+    below = max(0.0, 1.0 - (freq / plate.coincidence) ** 2)
+    mix = np.zeros((n, 1))
+    np.add.at(mix[:, 0], push.column, push.across * push.direct * below * np.sqrt(heard.spread))
+    return band_power(lines, here, gain, mix)[1]
+
+
+def _tie(
+    known: Statistics,
+    lines: ForceLines,
+    heard: Sequence[_Heard],
+    beyond: Sequence[_Envelope],
+    computed: FloatArray,
+) -> Tie:
+    """By the third octaves below the span that were computed whole."""
+    modes = max(h.push.part.density for h in heard) * WIDTH * BANDS
+    whole = np.flatnonzero((FADE * known.span.low >= UPPER_EDGES) & (LOWER_EDGES >= LOWEST) & (modes >= LEAST))
+    X = np.abs(rfft(computed)) ** 2
+    apart: list[float] = []
+    scatter: list[float] = []
+    for band in whole[-TIED:].tolist():
+        there = _envelope(known, lines, heard, band, cut=False)
+        here, gain = lines_of(band, RATE / computed.size, X.size)
+        energy = 2.0 * float(X[here] @ gain**2) / computed.size / RATE
+        if energy > 0.0 and there.energy > 0.0:
+            apart.append(float(10.0 * np.log10(energy / there.energy)))
+            scatter.append(there.variance)
+    weight = np.array([e.energy for e in beyond]) ** LOUD
+    count = weight.sum() ** 2 / (weight @ weight) if weight.any() else 1.0
+    own = in_decibel(np.array([e.variance for e in beyond])) ** 2 @ weight / max(float(weight.sum()), 1e-300)
+    k, before = len(apart), UNTIED**2
+    if not k:
+        return Tie(0, 0.0, float(np.sqrt(before + own / count)))
+    seen = float(np.var(apart, ddof=1)) if k > 1 else 0.0
+    of_tie = max(seen, float(np.mean(in_decibel(np.array(scatter)) ** 2))) / k
+    counts = before / (before + of_tie)
+    return Tie(k, counts * float(np.mean(apart)), float(np.sqrt(counts * of_tie + own / count)))

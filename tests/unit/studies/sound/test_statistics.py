@@ -1,0 +1,230 @@
+"""Statistical energy beyond the mesh: one plate by a mesh to 3.5 kHz and by one that ends at 500 Hz."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from creak.assembly.damping import Damping
+from creak.assembly.system import System, project
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.diagonal import modal_matrices
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.modes import modes
+from creak.model.constraints import Fixed
+from creak.model.materials import SolidSection
+from creak.model.skin import skin_of
+from creak.reduction.band_modes import Losses
+from creak.sound.forced import Modes
+from creak.sound.plates import EDGE
+from creak.sound.zwicker_tables import BANDS
+from creak.studies.sound.band import mesh_band
+from creak.studies.sound.ear import Ear, Records, records_of
+from creak.studies.sound.listeners import Listener
+from creak.studies.sound.loud import Heard, heard_of, with_bar
+from creak.studies.sound.sheets import pushes, sheets_of
+from creak.studies.sound.source import Source
+from creak.studies.sound.statistics import END, Statistics, _strongest, statistics_of
+from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
+from helpers_solids import solid_mesh
+
+RATE, SIDES, THICK, ZETA = 48_000, (0.5, 0.4), 2e-3, 0.02
+FINE, COARSE = (40, 32), (15, 12)
+EAR = np.array([0.35, 0.1, 0.6])
+WINDOW = (0.0, 0.3)
+STRUCK = [(0.1667, 0.2667), (0.3333, 0.1333), (0.4, 0.3), (0.1, 0.1)]
+"""m, nodes of both meshes or nearly so."""
+
+
+def plate_model(n: tuple[int, int]):
+    coords, elements = plate(*n, SIDES)
+    x, y, _ = coords.T
+    across, along = (x < 1e-9) | (x > SIDES[0] - 1e-9), (y < 1e-9) | (y > SIDES[1] - 1e-9)
+    held = [(np.arange(len(coords)), (1, 2, 6)), (np.flatnonzero(across), (3, 4)), (np.flatnonzero(along), (3, 5))]
+    return model_of(coords, [block("quad4", elements, shell(THICK))], fixed=[Fixed(*one) for one in held])
+
+
+def kept(system: System, f_max: float) -> System:
+    found = modes(system.K, system.M, f_max=f_max)
+    one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
+    damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2 * ZETA * np.sqrt(found.omega2))
+    small = project(replace(system, damping=Damping()), found.shapes, known=(one, k))
+    return replace(small, M=one, K=k, damping=damping)
+
+
+def blows() -> np.ndarray:
+    """(n, 1) N: six half sines of .2 ms, 20 N the hardest."""
+    t, force = np.arange(14_400) / RATE, np.zeros(14_400)
+    for k, at in enumerate((0.02, 0.06, 0.11, 0.15, 0.2, 0.25)):
+        here = (t > at) & (t < at + 2e-4)
+        force[here] += 20.0 * (1.0 - 0.1 * k) * np.sin(np.pi * (t[here] - at) / 2e-4)
+    return force[:, None]
+
+
+def across(model, at: tuple[float, float]) -> GapOperator:
+    """A channel across the plate at the node nearest to a point."""
+    node = int(np.linalg.norm(model.nodes.coords[:, :2] - at, axis=1).argmin())
+    G = np.zeros((1, 6 * len(model.nodes.coords)))
+    G[0, 6 * node + 2] = 1.0
+    return channels(G, 0.0, 1.0)
+
+
+class Struck:
+    """The plate by one mesh, as far as that carries, and its statistics beyond."""
+
+    def __init__(self, n: tuple[int, int], end: float | None = None) -> None:
+        self.model = plate_model(n)
+        self.skin = skin_of(self.model)
+        self.band = mesh_band(self.model, self.skin, 1.0) if end is None else end
+        self.small = kept(assembled(self.model), 2.0 * self.band)
+
+    def heard(self, at: tuple[float, float]) -> tuple[Heard, Records]:
+        gaps = across(self.model, at)
+        source = Source(
+            Modes(*modal_matrices(self.small), np.asarray(channel_matrices(self.small, gaps).rows)),
+            blows(),
+            np.array([0]),
+            np.array([0]),
+        )
+        known = statistics_of(self.model, self.skin, gaps, source.row, Losses(zeta=ZETA), (self.band, END), 1.0)
+        assert isinstance(known, Statistics)
+        ear = Ear(Listener("ear", EAR, self.skin, ("PART",), True), self.band, 1.0, statistics=known)
+        records = records_of(source, gaps, [np.array([0])], ear, self.small)
+        found = heard_of(records.whole[0], WINDOW, None, ear.start, END)
+        ends = records.fainter[0], records.louder[0]
+        return with_bar(found, records.computed[0], ends, records.ties[0], WINDOW, ear.start), records
+
+
+@pytest.fixture(scope="module")
+def fine():
+    return Struck(FINE)
+
+
+@pytest.fixture(scope="module")
+def coarse():
+    return Struck(COARSE)
+
+
+def test_a_mesh_that_ends_at_500_hz_tells_the_n5_of_one_to_3_khz_within_its_bar(fine, coarse, measured):
+    """Four points struck: what the coarse mesh computes is a quarter of it, with its statistics all are in the bar."""
+    assert fine.band > 3000.0
+    assert coarse.band < 500.0
+    for at in STRUCK:
+        (true, _), (found, _) = fine.heard(at), coarse.heard(at)
+        assert found.n5_computed < 0.4 * true.n5
+        assert found.n5_bar[0] <= true.n5 <= found.n5_bar[1]
+        assert found.tie is not None
+        assert found.tie.bands == 3
+        assert found.n5_bar[1] / found.n5 - 1.0 < 0.5  # a bar that says something
+        assert true.n5_bar[1] / true.n5 - 1.0 < 0.2
+        measured(
+            "sound",
+            f"plate struck at {at[0]:g}, {at[1]:g} m: N5 of a mesh to 490 Hz with statistical energy beyond",
+            found.n5,
+            true.n5,
+            rel=0.35,
+            unit="sone",
+            source="mesh to 3.5 kHz",
+        )
+
+
+def test_statistical_third_octaves_against_those_of_the_fine_mesh(fine, coarse, measured):
+    """Mean over four points and the eight bands from 500 Hz that both have."""
+    bands = np.flatnonzero((BANDS > 550.0) & (BANDS < 2700.0))
+    apart = [coarse.heard(at)[0].third_octaves[bands] - fine.heard(at)[0].third_octaves[bands] for at in STRUCK]
+    measured(
+        "sound",
+        "struck plate: statistical less computed third octaves, 630 Hz to 2.5 kHz, mean over four points",
+        float(np.mean(apart)),
+        0.0,
+        abs=2.5,
+        unit="dB",
+        source="mesh to 3.5 kHz",
+    )
+    assert np.std(apart) < 4.0
+
+
+def test_nothing_changes_below_and_nothing_is_above_its_end(coarse):
+    _, records = coarse.heard(STRUCK[0])
+    more = records.whole[0] - records.computed[0]
+    spectrum, freq = np.abs(np.fft.rfft(more)), np.fft.rfftfreq(more.size, 1.0 / RATE)
+    assert spectrum[freq < 0.69 * coarse.band].max() < 1e-3 * spectrum.max()
+    assert spectrum[freq > 1.05 * END].max() < 1e-3 * spectrum.max()
+    again = coarse.heard(STRUCK[0])[1]
+    np.testing.assert_array_equal(again.whole, records.whole)  # the seed is kept
+
+
+def test_what_forces_push(coarse):
+    """Across a plate, at its middle or its edge; along it nothing bends."""
+    model = coarse.model
+    sheets = sheets_of(model, coarse.skin, 1.0)
+    (inside,) = pushes(sheets, across(model, (0.2667, 0.2)), np.array([0]))
+    (edge,) = pushes(sheets, across(model, (0.5, 0.2)), np.array([0]))
+    part = inside.part
+    rigidity = STEEL.youngs_modulus * THICK**3 / (12 * (1 - STEEL.poisson_ratio**2))
+    assert abs(inside.across[0]) == pytest.approx(1.0)
+    assert inside.mobility[0] == pytest.approx(1.0 / (8.0 * np.sqrt(rigidity * STEEL.density * THICK)))
+    assert edge.mobility[0] == pytest.approx(EDGE * inside.mobility[0])
+    assert part.mass == pytest.approx(STEEL.density * THICK * SIDES[0] * SIDES[1])
+    assert part.plates[0].perimeter == pytest.approx(2.0 * sum(SIDES))
+    assert part.density == pytest.approx(0.5 * 0.2 * np.sqrt(STEEL.density * THICK / rigidity))
+    G = np.zeros((1, 6 * len(model.nodes.coords)))
+    G[0, 6 * 40] = 1.0  # along x
+    assert pushes(sheets, channels(G, 0.0, 1.0), np.array([0])) == []
+
+
+def test_lengths_in_millimetres_change_nothing(coarse):
+    """The same plate in mm, t and s."""
+    model = coarse.model
+    other = replace(STEEL, youngs_modulus=STEEL.youngs_modulus * 1e-6, density=STEEL.density * 1e-12)
+    section = replace(shell(1e3 * THICK), material=other)
+    small = model_of(1e3 * model.nodes.coords, [block("quad4", model.blocks[0].nodes_idx, section)])
+    one, two = sheets_of(model, coarse.skin, 1.0).parts[0], sheets_of(small, skin_of(small), 1e-3).parts[0]
+    assert two.plates[0].coincidence == pytest.approx(one.plates[0].coincidence)
+    assert two.density == pytest.approx(one.density)
+    assert two.plates[0].area == pytest.approx(one.plates[0].area)
+    # Its mass is in tonnes, as its forces are in N = 1e-3 t m/s^2.
+    assert 1e-3 * two.plates[0].mobility == pytest.approx(one.plates[0].mobility)
+    assert two.mass == pytest.approx(1e-3 * one.mass)
+
+
+@pytest.mark.parametrize(
+    ("losses", "ends", "says"),
+    [
+        (Losses(zeta=0.02), (9500.0, END), "contact forces are not known there"),
+        (Losses(), (500.0, END), "nothing is damped"),
+        (Losses(zeta=0.02), (60.0, END), "bend no part that has a mode in each third octave there"),
+    ],
+)
+def test_why_there_are_none(coarse, losses, ends, says):
+    gaps = across(coarse.model, STRUCK[0])
+    found = statistics_of(coarse.model, coarse.skin, gaps, np.array([0]), losses, ends, 1.0)
+    assert isinstance(found, str)
+    assert says in found
+
+
+def test_a_solid_is_no_plate():
+    coords, elements = solid_mesh((2, 2, 1), (0.2, 0.2, 0.1))
+    model = model_of(coords, [block("hex8", elements, SolidSection("STEEL", STEEL))])
+    gaps = across(model, (0.1, 0.1))
+    found = statistics_of(model, skin_of(model), gaps, np.array([0]), Losses(zeta=0.02), (500.0, END), 1.0)
+    assert isinstance(found, str)
+    assert "bend no part" in found
+
+
+def test_of_many_forces_those_that_change_count():
+    """A hundred channels that press alike, and one that hits: it is looked at alone."""
+    force = np.full((1000, 100), 7.0)
+    force[500:503, 40] = 50.0
+    kept, share = _strongest(force, np.arange(20, 100))
+    assert kept.tolist() == [40]
+    assert share == pytest.approx(1.0)
+    hits = np.random.default_rng(0).standard_normal((1000, 100))
+    kept, share = _strongest(hits, np.arange(100))
+    assert kept.size == 64
+    assert (np.diff(kept) > 0).all()
+    assert 0.64 < share < 0.75
+    assert _strongest(np.full((1000, 3), 7.0), np.arange(3))[0].size == 0
