@@ -48,7 +48,7 @@ def info(
 
 def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[str, Any]:
     """All of it as plain numbers, strings and lists."""
-    from creak.studies.prepare.start_check import crossing_warnings
+    from creak.contact.crossing import crossing_warnings
     from creak.studies.prepare.unit_check import guessed_units
 
     parts = _parts(model, progress)

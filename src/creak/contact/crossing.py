@@ -23,6 +23,8 @@ SLIVER = 0.05
 """Of a facet's size: what pierces a solid by no more is that of their meshes."""
 PAIRS_AT_ONCE = 2_000_000
 """Edges and facets tried at a time; bounds the memory."""
+PIERCING = 4
+"""Nodes that a warning names."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,16 @@ def crossings(model: Model) -> list[Crossing]:
             if key not in shallower or found.depth < shallower[key].depth:
                 shallower[key] = found
     return sorted(shallower.values(), key=lambda c: -c.depth)
+
+
+def crossing_warnings(model: Model) -> list[str]:
+    """Parts that are drawn through each other: no channel parts them."""
+    return [
+        f"{c.part} is drawn through {c.other}: {c.edges} edge(s) of its elements pierce it, by {c.depth:.3g} or more "
+        f"beyond the far face at node {', '.join(c.nodes[:PIERCING])}{' and more' * (len(c.nodes) > PIERCING)}; no "
+        "contact acts there; move one of them, cut a slot, or tie them where they are joined"
+        for c in crossings(model)
+    ]
 
 
 def _box(x: FloatArray) -> tuple[FloatArray, FloatArray]:

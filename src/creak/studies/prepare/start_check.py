@@ -12,7 +12,7 @@ from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh, is_damped
 from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System
-from creak.contact.crossing import crossings
+from creak.contact.crossing import crossing_warnings
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -40,8 +40,6 @@ UNUSED = 0.01
 """Share of a table that a run must reach before the rest is taken for a mistake in its unit of time."""
 ALONG = 1e-3
 """Share of a node's motion in a gap from which on it moves along the normal of the contact."""
-PIERCING = 4
-"""Nodes that a warning names."""
 WARPED = 0.2
 """Distance of the corners from their mean plane over the root of the area: one corner of a square folded up by some
 50 degrees; coarse meshes of sharp bends have less."""
@@ -180,16 +178,6 @@ def _margin(model: Model, touching: Touching, precheck: PrecheckTable) -> list[s
     return [
         f"[precheck] margin = {margin:g} {unit} is {100.0 * margin / size:.0f} % of the model's size: every channel is "
         "kept; leave it out, and it is a share of each gap"
-    ]
-
-
-def crossing_warnings(model: Model) -> list[str]:
-    """Parts that are drawn through each other: no channel parts them."""
-    return [
-        f"{c.part} is drawn through {c.other}: {c.edges} edge(s) of its elements pierce it, by {c.depth:.3g} or more "
-        f"beyond the far face at node {', '.join(c.nodes[:PIERCING])}{' and more' * (len(c.nodes) > PIERCING)}; no "
-        "contact acts there; move one of them, cut a slot, or tie them where they are joined"
-        for c in crossings(model)
     ]
 
 
