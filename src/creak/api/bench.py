@@ -23,11 +23,11 @@ from creak.progress import silent
 from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.prepare.excitation import loads_over
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
+from creak.studies.prepare.varied import OF_LOADS, varied
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
 from creak.studies.run.forced_step import limited
 from creak.studies.run.job import ReferenceRun
@@ -102,11 +102,9 @@ class Bench:
                     fix="Change the study before the bench is made.",
                 )
         other = with_flight_steps(change_study(self.setup.study, changes))
-        changed = {key: getattr(other.config, key) for key in ("excitation", "time", "output")}
-        study = replace(other, config=self.setup.study.config.model_copy(update=changed))
-        check_frequencies(study.config.reduction, study.config.time, study.driving)
-        loads = loads_over(self.setup.model, study.driving, study.course)
-        return replace(self, setup=replace(self.setup, study=study, loads=loads))
+        check_frequencies(self.setup.study.config.reduction, other.config.time, other.driving)
+        setup = varied(self.setup, {name: getattr(other.config, name) for name in OF_LOADS})
+        return replace(self, setup=replace(setup, study=replace(other, config=setup.study.config)))
 
     def reduced(self, table: Mapping[str, Any]) -> Bench:
         """The same with a reduced model.

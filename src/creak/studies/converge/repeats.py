@@ -29,9 +29,9 @@ from creak.studies.converge.settling import (
 from creak.studies.converge.structure import Structure
 from creak.studies.file.config import TimeTable
 from creak.studies.models.reduced import with_more_modes
-from creak.studies.prepare.excitation import loads_over
 from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.varied import varied
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run, march_run
 from creak.verify.rubbing import Rub
@@ -210,15 +210,12 @@ def _repeat(result: StudyResult, base: Run, repeat: Repeat, places: Followed, pr
 
 def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:
     """The setup over the same time with another step, its loads sampled anew; no fields are kept."""
-    c, study = setup.study.config, setup.study
-    end = float(setup.loads.time[-1])
+    c, end = setup.study.config, float(setup.loads.time[-1])
     tables = {
         "time": c.time.model_copy(update={"step": repeat.step, "end": end, "periods": None, "substeps": substeps}),
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
-    study = replace(study, config=c.model_copy(update=tables))
-    loads = loads_over(setup.model, study.driving, study.course)
-    return replace(setup, study=study, refined=repeat.refined, loads=loads)
+    return replace(varied(setup, tables), refined=repeat.refined)
 
 
 def _substeps(table: TimeTable, base: Run) -> int:

@@ -26,8 +26,9 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.varied import changed_gaps, varied
 from creak.studies.prepare.watched import silent_channels
-from creak.studies.robust.changes import changed_gaps, changed_setup, with_damping
+from creak.studies.robust.changes import tables_of, with_damping
 from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
@@ -111,7 +112,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
             gap0 = changed_gaps(setup.contacts, touching, drawn_study(setup.study, of_gaps).touching, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
-            other = changed_setup(setup, drawn_study(setup.study, draw.values), draw.fields, draw.factors)
+            other = varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
             other = started(other, reference, silent)
             gaps = with_linear_gaps(other, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
@@ -238,7 +239,7 @@ def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
 def variant_of(model: SharedModel, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
     study = drawn_study(model.setup.study, draw.values)
-    setup = changed_setup(model.setup, study, draw.fields, draw.factors)
+    setup = varied(model.setup, tables_of(study), draw.fields, draw.factors)
     setup = started(setup, model.reference, silent)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
     kept = [place[name] for name in model.gaps.names if name in place]

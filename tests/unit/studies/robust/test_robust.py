@@ -24,9 +24,10 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
+from creak.studies.prepare.varied import varied
 from creak.studies.robust import job
 from creak.studies.robust.batches import batches
-from creak.studies.robust.changes import changed_setup
+from creak.studies.robust.changes import tables_of
 from creak.studies.robust.draws import field_shapes
 from creak.studies.robust.shared_model import FACTORS, Draw, shared_model, variant_of
 from creak.verify.odds import Index
@@ -199,7 +200,7 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
         "excitation.root.signal.seed": 11,
     }
     study = with_changes(setup.study, changes)
-    again, made = changed_setup(setup, study, {}), set_up(study)
+    again, made = varied(setup, tables_of(study)), set_up(study)
     assert again.contacts.names == made.contacts.names
     for key in ("gap0", "stiffness", "damping"):
         assert getattr(again.contacts, key) == pytest.approx(getattr(made.contacts, key), rel=1e-14)
@@ -207,8 +208,8 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
     assert np.array_equal(again.loads.support, made.loads.support)
     assert abs(again.contacts.G - made.contacts.G).max() == 0.0
     field = np.linspace(0.1, 0.9, setup.contacts.m)
-    assert np.array_equal(changed_setup(setup, setup.study, {"tip": field}).contacts.gap0, field)
-    stiffer = changed_setup(setup, setup.study, {}, {"tip": 1.5}).contacts
+    assert np.array_equal(varied(setup, {}, {"tip": field}).contacts.gap0, field)
+    stiffer = varied(setup, {}, {}, {"tip": 1.5}).contacts
     assert stiffer.stiffness == pytest.approx(1.5 * setup.contacts.stiffness)
 
 

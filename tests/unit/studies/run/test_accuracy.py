@@ -9,7 +9,18 @@ import pytest
 from creak.api.study import run, run_setup, set_up
 from creak.errors import InputError
 from creak.studies.converge.repeats import repeated_setup
-from creak.studies.converge.settling import BAND, BASE, FINER, LAST_TWO, MORE_MODES, SOFTER, STIFFER, UNREDUCED, WAYS
+from creak.studies.converge.settling import (
+    BAND,
+    BASE,
+    FINER,
+    LAST_TWO,
+    MORE_MODES,
+    SCATTER,
+    SOFTER,
+    STIFFER,
+    UNREDUCED,
+    WAYS,
+)
 from creak.studies.converge.words import REMEDIES
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import with_flight_steps
@@ -214,7 +225,7 @@ def test_summary_is_json(found):
 
 
 def test_every_family_has_its_advice():
-    assert set(REMEDIES) == {*LAST_TWO, UNREDUCED, BAND, WAYS}
+    assert set(REMEDIES) == {*LAST_TWO, UNREDUCED, BAND, WAYS, SCATTER}
 
 
 def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
