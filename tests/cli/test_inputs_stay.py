@@ -43,12 +43,15 @@ READ = (
     "--tls-key",
 )
 """Options that are paths and name what is read."""
+UPDATE = "update study.toml --test test.csv --parameter section.UPPER.thickness"
 NAMED = [
     ("modes strips.inp --count 1 --json OUT", ".json", DECK),
     ("modes strips.inp --count 1 --vtk OUT", ".vtu", DECK),
     ("modes strips.inp --count 1 --uff OUT", ".unv", DECK),
     ("modes strips.inp --count 1 --pch OUT", ".pch", DECK),
     ("modes strips.inp --count 9 --test test.csv --page OUT", ".html", (*DECK, "test.csv")),
+    (f"{UPDATE} --page OUT", ".html", (*STUDIED, "test.csv")),
+    (f"{UPDATE} --json OUT", ".json", (*STUDIED, "test.csv")),
     ("convert strips.inp OUT", ".inp", DECK),
     ("convert own.bdf OUT", ".bdf", OWN),
     ("convert own.inp OUT", ".inp", ("own.inp",)),
@@ -209,9 +212,21 @@ def test_a_file_of_another_program_stays_and_creaks_own_is_written_again(creak, 
         path.write_bytes(written)
 
 
+@pytest.mark.parametrize("target", [*STUDIED, "test.csv"])
+def test_an_updated_study_replaces_nothing_that_was_read(creak, here, target):
+    """It lies beside the study, whose files it names."""
+    for how in (*LINKS, *(["itself"] if target.endswith(".toml") else [])):
+        out = linked(target, here / "other.toml", how)
+        before = contents(here)
+        said = creak(*UPDATE.split(), "--out", str(out))
+        assert said.status == 2, (how, said.words)
+        assert f"cannot write {out}: " in said.words, (how, said.words)
+        assert contents(here) == before
+
+
 def test_no_option_that_writes_is_forgotten():
     """Every option that is a path stands in a line above, but for those that name folders to read and certificates."""
-    told = [words for words, *_ in (*NAMED, *FOLDERS)]
+    told = [f"{UPDATE} --out", *(words for words, *_ in (*NAMED, *FOLDERS))]
     root = typer.main.get_command(app)
     commands = {(name,): command for name, command in root.commands.items()}
     commands |= {("example", name): command for name, command in commands.pop(("example",)).commands.items()}

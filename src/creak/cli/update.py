@@ -64,10 +64,10 @@ def update(
             )
             if target is None:
                 ranked = studies.sensitivities(case, progress)
-                data = _ranking_data(ranked)
+                data = {"update_of": study.path.name, **_ranking_data(ranked)}
             else:
                 found = studies.update(case, parameter, sigma=uncertainty / 100.0, progress=progress)
-                data = _data(found)
+                data = {"update_of": study.path.name, **_data(found)}
                 _write(output, found, target, page)
             if json_file is not None and not on_stdout:
                 output.write(data, json_file)

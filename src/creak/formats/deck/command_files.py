@@ -25,6 +25,7 @@ KINDS = {
     "a schema of the study file": rb'\{\s*"\$schema": "[^"]*",\s*"title": "creak study file"',
     "a summary of creak": rb'\{\s*"(creak|study)": ',
     "modes in JSON": rb'\{\s*"frequencies": \[',
+    "an update in JSON": rb'\{\s*"update_of": "',
     "robust.json of creak": rb'\{\s*"title": .{0,2000}"units": "[^"]*",\s*"draws": ',
     "a table of convergence": rb"contact,channel,t_start,",
     "a table of draws": rb"run,block,",

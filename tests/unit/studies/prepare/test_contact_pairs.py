@@ -14,7 +14,7 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.prepare.pairs import contact_pair, plays_of
-from creak.studies.prepare.setup import _contacts
+from creak.studies.prepare.setup import contact_channels
 from helpers_decks import STUDY, write_strips
 
 
@@ -58,10 +58,10 @@ def test_laws_are_passed_on(tmp_path):
 def test_clearances_of_a_table_reach_the_channels(tmp_path):
     s = study(tmp_path, 'clearance = "gaps.csv"\n', "node,clearance,tolerance\n35,0.25,0.1\n\n37, 0.5 ,0.1\n")
     model = read_model(s.places.sibling("strips.inp"))
-    gaps, notes = _contacts(model, s.touching)
+    gaps, notes = contact_channels(model, s.touching)
     at = {model.nodes.label(int(i)): g for i, g in zip(gaps.nodes_idx, gaps.gap0, strict=True)}
     assert (at["35"], at["37"]) == (0.25, 0.5)
-    plain, _ = _contacts(model, study(tmp_path).touching)
+    plain, _ = contact_channels(model, study(tmp_path).touching)
     other = [k for k, i in enumerate(gaps.nodes_idx) if model.nodes.label(int(i)) not in ("35", "37")]
     np.testing.assert_array_equal(gaps.gap0[other], plain.gap0[other])
     assert "have no row in the table of clearances and keep their geometric gap" in notes[0]
