@@ -40,6 +40,8 @@ class Heard:
     """sone of what the modes of the reduction tell of it, the lower part of the band; None: they tell all."""
     n5_computed: float | None = None
     """sone of what modes and unreduced model tell of it; None: they tell all, no statistical energy is in it."""
+    n5_direct: float | None = None
+    """sone of what comes straight, without what the study's room sends back; None: it gives no room."""
     n5_bar: tuple[float, ...] = ()
     """sone, lowest and highest N5 by the scatter of its statistical part; none without."""
     n10_bar: tuple[float, ...] = ()
