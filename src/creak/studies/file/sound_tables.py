@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Annotated
 
-from pydantic import Field, StrictBool, model_validator
+from pydantic import Field, StrictBool, field_validator, model_validator
 
 from creak.studies.file.table import Finite, Positive, Table
 
@@ -27,14 +27,21 @@ class ListenerTable(Table):
     def part_names(self) -> tuple[str, ...]:
         return (self.parts,) if isinstance(self.parts, str) else tuple(self.parts)
 
+    @field_validator("faces", "up")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and not any(value):
+            raise ValueError("is no direction, its length is 0")
+        return value
+
     @model_validator(mode="after")
     def _has_a_head(self) -> ListenerTable:
         if self.up is not None and self.faces is None:
             raise ValueError("up is that of a head: give faces, where it looks, too")
-        for name in ("faces", "up"):
-            if (given := getattr(self, name)) is not None and not any(given):
-                raise ValueError(f"{name} = {list(given)} is no direction, its length is 0")
         return self
+
+
+Reverberation = Positive | Annotated[list[tuple[Positive, Positive]], Field(min_length=1)] | str
 
 
 class RoomTable(Table):
@@ -42,17 +49,17 @@ class RoomTable(Table):
 
     volume: Positive
     """m^3, whatever the units of the deck."""
-    reverberation: Positive | Annotated[list[tuple[Positive, Positive]], Field(min_length=1)] | str
+    reverberation: Reverberation
     """s in which the sound falls by 60 dB: one number, [[Hz, s], ...] upwards in frequency, or a CSV file with the
     header frequency,time, relative to the study file. Between its frequencies it follows their logarithm, outside it is
     that of the nearest."""
 
-    @model_validator(mode="after")
-    def _upwards(self) -> RoomTable:
-        given = [row[0] for row in self.reverberation] if isinstance(self.reverberation, list) else []
-        if any(b <= a for a, b in pairwise(given)):
-            raise ValueError("frequencies of reverberation do not increase")
-        return self
+    @field_validator("reverberation")
+    @classmethod
+    def _upwards(cls, value: Reverberation) -> Reverberation:
+        if isinstance(value, list) and any(b[0] <= a[0] for a, b in pairwise(value)):
+            raise ValueError("its frequencies do not increase")
+        return value
 
 
 class BackgroundTable(Table):

@@ -37,6 +37,8 @@ class Ear:
     """What is heard where the others end; None: nothing is heard there."""
     cabin: Cabin | None = None
     """What sends back all that; None: nothing does."""
+    middle: Ear | None = None
+    """At the middle of its head, were that not there: what is heard there feeds the cabin. None: it has no head."""
     background: FloatArray | None = None
     """(28,) dB re 20 uPa of the third octaves that it hears besides; None: nothing."""
     road: float | None = None
@@ -91,12 +93,17 @@ def records_of(
     ear: Ear,
     system: System,
     in_room: Sequence[str] = RECORDS,
+    fed: Records | None = None,
 ) -> Records:
     """What an ear hears of each group of forces on the modes of a System.
 
     Where the gain of the modes falls from 1 to 0 at the end of their band, that of the unreduced model rises:
     P = g P_modes + (1 - g) P_unreduced, `sooner` with g^2. Beyond both is noise, which adds by its energy. A room adds
     its own to each of those that are named; it takes longest.
+
+    Parameters
+    ----------
+    fed : what `ear.middle` hears, where that is known.
     """
     near, computed, sooner = _computed(source, gaps, groups, ear, system)
     if ear.statistics is None:
@@ -106,13 +113,19 @@ def records_of(
         whole = computed + more.mean
         later = whole if sooner is computed else sooner + more.mean
         found = Records(near, computed, whole, later, computed + more.fainter, computed + more.louder, whole, more.ties)
-    return found if ear.cabin is None else _in_room(found, ear.cabin, in_room)
+    if ear.cabin is None:
+        return found
+    if ear.middle is None:
+        fed = found
+    elif fed is None:
+        fed = records_of(source, gaps, groups, ear.middle, system)
+    return _in_room(found, fed, ear.cabin, in_room)
 
 
-def _in_room(records: Records, cabin: Cabin, names: Sequence[str]) -> Records:
-    every = {id(x): x for x in (getattr(records, name) for name in names)}
-    both = {key: x + cabin.adds(x) for key, x in every.items()}
-    return replace(records, **{name: both[id(getattr(records, name))] for name in names})
+def _in_room(records: Records, fed: Records, cabin: Cabin, names: Sequence[str]) -> Records:
+    every = {id(x): x for x in (getattr(fed, name) for name in names)}
+    back = {key: cabin.adds(x) for key, x in every.items()}
+    return replace(records, **{name: getattr(records, name) + back[id(getattr(fed, name))] for name in names})
 
 
 def _computed(

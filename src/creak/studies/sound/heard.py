@@ -141,7 +141,9 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
 
     def ear_of(one: Listener) -> Ear:
         cabin = None if room is None else cabin_of(room, one, levels, metre, band.high, noise)
-        ear = Ear(one, near, metre, beyond, known, cabin, background)
+        plain = Ear(replace(one, side=0), near, metre, beyond, known)
+        ear = replace(plain, listener=one, cabin=cabin, background=background, known={})
+        ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
         if c.background is None or not c.background.linear:
             return ear
         road = road_levels(run.system, setup.marching.loads, ear, result.window)
@@ -154,11 +156,14 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     offline += clock.process_time() - before
     groups, sharp = source.groups(places), in_base(c.limit.sharpness_above)
 
-    def at(ear: Ear) -> tuple[Ear, Records, list[Heard]]:
-        records = together(records_of(source, result.gaps, groups, ear, run.system))
-        return ear, records, figures_of(records, ear, result.window, band.high, sharp)
+    def at(ears: Sequence[Ear]) -> list[tuple[Ear, Records, list[Heard]]]:
+        to_all, middle = (source, result.gaps, groups), ears[0].middle
+        fed = None if middle is None else records_of(*to_all, middle, run.system)
+        found = [(ear, together(records_of(*to_all, ear, run.system, fed=fed))) for ear in ears]
+        figures = [(ear, r, figures_of(r, ear, result.window, band.high, sharp)) for ear, r in found]
+        return sorted(figures, key=lambda one: one[2][-1].rank, reverse=True)
 
-    every = [sorted((at(ear) for ear in ears), key=lambda one: one[2][-1].rank, reverse=True) for ears in both]
+    every = [at(ears) for ears in both]
     louder, heard = [one[0] for one in every], [one[0][2] for one in every]
     ear, records, figures = louder[0]
     ways: tuple[float, ...] = ()

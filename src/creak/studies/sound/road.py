@@ -41,7 +41,9 @@ def road_levels(system: System, loads: Loads, ear: Ear, window: tuple[float, flo
         return levels
     every = [np.arange(source.force.shape[1])]
     pressure = record_of(source, every, ear.hears(whole))
-    pressure = pressure if ear.cabin is None else pressure + ear.cabin.adds(pressure)
+    if ear.cabin is not None:
+        fed = pressure if ear.middle is None else record_of(source, every, ear.middle.hears(whole))
+        pressure = pressure + ear.cabin.adds(fed)
     ease, end = _ease(source.force.shape[0]), source.force.shape[0] / RATE
     start, stop = max(window[0], ease), min(window[1], end - ease)
     shown = (start, stop) if stop > start else (ease, end - ease)

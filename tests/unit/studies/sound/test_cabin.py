@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,11 +11,13 @@ import pytest
 import creak
 from creak.formats.stored.sound import read_sound
 from creak.formats.wav import read_wav
-from creak.sound.third_octave import a_weighted_sum
+from creak.signals.spectra import low_pass
+from creak.sound.third_octave import a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import REFERENCE_PRESSURE
 from creak.studies.findings.places import find_places
-from creak.studies.sound.ear import n5_of
+from creak.studies.sound.ear import n5_of, records_of
 from creak.studies.sound.heard import Sound
+from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 
@@ -77,7 +80,7 @@ def test_a_diffuse_field_is_as_loud_as_sabine_says(result):
     assert again.pressure.shape[0] == 2
     x = again.of(1, len(again.places) - 1)
     added = ear.cabin.adds(np.pad(x, 24_000)[None])[0]
-    level = [creak.sound.third_octave.third_octave_levels(y, 48_000.0) for y in (np.pad(x, 24_000), added)]
+    level = [third_octave_levels(y, 48_000.0) for y in (np.pad(x, 24_000), added)]
     room = ear.cabin.room
     gain = 8 * np.pi * (1 - room.absorbed) / (room.absorption * ear.cabin.spread)
     bands = slice(14, 20)  # 630 Hz to 2 kHz
@@ -87,6 +90,24 @@ def test_a_diffuse_field_is_as_loud_as_sabine_says(result):
 
 def result_folder(result):
     return result.found.setup.study.path.parent / "out"
+
+
+def test_a_diffuse_field_is_as_loud_at_both_ears_and_alike_in_long_waves(result):
+    """The head shades what comes straight and not what the room sends back."""
+    run, found, right = result.main, result.found, result.sound.ear
+    source = source_of(run.system, found.gaps, run.history)
+    left = replace(right, listener=replace(right.listener, side=1), cabin=replace(right.cabin, side=1), known={})
+    every = [np.arange(source.force.shape[1])]
+    both = [records_of(source, found.gaps, every, ear, run.system) for ear in (left, right)]
+    back = [third_octave_levels(x.whole[0] - x.direct[0], 48_000.0) for x in both]
+    straight = [third_octave_levels(x.direct[0], 48_000.0) for x in both]
+    bands = slice(13, 20)  # 500 Hz to 2 kHz
+    np.testing.assert_allclose(back[0][bands], back[1][bands], atol=1.0)
+    apart = (straight[1] - straight[0])[bands]
+    assert apart.min() > 1.0
+    assert apart[-1] > 6.0
+    low = np.stack([low_pass(x.whole[0] - x.direct[0], 1 / 48_000, 150.0) for x in both])
+    assert np.corrcoef(low)[0, 1] > 0.8
 
 
 def test_files_of_a_listener_with_a_head_have_two_channels(result, folder, monkeypatch, capsys):
