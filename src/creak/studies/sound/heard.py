@@ -307,7 +307,13 @@ def _notes(
             f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
     said += _around(ears, heard)
-    if (background := ears[0].background) is not None:
+    background, all_of = ears[0].background, heard[0][-1]
+    if background is not None and all_of.n5 is not None and all_of.n5_added is None:
+        said.append(
+            "sound: with the [background] it is too loud at low frequency for ISO 532-1 (120 dB): places are ranked by "
+            "their own loudness"
+        )
+    elif background is not None:
         said.append(
             "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
             "the background alone"

@@ -17,6 +17,7 @@ from creak.sound.zwicker_tables import REFERENCE_PRESSURE
 from creak.studies.findings.places import find_places
 from creak.studies.sound.ear import n5_of, records_of
 from creak.studies.sound.heard import Sound
+from creak.studies.sound.loud import bar_share, heard_of
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
@@ -131,6 +132,17 @@ def test_repeated_runs_are_heard_in_the_same_room_by_the_same_ear(result):
     assert [single[k] for k in result.sound.order] == pytest.approx(
         [h.n5_added for h in result.sound.heard[0][:-1]], rel=1e-6
     )
+
+
+def test_beside_more_than_the_standard_covers_places_have_no_added_loudness(result):
+    """130 dB at 31.5 Hz: no figure, no error, and the rank is that of the place alone."""
+    loud = np.full(28, 20.0)
+    loud[1] = 130.0
+    pressure = result.sound.pressure[0, -1].astype(float)
+    beside = heard_of(pressure, (0.0, 0.2), loud)
+    assert (beside.n5_added, beside.n_max_added) == (None, None)
+    assert beside.rank == heard_of(pressure, (0.0, 0.2), None).rank
+    assert np.isnan(bar_share(replace(beside, n5_bar=(1.0, 2.0)), (pressure, pressure), (0.0, 0.2), loud, 0))
 
 
 def test_what_was_kept_is_read_back(result, folder):
