@@ -134,11 +134,13 @@ def set_up(
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
+    from creak.model.units import METRES
     from creak.studies.file.identity import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
     from creak.studies.sound.background import background_of
     from creak.studies.sound.listeners import listeners_of
+    from creak.studies.sound.rooms import room_of
 
     if not isinstance(study, Study):
         path = Path(study)
@@ -147,8 +149,9 @@ def set_up(
         study = read_study(path)
     found = setup.set_up(study, ignore, store_of(study) if superelements is None else Path(superelements))
     config, places = found.study.config, found.study.places
-    listeners_of(found.model, config.listener, places)
+    listeners_of(found.model, config.listener, places, METRES[config.model.units])
     background_of(config.background, places)
+    room_of(config.room, places)
     return found
 
 

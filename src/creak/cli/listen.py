@@ -40,6 +40,7 @@ def listen(
     as_json: bool = AS_JSON,
 ) -> None:
     """Write WAV files of 48 kHz: what each listener hears of each place by itself, and of all contact together.
+    Files of a listener that faces somewhere have two channels, its left and its right ear.
 
     All have the same full scale, which their comment tells in Pa. Nothing outside the band in which the model can be
     believed is in them.

@@ -59,6 +59,7 @@ def pressure_weights(
     band: float,
     *,
     baffled: bool = True,
+    paths: FloatArray | None = None,
 ) -> tuple[sp.csr_array, int]:
     """(n_tap, n) what the volume acceleration of each point sends to a listener, and the delay of the first tap.
 
@@ -70,6 +71,7 @@ def pressure_weights(
     points : (n, 3) m. listener : (3,) m. rate : Hz of the accelerations.
     band : Hz, up to which delays between samples are right. A rate of a few times the band needs few taps.
     baffled : False: free in space, a sum of monopoles, for sources small beside the wavelength that breathe.
+    paths : (n,) m that the sound goes from each point, where that is not straight: it is late by them.
 
     Raises
     ------
@@ -84,7 +86,7 @@ def pressure_weights(
     if not 0.0 < band < 0.5 * rate:
         raise InputError(f"a band up to {band:g} Hz at {rate:g} Hz", expected="below half the rate")
     taps, beta = _kaiser(band / rate)
-    delays = distances * (rate / AIR.speed)
+    delays = (distances if paths is None else paths) * (rate / AIR.speed)
     first = int(np.floor(delays.min())) - taps // 2 + 1
     count = int(np.floor(delays.max())) + taps // 2 - first + 1
     scale = AIR.density / (FULL[baffled] * math.pi)

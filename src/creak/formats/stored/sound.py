@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+import h5py
 import numpy as np
 from numpy.typing import NDArray
 
+from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.destination import destination
 from creak.formats.safe_names import file_stem
@@ -33,6 +36,18 @@ class StoredSound:
     """Pa, common to all files."""
     band: tuple[float, float]
     """Hz, what is in it."""
+    ears: tuple[str, ...]
+    """Of each listener the ear that `pressure` is at, "left" or "right"; empty: it has no head."""
+    other: Mapping[int, NDArray[np.float32]]
+    """Row of a listener with a head -> (n_place, n) Pa at its other ear."""
+
+    def of(self, listener: int, place: int) -> FloatArray:
+        """(n,) Pa; of a listener with a head (n, 2), left and right."""
+        here = self.pressure[listener, place].astype(np.float64)
+        if listener not in self.other:
+            return here
+        both = [here, self.other[listener][place].astype(np.float64)]
+        return np.stack(both if self.ears[listener] == "left" else both[::-1], axis=1)
 
 
 def read_sound(folder: Path) -> StoredSound:
@@ -54,7 +69,21 @@ def read_sound(folder: Path) -> StoredSound:
         low, high = (float(x) for x in group.attrs["band"])
         if pressure.shape[:2] != (len(names[0]), len(names[1])) or not np.isfinite(pressure).all():
             raise Damaged("a sound that is not whole")
-        return StoredSound(names[0], names[1], pressure, rate, scale, (low, high))
+        ears, other = _ears(group, pressure)
+        return StoredSound(names[0], names[1], pressure, rate, scale, (low, high), ears, other)
+
+
+def _ears(group: h5py.Group, pressure: NDArray[np.float32]) -> tuple[tuple[str, ...], dict[int, NDArray[np.float32]]]:
+    """`StoredSound.ears` and `.other`; runs of an earlier creak have neither."""
+    if "ears" not in group:
+        return ("",) * pressure.shape[0], {}
+    ears = tuple(group["ears"].asstr()[()].tolist())
+    other = {int(row): data[()] for row, data in group["other_ear"].items()}
+    heads = {k for k, ear in enumerate(ears) if ear}
+    whole = all(x.shape == pressure.shape[1:] and np.isfinite(x).all() for x in other.values())
+    if len(ears) != pressure.shape[0] or heads != other.keys() or not whole:
+        raise Damaged("a sound that is not whole")
+    return ears, other
 
 
 def _silent(folder: Path) -> InputError:
@@ -71,7 +100,8 @@ def _silent(folder: Path) -> InputError:
 
 
 def write_sound(sound: StoredSound, folder: Path, samples: str = "24") -> list[Path]:
-    """Write a WAV file per listener and place into `folder`, all with one full scale; returns their paths.
+    """Write a WAV file per listener and place into `folder`, all with one full scale; returns their paths. Those of a
+    listener with a head have two channels, left and right.
 
     Raises
     ------
@@ -84,7 +114,7 @@ def write_sound(sound: StoredSound, folder: Path, samples: str = "24") -> list[P
         destination(path)
     for i in range(len(sound.listeners)):
         for j in range(len(sound.places)):
-            x = sound.pressure[i, j].astype(np.float64)
+            x = sound.of(i, j)
             path = paths[i * len(sound.places) + j]
             largest = float(np.abs(x).max(initial=0.0))
             write_wav(path, x, sound.rate, samples=samples, full_scale=max(sound.full_scale, largest))

@@ -25,7 +25,6 @@ from creak.studies.models.reference import rejoined
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started
-from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import Warned
@@ -145,8 +144,7 @@ def effect_of(
     count = len(events_at([channels], study.config.verification, gaps, history, window)[0])
     heard: Sequence[float | None] = (None, None)
     if ear is not None:
-        background = background_of(study.config.background, study.places)
-        heard = n5_of(background, window, system, gaps, history, [channels], ear, like)
+        heard = n5_of(window, system, gaps, history, [channels], ear, like)
     return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
 
 

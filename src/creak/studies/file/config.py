@@ -15,9 +15,10 @@ from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import NodesTable, SupportTable
 from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.design.scatter_tables import ScatterTable
-from creak.studies.file.eline_tables import BackgroundTable, ElineTable, LimitTable, MaterialPairTable
+from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
-from creak.studies.file.table import Finite, NonNegative, Positive, Table
+from creak.studies.file.sound_tables import BackgroundTable, ListenerTable, RoomTable
+from creak.studies.file.table import NonNegative, Positive, Table
 from creak.studies.file.test_tables import MeasuredTable
 from creak.words import percent
 
@@ -284,19 +285,6 @@ PERIODS = 5.0
 """Of the verification's f_max, in which events of two runs count as the same."""
 
 
-class ListenerTable(Table):
-    """[listener.NAME]: where the sound of the contacts is heard. Without one: an ear 0.6 m off the loudest panel."""
-
-    position: tuple[Finite, Finite, Finite]
-    """length, in the deck's axes."""
-    parts: list[str] | str = []
-    """Parts that radiate to it; default: all that have shells or solids."""
-
-    @property
-    def part_names(self) -> tuple[str, ...]:
-        return (self.parts,) if isinstance(self.parts, str) else tuple(self.parts)
-
-
 class StudyConfig(Table):
     """The whole study file."""
 
@@ -359,6 +347,8 @@ class StudyConfig(Table):
     """[test.NAME]: what was measured, beside what the run computes."""
     background: BackgroundTable | None = None
     """The steady sound that the contacts are heard beside."""
+    room: RoomTable | None = None
+    """The cabin around all listeners."""
 
     @property
     def highest(self) -> float:

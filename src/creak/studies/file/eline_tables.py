@@ -111,15 +111,6 @@ class LimitTable(Table):
     """Worst low-passed force of any place, as "5 N"."""
 
 
-class BackgroundTable(Table):
-    """[background]: the steady sound that the contacts are heard beside, as the user measured or assumes it."""
-
-    file: str
-    """CSV file with the header frequency,level, relative to the study file: third octaves or octaves by their nominal
-    frequency, upwards and without a hole, and levels in dB re 20 uPa. An octave is shared equally by its third octaves.
-    Nothing is below the first band and above the last."""
-
-
 class MaterialPairTable(Table):
     """[material-pair.NAME]: the user's own measurement of two materials. Its units are the same in every study."""
 

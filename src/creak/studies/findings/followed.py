@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
@@ -20,7 +19,6 @@ from creak.studies.findings.places import Place, channels_at, events_at, resting
 from creak.studies.findings.sound import heard_places
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
-from creak.studies.sound.background import background_of
 from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import WHAT, Sound, n5_of_less, share_apart
 from creak.verify.rubbing import Rub, rub_of
@@ -40,8 +38,6 @@ class _Places:
     rub: tuple[Place, ...]
     """All places, and those that rest."""
     model: Model
-    background: FloatArray | None
-    """As `background_of` has it."""
     verification: VerificationTable
 
     def figures(self, system: System, gaps: GapOperator, history: History) -> tuple[dict[str, float], ...]:
@@ -53,7 +49,7 @@ class _Places:
         here = [replace(p, events=tuple(own)) for p, own in zip(self.places, events, strict=True)]
         heard: Sequence[float | None] = [None] * len(here)
         if self.ear is not None and is_modal(system):
-            *heard, _ = n5_of(self.background, self.window, system, gaps, history, groups, self.ear)
+            *heard, _ = n5_of(self.window, system, gaps, history, groups, self.ear)
         return tuple(map(_figures, here, heard))
 
     def rubs(self, gaps: GapOperator, history: History) -> tuple[Rub, ...]:
@@ -70,7 +66,7 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
         return Followed()
     every = heard_places(result, run, sound)
     places, rub = every[:MOST_PLACES], (*every, *resting_places(result, run))
-    study, background = result.setup.study, None
+    study = result.setup.study
     ear, heard = None, list[float | None]([None] * len(places))
     band: tuple[float, ...] = ()
     ways: tuple[float, ...] = ()
@@ -78,13 +74,12 @@ def followed(result: StudyResult, sound: Sound | str | None) -> Followed:
     ends: tuple[float, str] | None = None
     if isinstance(sound, Sound) and sound.run == run.name:
         ear, heard = sound.ear, [h.rank[0] for h in sound.heard[0]]
-        background = background_of(study.config.background, study.places)
-        less = n5_of_less(sound, background, result.window)[: len(places)]
+        less = n5_of_less(sound, result.window)[: len(places)]
         band = tuple(share_apart(a, b) for a, b in zip(heard, less, strict=False))
         ways, scatter = sound.ways[: len(places)], sound.scatter[: len(places)]
         ends = sound.band.high, WHAT[sound.band.limit]
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
-    here = _Places(places, result.window, ear, rub, result.setup.model, background, study.config.verification)
+    here = _Places(places, result.window, ear, rub, result.setup.model, study.config.verification)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
     return Followed(base, here.figures, band, ways, scatter, ends, names, rubs, here.rubs)
 

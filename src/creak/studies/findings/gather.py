@@ -208,12 +208,22 @@ def _band(result: StudyResult) -> FoundBand | None:
 
 
 def _sound(sound: Sound) -> FoundSound:
-    every = zip(sound.listeners, sound.compact, sound.heard, strict=True)
+    every = zip(sound.listeners, sound.compact, sound.heard, sound.backgrounds, strict=True)
     return FoundSound(
         run=sound.run,
         listeners=tuple(
-            FoundListener(x.name, tuple(x.position.tolist()), x.given, x.parts, compact, heard)
-            for x, compact, heard in every
+            FoundListener(
+                x.name,
+                tuple(x.position.tolist()),
+                x.given,
+                x.parts,
+                compact,
+                heard,
+                () if x.looks is None else tuple(x.looks.tolist()),
+                x.ear,
+                background,
+            )
+            for x, compact, heard, background in every
         ),
         pressure=sound.pressure[0],
         band=sound.band,
@@ -222,6 +232,7 @@ def _sound(sound: Sound) -> FoundSound:
         wall_s=sound.wall_s,
         cpu_s=sound.cpu_s,
         offline_cpu_s=sound.offline_cpu_s,
+        room=sound.room,
     )
 
 

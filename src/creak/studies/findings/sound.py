@@ -56,6 +56,9 @@ def sound_summary(findings: Findings) -> dict[str, Any] | None:
                 "given": x.given,
                 "parts": list(x.parts),
                 "compact": list(x.compact),
+                "faces": list(x.faces) or None,
+                "ear": x.ear or None,
+                "background": None if x.background is None else x.background.tolist(),
                 **_figures(together),
                 "places": [{"name": name, **_figures(h), "share": _share(h, single)} for name, h in own],
             }
@@ -82,6 +85,13 @@ def sound_summary(findings: Findings) -> dict[str, Any] | None:
             "full_scale_pa": sound.full_scale,
             "full_scale_sine_db": full_scale_level(sound.full_scale),
         },
+        "room": None
+        if sound.room is None
+        else {
+            "volume": sound.room.volume,
+            "reverberation": sound.room.reverberation.tolist(),
+            "schroeder": sound.room.schroeder if np.isfinite(sound.room.schroeder) else None,
+        },
         "wall_s": sound.wall_s,
         "cpu_s": sound.cpu_s,
         "offline_cpu_s": sound.offline_cpu_s,
@@ -105,6 +115,12 @@ def put_sound(file: h5py.File, sound: Sound, places: Sequence[Place]) -> None:
     group.create_dataset("places", data=np.array(names, dtype=object), dtype=text)
     data = group.create_dataset("pressure", data=sound.pressure, **COMPRESSED)
     data.attrs["unit"], data.attrs["axes"] = "Pa", "listener, place, time at rate from t = 0"
+    ears = np.array([x.ear for x in sound.listeners], dtype=object)
+    group.create_dataset("ears", data=ears, dtype=text).attrs["says"] = "which ear pressure is at; empty: no head"
+    others = group.create_group("other_ear")
+    for row, pressure in sound.other.items():
+        data = others.create_dataset(str(row), data=pressure, **COMPRESSED)
+        data.attrs["unit"], data.attrs["axes"] = "Pa", "place, time at rate from t = 0"
 
 
 def _figures(heard: Heard) -> dict[str, Any]:
@@ -113,7 +129,7 @@ def _figures(heard: Heard) -> dict[str, Any]:
 
 def _single(heard: Heard) -> dict[str, Any]:
     """Figures that are one number each; `figures_missing` says of those that are null why."""
-    known = {name: getattr(heard, name) for name in (*HEARD, "n5_modes", "n5_computed")}
+    known = {name: getattr(heard, name) for name in (*HEARD, "n5_modes", "n5_computed", "n5_direct")}
     bars = {name: list(getattr(heard, name)) or None for name in ("n5_bar", "n10_bar")}
     tie = None if heard.tie is None else asdict(heard.tie)
     return {**known, **bars, "tie": tie, **heard.quality.figures, "figures_missing": dict(heard.quality.missing)}

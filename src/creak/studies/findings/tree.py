@@ -17,6 +17,7 @@ from creak.formats.stored.run_identity import RunIdentity
 from creak.model.mesh import Unread
 from creak.model.plain_mesh import PlainMesh
 from creak.reduction.health import Health
+from creak.sound.room import Room
 from creak.studies.converge.settled import Verdict
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
@@ -200,6 +201,12 @@ class FoundListener:
     """Of those the ones that it hears as compact bodies at frequencies at which they are."""
     heard: tuple[Heard, ...]
     """Place by place of the run that was heard, last all contact together."""
+    faces: tuple[float, ...] = ()
+    """Direction in which its head looks; empty: it is a point in the air."""
+    ear: str = ""
+    """Of its ears the one that is told, "left" or "right": it hears all contact louder."""
+    background: FloatArray | None = None
+    """(28,) dB re 20 uPa of the third octaves that it hears besides; None: nothing."""
 
 
 @dataclass(frozen=True)
@@ -219,6 +226,8 @@ class FoundSound:
     wall_s: float
     cpu_s: float
     offline_cpu_s: float
+    room: Room | None = None
+    """Around the listeners; None: none is known."""
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.sound.zwicker_tables import BANDS
-from creak.studies.file.eline_tables import BackgroundTable
 from creak.studies.file.places import Places
+from creak.studies.file.sound_tables import BackgroundTable
 from creak.studies.file.tables import read_table
 
 NOTHING = -100.0
@@ -28,7 +28,7 @@ LOWEST, HIGHEST, FIRST = -20, 13, -16
 
 
 def background_of(table: BackgroundTable | None, places: Places) -> FloatArray | None:
-    """(28,) dB re 20 uPa of the third octaves from 25 Hz to 12.5 kHz; None: the study gives no background.
+    """(28,) dB re 20 uPa of the third octaves from 25 Hz to 12.5 kHz; None: the study gives no levels.
 
     The file has third octaves, or octaves, whose energy is shared equally by their third octaves. Bands that loudness
     does not know are read and left out.
@@ -38,7 +38,7 @@ def background_of(table: BackgroundTable | None, places: Places) -> FloatArray |
     InputError : no such file, a wrong header, a frequency that is no third octave, one twice, a band left out between
         others, a level above 120 dB.
     """
-    if table is None:
+    if table is None or table.file is None:
         return None
     path = places.sibling(table.file)
     freq, level = read_table(path, places.where("background", "file"), ("frequency", "level"))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +18,8 @@ from creak.model.units import METRES
 from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
 from creak.sound.forced import LOWEST, without_clicks
-from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
+from creak.sound.room import Room
+from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES, a_weighted_sum
 from creak.sound.zwicker_tables import RATE
 from creak.studies.file.quantities import in_base
 from creak.studies.run.compared import main_run
@@ -28,11 +28,14 @@ from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
 from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes, losses_of
-from creak.studies.sound.ear import Ear, Records, records_of
+from creak.studies.sound.ear import Ear, Records, figures_of, records_of, scatter_of, together
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
-from creak.studies.sound.loud import Heard, bar_share, heard_of, with_bar
+from creak.studies.sound.loud import Heard, heard_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.radiation import LARGE
+from creak.studies.sound.road import road_levels
+from creak.studies.sound.road import together as sum_of_levels
+from creak.studies.sound.rooms import cabin_of, room_of
 from creak.studies.sound.source import Source, source_of
 from creak.studies.sound.statistics import END, Statistics, statistics_of
 from creak.words import listed, percent
@@ -81,6 +84,13 @@ class Sound:
     the modes; none where it does not."""
     scatter: tuple[float, ...] = ()
     """Share of the same that the scatter of the statistical part may change; none without such a part."""
+    other: Mapping[int, NDArray[np.float32]] = field(default_factory=dict)
+    """Row of a listener with a head -> (n_place + 1, n) Pa at its other ear, as `pressure`, which is at the ear that
+    hears all contact louder."""
+    room: Room | None = None
+    """Around the listeners; None: none is known."""
+    backgrounds: tuple[FloatArray | None, ...] = ()
+    """(28,) dB re 20 uPa of the third octaves that each listener hears besides."""
 
     @property
     def full_scale_level(self) -> float:
@@ -102,11 +112,12 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     wall, cpu = clock.perf_counter(), clock.process_time()
     run, setup = main_run(result.runs), result.setup
     c, where = setup.study.config, setup.study.places
-    given, background = listeners_of(setup.model, c.listener, where), background_of(c.background, where)
+    metre, skin = METRES[c.model.units], skin_of(setup.model)
+    given = listeners_of(setup.model, c.listener, where, metre)
+    background, room = background_of(c.background, where), room_of(c.room, where)
     why_not = _why_not(result, run, bool(given), places)
     if why_not or run is None or result.reduced is None:
         return why_not
-    metre, skin = METRES[c.model.units], skin_of(setup.model)
     source = source_of(run.system, result.gaps, run.history)
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
@@ -125,57 +136,74 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     more = _statistics(result, source, band, skin, metre)
     known = more if isinstance(more, Statistics) else None
     band = band if known is None else replace(band, statistics=known.span.high)
-    ears = [Ear(listener, near, metre, beyond, known) for listener in listeners]
-    to = [ear.hears(run.system) for ear in ears]
+
+    noise: dict[int, FloatArray] = {}
+
+    def ear_of(one: Listener) -> Ear:
+        cabin = None if room is None else cabin_of(room, one, levels, metre, band.high, noise)
+        plain = Ear(replace(one, side=0), near, metre, beyond, known)
+        ear = replace(plain, listener=one, cabin=cabin, background=background, known={})
+        ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
+        if c.background is None or not c.background.linear:
+            return ear
+        road = road_levels(run.system, setup.marching.loads, ear, result.window)
+        return replace(ear, background=sum_of_levels(background, road), road=a_weighted_sum(road))
+
+    both = [[ear_of(one) for one in listener.ears] for listener in listeners]
+    to = [[ear.hears(run.system) for ear in ears] for ears in both]
     if beyond is not None:
-        to += [ear.hears(beyond.system) for ear in ears]
+        to += [[ear.hears(beyond.system) for ear in ears] for ears in both]
     offline += clock.process_time() - before
-    groups, start = source.groups(places), ears[0].start
-    sharp = in_base(c.limit.sharpness_above)
-    every = [_together(records_of(source, result.gaps, groups, ear, run.system)) for ear in ears]
-    heard = [
-        [heard_of(x, result.window, background, start, band.high, sharp) for x in records.whole] for records in every
-    ]
+    groups, sharp = source.groups(places), in_base(c.limit.sharpness_above)
+
+    def at(ears: Sequence[Ear]) -> list[tuple[Ear, Records, list[Heard]]]:
+        to_all, middle = (source, result.gaps, groups), ears[0].middle
+        fed = None if middle is None else records_of(*to_all, middle, run.system)
+        found = [(ear, together(records_of(*to_all, ear, run.system, fed=fed))) for ear in ears]
+        figures = [(ear, r, figures_of(r, ear, result.window, band.high, sharp)) for ear, r in found]
+        return sorted(figures, key=lambda one: one[2][-1].rank, reverse=True)
+
+    every = [at(ears) for ears in both]
+    louder, heard = [one[0] for one in every], [one[0][2] for one in every]
+    ear, records, figures = louder[0]
     ways: tuple[float, ...] = ()
     if beyond is not None:
-        lower = partial(heard_of, window=result.window, background=None, start=start, highest=near)
-        for k, records in enumerate(every):
-            heard[k] = [replace(h, n5_modes=lower(x).n5) for h, x in zip(heard[k], records.modes, strict=True)]
-        sooner = [heard_of(x, result.window, background, start, band.high).rank[0] for x in every[0].sooner]
-        ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(heard[0], sooner, strict=True))
-    scatter: tuple[float, ...] = ()
-    if known is not None:
-        for k, records in enumerate(every):
-            each = zip(heard[k], records.computed, records.fainter, records.louder, records.ties, strict=True)
-            heard[k] = [with_bar(h, x, ends, tie, result.window, start) for h, x, *ends, tie in each]
-        scatter = tuple(
-            bar_share(h, (a, b), result.window, background, start)
-            for h, a, b in zip(heard[0], every[0].fainter, every[0].louder, strict=True)
-        )
-    record = np.stack([records.whole for records in every])
-    order = sorted(range(len(places)), key=lambda k: heard[0][k].rank, reverse=True)
-    run_alone = record[:, [*order, len(places)], start : start + source.force.shape[0]]
-    pressure = without_clicks(run_alone, RATE)
+        sooner = [heard_of(x, result.window, ear.background, ear.start, band.high).rank[0] for x in records.sooner]
+        ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(figures, sooner, strict=True))
+    scatter = scatter_of(figures, records, ear, result.window)
+    order = sorted(range(len(places)), key=lambda k: figures[k].rank, reverse=True)
+
+    def told(records: Records) -> FloatArray:
+        run_alone = records.whole[[*order, len(places)], ear.start : ear.start + source.force.shape[0]]
+        return without_clicks(run_alone, RATE)
+
+    pressure = np.stack([told(records) for _, records, _ in louder])
+    other = {k: told(one[1][1]) for k, one in enumerate(every) if len(one) > 1}
+    largest = max(float(np.abs(x).max(initial=0.0)) for x in [pressure, *other.values()])
     power = {setup.model.parts[part].name: level for part, level in levels.items()}
-    compact = tuple(tuple(setup.model.parts[b.part].name for b in one.bodies) for one in to[: len(ears)])
-    small = {setup.model.parts[b.part].name: b.highest for one in to for b in one.bodies}
+    compact = tuple(tuple(setup.model.parts[b.part].name for b in one[0].bodies) for one in to[: len(both)])
+    small = {setup.model.parts[b.part].name: b.highest for ears in to for one in ears for b in one.bodies}
+    ears = [one[0] for one in louder]
     return Sound(
         run.name,
-        tuple(listeners),
+        tuple(one.listener for one in ears),
         band,
         pressure.astype(SINGLE),
         tuple(tuple(of_one[k] for k in (*order, len(places))) for of_one in heard),
         tuple(order),
-        full_scale_for(pressure),
+        full_scale_for(np.array([largest])),
         clock.perf_counter() - wall,
         clock.process_time() - cpu - offline,
         offline,
         power,
         compact,
-        tuple(_notes(listeners, band, heard, power, small, background, further, more, setup.model.parts)),
-        ears[0],
+        tuple(_notes(ears, band, heard, power, small, further, more, setup.model.parts)),
+        ear,
         tuple(ways[k] for k in order) if ways else (),
         tuple(scatter[k] for k in order) if scatter else (),
+        {k: x.astype(SINGLE) for k, x in other.items()},
+        room,
+        tuple(one.background for one in ears),
     )
 
 
@@ -189,14 +217,6 @@ def _further(
     most, zeta = SHARE * result.reduced.solves, one_share(result.setup.structure.modal)
     ends = band.modes, end
     return beyond_modes(result.reference, zeta, source, result.gaps, listeners, metre, ends, most)
-
-
-def _together(records: Records) -> Records:
-    """With all contact in the place of what touches elsewhere."""
-    names = ("modes", "computed", "whole", "sooner", "fainter", "louder")
-    sums = {name: getattr(records, name) for name in names}
-    sums = {name: np.vstack([x[:-1], x.sum(axis=0)]) for name, x in sums.items()}
-    return replace(records, **sums, ties=(*records.ties[:-1], None))
 
 
 def _statistics(result: StudyResult, source: Source, band: Band, skin: Skin, metre: float) -> Statistics | str:
@@ -231,26 +251,25 @@ def share_apart(n5: float | None, other: float | None) -> float:
     return abs(n5 - other) / n5 if n5 > 0.0 else 0.0
 
 
-def n5_of_less(sound: Sound, background: FloatArray | None, window: tuple[float, float]) -> list[float | None]:
+def n5_of_less(sound: Sound, window: tuple[float, float]) -> list[float | None]:
     """N5 of each place to the first listener, as it is ranked, where the band ends a third earlier."""
     high = THIRD * sound.band.high
     less = [low_pass(x.astype(float), 1.0 / RATE, high) for x in sound.pressure[0][:-1]]
-    return [heard_of(x, window, background, 0, high).rank[0] for x in less]
+    return [heard_of(x, window, sound.ear.background, 0, high).rank[0] for x in less]
 
 
 def _notes(
-    listeners: Sequence[Listener],
+    ears: Sequence[Ear],
     band: Band,
     heard: Sequence[Sequence[Heard]],
     power: Mapping[str, float],
     compact: Mapping[str, float],
-    background: FloatArray | None,
     further: Beyond | str,
     more: Statistics | str,
     parts: Sequence[Part],
 ) -> list[str]:
     said = []
-    for listener in listeners:
+    for listener in (ear.listener for ear in ears):
         small = ROUND_OFF * float(np.abs(listener.position).max())
         at = ", ".join(f"{x if abs(x) > small else 0.0:.4g}" for x in listener.position)
         if not listener.given:
@@ -287,7 +306,14 @@ def _notes(
             f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
             f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
-    if background is not None:
+    said += _around(ears, heard)
+    background, all_of = ears[0].background, heard[0][-1]
+    if background is not None and all_of.n5 is not None and all_of.n5_added is None:
+        said.append(
+            "sound: with the [background] it is too loud at low frequency for ISO 532-1 (120 dB): places are ranked by "
+            "their own loudness"
+        )
+    elif background is not None:
         said.append(
             "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
             "the background alone"
@@ -300,6 +326,32 @@ def _notes(
             )
     if any(h.n5 is None for of_one in heard for h in of_one):
         said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
+    return said
+
+
+def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]]) -> list[str]:
+    """What room and heads do, and the road beside."""
+    said, all_of = [], heard[0][-1]
+    if (cabin := ears[0].cabin) is not None:
+        room = cabin.room
+        n5 = f"; N5 of all is {all_of.n5_direct:.3g} sone without it, {all_of.n5:.3g} with it" if all_of.n5 else ""
+        low = f"below {room.schroeder:.0f} Hz" if np.isfinite(room.schroeder) else "at all frequencies"
+        said.append(
+            f"sound: the [room] of {room.volume:g} m^3 sends back a diffuse field, as noise{n5}; {low} its single "
+            "resonances count (Schroeder), and its level is a mean"
+        )
+    for ear in ears:
+        if ear.listener.side:
+            said.append(
+                f"sound: {ear.listener.name} hears with two ears, a rigid sphere equalised for sound from the front; "
+                f"figures are those of the {ear.listener.ear} one, which hears all contact louder"
+            )
+        if ear.road is not None:
+            level = f"{ear.road:.0f} dB(A)" if ear.road > 0.0 else "nothing"
+            said.append(
+                f"sound: without contact the excitation alone sends {level} to {ear.listener.name}, up to "
+                f"{ear.band:.0f} Hz; it is part of the [background]"
+            )
     return said
 
 

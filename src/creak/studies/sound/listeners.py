@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,11 +12,16 @@ from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
-from creak.studies.file.config import ListenerTable
+from creak.sound.head import RADIUS, Head
 from creak.studies.file.places import Places
+from creak.studies.file.sound_tables import ListenerTable
 
 EAR = 0.6
 """m between the loudest panel and the listener where none is given."""
+UP = (0.0, 0.0, 1.0)
+"""Direction of the top of a head, where none is given."""
+ALONG = 1e-3
+"""Sine of an angle between two directions that are one."""
 OFF = 1.0
 """Longest sides of a facet that a listener must keep from its nodes."""
 
@@ -34,19 +39,79 @@ class Listener:
     """Names of those parts."""
     given: bool
     """By the study."""
+    looks: FloatArray | None = None
+    """(3,) direction in which its head looks, of length 1; None: it has none."""
+    left: FloatArray | None = None
+    """(3,) direction of its left ear."""
+    side: int = 0
+    """1: only its left ear listens, -1: its right one; 0: neither, or there is no head."""
+
+    @property
+    def head(self) -> Head | None:
+        """Around `position`, with the ear that listens; None: nothing is there."""
+        return None if self.left is None or not self.side else Head(self.side * self.left)
+
+    @property
+    def ear(self) -> str:
+        """Of the one that listens."""
+        return {1: "left", -1: "right"}.get(self.side, "")
+
+    @property
+    def ears(self) -> tuple[Listener, ...]:
+        """Left and right ear by themselves; without a head itself alone."""
+        return (self,) if self.left is None else (replace(self, side=1), replace(self, side=-1))
 
 
-def listeners_of(model: Model, tables: Mapping[str, ListenerTable], places: Places) -> tuple[Listener, ...]:
-    """Those that the study gives; none where it gives none.
+def listeners_of(
+    model: Model, tables: Mapping[str, ListenerTable], places: Places, metre: float
+) -> tuple[Listener, ...]:
+    """Those that the study gives; none where it gives none. metre: m of the deck's length.
 
     Raises
     ------
-    InputError : an unknown part, no part that radiates, a listener on the structure or inside it.
+    InputError : an unknown part, no part that radiates, a listener on the structure or inside it, a head that touches
+        it or that looks along its own top.
     """
     if not tables:
         return ()
     skin = skin_of(model)
-    return tuple(_listener(model, skin, name, table, places) for name, table in tables.items())
+    return tuple(
+        _with_head(model, skin, _listener(model, skin, name, table, places), table, metre, places)
+        for name, table in tables.items()
+    )
+
+
+def _with_head(
+    model: Model, skin: Skin, listener: Listener, table: ListenerTable, metre: float, places: Places
+) -> Listener:
+    """With the head that its table gives it."""
+    if table.faces is None:
+        return listener
+    looks, up = _unit(table.faces), _unit(table.up or UP)
+    left, name = np.cross(up, looks), listener.name
+    if np.linalg.norm(left) < ALONG:
+        raise InputError(
+            f"listener {name!r} faces {list(table.faces)}, along the top of its head {list(table.up or UP)}",
+            where=places.where("listener", name, "faces"),
+            expected="two directions that are not parallel",
+            fix="Give up, the direction of the top of its head." if table.up is None else "Change one of them.",
+        )
+    away = np.linalg.norm(skin.corners - listener.position, axis=2).min(axis=1) * metre
+    nearest = int(away.argmin())
+    if away[nearest] <= RADIUS:
+        node = model.nodes.label(int(skin.nodes_idx[nearest, 0]))
+        raise InputError(
+            f"the head of listener {name!r} touches the structure, at node {node}",
+            where=places.where("listener", name, "position"),
+            expected=f"more than {RADIUS / metre:.4g} to the middle of the head",
+            fix="Move it off, or leave faces out: it is then a point.",
+        )
+    return replace(listener, looks=looks, left=left / np.linalg.norm(left))
+
+
+def _unit(direction: Sequence[float]) -> FloatArray:
+    given = np.array(direction)
+    return np.asarray(given / np.linalg.norm(given))
 
 
 def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places: Places) -> Listener:

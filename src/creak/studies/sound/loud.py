@@ -40,6 +40,8 @@ class Heard:
     """sone of what the modes of the reduction tell of it, the lower part of the band; None: they tell all."""
     n5_computed: float | None = None
     """sone of what modes and unreduced model tell of it; None: they tell all, no statistical energy is in it."""
+    n5_direct: float | None = None
+    """sone of what comes straight, without what the study's room sends back; None: it gives no room."""
     n5_bar: tuple[float, ...] = ()
     """sone, lowest and highest N5 by the scatter of its statistical part; none without."""
     n10_bar: tuple[float, ...] = ()
@@ -90,7 +92,10 @@ def bar_share(
     """Share of the loudness by which a sound is ranked that either end of its bar is off; nan: it is not known."""
     n5, n5s = heard.rank[0], list(heard.n5_bar)
     if background is not None:
-        added = [added_loudness(e, RATE, background) for e in ends] if n5s else []
+        both = [_added(e, background) for e in ends] if n5s else []
+        added = [x for x in both if x is not None]
+        if len(added) < len(both):
+            return float("nan")
         shown = window[0] + start / RATE, window[1] + start / RATE
         n5s = [
             float(np.percentile(x[within(np.arange(x.size, dtype=np.float64) * TIME_STEP, shown)], 95.0)) for x in added
@@ -136,8 +141,16 @@ def heard_with(
     inside = within(found.time, shown)
     added: tuple[float | None, float | None] = (None, None)
     if background is not None:
-        added = _n5_and_most(added_loudness(pressure, RATE, background)[inside])
+        beside = _added(pressure, background)
+        added = added if beside is None else _n5_and_most(beside[inside])
     return Heard(*_n5_and_most(found.total[inside]), level, levels, energy, *added, quality)
+
+
+def _added(pressure: FloatArray, background: FloatArray) -> FloatArray | None:
+    """`added_loudness`; None: both together are beyond what ISO 532-1 covers."""
+    with suppress(InputError):
+        return added_loudness(pressure, RATE, background)
+    return None
 
 
 def _n5_and_most(total: FloatArray) -> tuple[float, float]:

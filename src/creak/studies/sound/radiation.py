@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.sparse as sp
@@ -14,6 +15,7 @@ from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
 from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces
+from creak.sound.head import Head
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
@@ -73,6 +75,8 @@ class Radiation:
     """(n_body, 1, n_mode) mean motion of each body towards the listener, m; None without bodies."""
     band: float
     """Hz, up to which it holds."""
+    head: Head | None = None
+    """Around the position; None: nothing is there."""
 
 
 def radiation(system: System, listener: Listener, metre: float, band: float) -> Radiation:
@@ -88,16 +92,18 @@ def radiation(system: System, listener: Listener, metre: float, band: float) -> 
     large = [b for b in bodies if b.large(np.array([band]))[0] > 0.0]
     rows += [(b.large, np.where((skin.part == b.part)[:, None], sent.real, 0.0)) for b in large]
     rows = [row for row in rows if row[1].any()] or rows[:1]
+    if listener.head is not None:
+        rows = _around(listener.head, rows, (skin.centres - listener.position) * metre)
     moves = None
     if bodies:
         own = [_towards(system, skin.select(skin.part == b.part), _unit(position - b.centre)) for b in bodies]
         moves = PressureRows(metre * np.stack(own), np.zeros(len(bodies), dtype=np.int64), float(RATE), band)
-    panels = [_panels(system, skin, areas, listener.position, metre, band) for _, areas in rows]
+    panels = [_panels(system, listener, areas, metre, band) for _, areas in rows]
     taps = max(w.shape[0] for w, _ in panels)
     filters = np.stack([np.pad(w, ((0, taps - w.shape[0]), (0, 0))) for w, _ in panels])
     start = np.array([start for _, start in panels])
     sheet = PressureRows(filters, start, PER_BAND * band, band)
-    return Radiation(position, sheet, tuple(gain for gain, _ in rows), bodies, moves, band)
+    return Radiation(position, sheet, tuple(gain for gain, _ in rows), bodies, moves, band, listener.head)
 
 
 def _all(freq: FloatArray) -> FloatArray:
@@ -108,15 +114,26 @@ def _quarter_turn(freq: FloatArray) -> ComplexArray:
     return np.full(freq.shape, 1j)
 
 
-def _panels(
-    system: System, skin: Skin, areas: FloatArray, position: FloatArray, metre: float, band: float
-) -> tuple[FloatArray, int]:
+def _around(head: Head, rows: Sequence[tuple[Gain, FloatArray]], offset: FloatArray) -> list[tuple[Gain, FloatArray]]:
+    """Each row as what passes a head and what that shades, of facets at offset (n, 3) from its middle."""
+    alpha = head.shade(offset)[:, None]
+    passes = [(partial(_product, gain, head.low), areas) for gain, areas in rows]
+    return [*passes, *((partial(_product, gain, head.high), alpha * areas) for gain, areas in rows)]
+
+
+def _product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
+    return np.asarray(one(freq) * other(freq))
+
+
+def _panels(system: System, listener: Listener, areas: FloatArray, metre: float, band: float) -> tuple[FloatArray, int]:
     """(n_tap, n_mode) what modal accelerations send to a point by areas (n, 3) of facets, and the first delay."""
     sends = np.abs(areas).max(axis=1, initial=0.0) > 0.0
     if not sends.any():
         return np.zeros((1, system.n)), 0
-    nodes, points, each = nodal(skin.select(sends), areas[sends])
-    weights, start = pressure_weights(points * metre, position * metre, PER_BAND * band, band)
+    nodes, points, each = nodal(listener.skin.select(sends), areas[sends])
+    points, position, head = points * metre, listener.position * metre, listener.head
+    paths = None if head is None else head.path(points - position)
+    weights, start = pressure_weights(points, position, PER_BAND * band, band, paths=paths)
     # Areas in m^2, motion in m.
     out = sp.csr_array((each.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
     return of_modes(system, weights @ out, node_dofs(nodes, TRANSLATIONS)), start
@@ -148,7 +165,8 @@ def record_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> Floa
     for body, every in zip(to.bodies, accelerations, strict=True):
         direction = _unit(to.position - body.centre)
         for own, pressure in zip(every, found, strict=True):
-            pressure += acceleration_noise(own[:, None] * direction, RATE, body.radius, body.centre, to.position)
+            sent = acceleration_noise(own[:, None] * direction, RATE, body.radius, body.centre, to.position)
+            pressure += sent if to.head is None else to.head.at_ear(sent, RATE, body.centre - to.position)
     return found
 
 

@@ -7,7 +7,7 @@ wave in it is known. It is tied to the last third octaves that were computed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import next_fast_len, rfft
@@ -30,6 +30,7 @@ from creak.sound.carriers import (
     stored,
 )
 from creak.sound.forced import FADE, LOWEST, without_lows
+from creak.sound.head import Head
 from creak.sound.plates import in_decibel, radiation_efficiency, relative_variance
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
@@ -112,6 +113,17 @@ class _Heard:
     """1/m^2, mean of 1 / r^2 over its faces."""
     away: float
     """m, mean distance of its faces."""
+    middle: FloatArray
+    """(3,) m from the listener to the middle of its faces."""
+    head: Head | None
+    """Of the listener, at whose ear it is heard; None: nothing is there."""
+
+    def reach(self, freq: float) -> float:
+        """1/m^2, `spread` with what the head makes of its square at a frequency, Hz."""
+        if self.head is None:
+            return self.spread
+        f, alpha = np.array([freq]), float(self.head.shade(self.middle[None])[0])
+        return self.spread * float(np.abs(self.head.low(f) + alpha * self.head.high(f))[0]) ** 2
 
 
 @dataclass(frozen=True)
@@ -194,6 +206,9 @@ def statistical(
         time = (np.arange(n) - start) / RATE
         square = [10.0 ** (0.1 * tie.offset) * np.interp(time, e.time, e.square) for e in beyond]
         rows = along(_noise(known, n), square, int(GOLDEN * g * n) % n).sum(axis=0)
+        if listener.head is not None:
+            nearest = max(here, key=lambda h: h.spread)
+            rows = listener.head.delayed(rows, RATE, nearest.middle)
         rows = without_lows(rows, RATE, known.span.only)
         step = 10.0 ** (0.05 * BAR * tie.scatter)
         out[:, g] = rows, rows / step, rows * step
@@ -222,10 +237,12 @@ def _noise(known: Statistics, n: int) -> FloatArray:
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
     own = listener.skin.select(~listener.skin.solid & (listener.skin.part == push.part.part))
     if not own.count:
-        return _Heard(push, 0.0, 0.0)
+        return _Heard(push, 0.0, 0.0, np.zeros(3), None)
     area = np.linalg.norm(own.areas, axis=1)
-    r = np.linalg.norm(own.centres - listener.position, axis=1) * metre
-    return _Heard(push, float(area @ r**-2 / area.sum()), float(area @ r / area.sum()))
+    offset = (own.centres - listener.position) * metre
+    r = np.linalg.norm(offset, axis=1)
+    spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
+    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head)
 
 
 def _of(heard: _Heard, columns: IntArray) -> _Heard:
@@ -234,7 +251,7 @@ def _of(heard: _Heard, columns: IntArray) -> _Heard:
     mine = np.isin(p.column, columns)
     among = np.searchsorted(columns, p.column[mine])
     own = Push(p.part, among, p.across[mine], p.point[mine], p.mobility[mine], p.direct[mine])
-    return _Heard(own, heard.spread, heard.away)
+    return replace(heard, push=own)
 
 
 def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
@@ -247,7 +264,7 @@ def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], ban
     time = np.zeros(1)
     for h in heard:
         time, power = band_power(lines, here, gain, _together(h.push, float(middle[0]), lines.X.shape[1]))
-        per_energy = _sent(h.push.part, middle) * h.spread
+        per_energy = _sent(h.push.part, middle) * h.reach(float(middle[0]))
         ringing = per_energy * stored(time, power, 2.0 * np.pi * width)
         own = ringing + _direct(h, lines, here, gain, float(middle[0]))
         overlap, over = np.array([width * h.push.part.density]), middle * WIDTH / width
@@ -288,7 +305,7 @@ def _direct(heard: _Heard, lines: ForceLines, here: slice, gain: FloatArray, fre
     plate = max(push.part.plates, key=lambda p: p.density)
     below = max(0.0, 1.0 - (freq / plate.coincidence) ** 2)
     mix = np.zeros((n, 1))
-    np.add.at(mix[:, 0], push.column, push.across * push.direct * below * np.sqrt(heard.spread))
+    np.add.at(mix[:, 0], push.column, push.across * push.direct * below * np.sqrt(heard.reach(freq)))
     return band_power(lines, here, gain, mix)[1]
 
 

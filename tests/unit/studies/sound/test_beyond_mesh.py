@@ -109,11 +109,11 @@ def test_a_repeated_run_is_heard_alike(result):
     run, found, sound = result.main, result.found, result.sound
     assert isinstance(sound, Sound)
     groups = [p.channels for p in find_places(found, run)]
-    *single, together = n5_of(None, found.window, run.system, found.gaps, run.history, groups, sound.ear)
+    *single, together = n5_of(found.window, run.system, found.gaps, run.history, groups, sound.ear)
     assert [single[k] for k in sound.order] == pytest.approx([h.n5 for h in sound.heard[0][:-1]])
     assert together == pytest.approx(sound.heard[0][-1].n5)
     ear = replace(sound.ear, statistics=None)
-    *_, below = n5_of(None, found.window, run.system, found.gaps, run.history, groups, ear)
+    *_, below = n5_of(found.window, run.system, found.gaps, run.history, groups, ear)
     assert below == pytest.approx(sound.heard[0][-1].n5_computed)
 
 

@@ -288,7 +288,7 @@ def test_a_model_without_a_face_radiates_nothing(result):
     setup = result.found.setup
     bare = replace(setup.model, blocks=())
     with pytest.raises(InputError, match="no shell and no solid of LOWER radiates"):
-        listeners_of(bare, setup.study.config.listener, setup.study.places)
+        listeners_of(bare, setup.study.config.listener, setup.study.places, 1e-3)
 
 
 def test_listen_writes_what_the_run_kept(result, folder, monkeypatch, capsys):
@@ -360,11 +360,11 @@ def test_a_repeated_run_is_heard_by_both_ways_as_well(beyond):
     run, found = beyond.main, beyond.found
     groups = [p.channels for p in find_places(found, run)]
     ear = beyond.sound.ear
-    *single, together = n5_of(None, found.window, run.system, found.gaps, run.history, groups, ear)
+    *single, together = n5_of(found.window, run.system, found.gaps, run.history, groups, ear)
     order = beyond.sound.order
     assert [single[k] for k in order] == pytest.approx([h.n5 for h in beyond.sound.heard[0][:-1]])
     assert together == pytest.approx(beyond.sound.heard[0][-1].n5)
-    lower = n5_of(None, found.window, run.system, found.gaps, run.history, groups, replace(ear, beyond=None))
+    lower = n5_of(found.window, run.system, found.gaps, run.history, groups, replace(ear, beyond=None))
     assert lower[-1] == pytest.approx(beyond.sound.heard[0][-1].n5_modes)
 
 

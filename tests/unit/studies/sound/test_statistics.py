@@ -20,6 +20,8 @@ from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses
 from creak.sound.forced import Modes
 from creak.sound.plates import EDGE
+from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BANDS
 from creak.studies.sound.band import mesh_band
 from creak.studies.sound.ear import Ear, Records, records_of
@@ -27,7 +29,7 @@ from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
-from creak.studies.sound.statistics import END, Statistics, _strongest, statistics_of
+from creak.studies.sound.statistics import END, Statistics, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
 from helpers_solids import solid_mesh
 
@@ -106,6 +108,29 @@ def fine():
 @pytest.fixture(scope="module")
 def coarse():
     return Struck(COARSE)
+
+
+def test_a_head_shades_what_statistics_send_as_it_shades_all_else(coarse):
+    """Levels of both ears in the third octaves beyond the mesh, at the side of the plate."""
+    gaps = across(coarse.model, STRUCK[0])
+    rows = np.asarray(channel_matrices(coarse.small, gaps).rows)
+    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]))
+    known = statistics_of(coarse.model, coarse.skin, gaps, source.row, Losses(zeta=ZETA), (coarse.band, END), 1.0)
+    looks, left = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    two = Listener("ear", EAR, coarse.skin, ("PART",), True, looks, left).ears
+    computed = np.zeros((1, 4 * RATE))
+    records = [statistical(known, source, gaps, [np.array([0])], one, computed, 2_000).mean[0] for one in two]
+    levels = [third_octave_levels(x, RATE) for x in records]
+    offset = np.array([[SIDES[0] / 2, SIDES[1] / 2, 0.0]]) - EAR
+    for band in range(16, 25):
+        f = BANDS[band : band + 1]
+        gains = [one.head.low(f) + one.head.shade(offset) * one.head.high(f) for one in two]
+        assert levels[0][band] - levels[1][band] == pytest.approx(
+            20 * np.log10(np.abs(gains[0] / gains[1]))[0], abs=0.3
+        )
+    lag = np.argmax(np.correlate(records[0][1000:30_000], records[1][1050:29_950], "valid")) - 50
+    late = (two[1].head.path(offset) - two[0].head.path(offset))[0] / AIR.speed * RATE
+    assert -lag == pytest.approx(late, abs=1.0)
 
 
 def test_a_mesh_that_ends_at_500_hz_tells_the_n5_of_one_to_3_khz_within_its_bar(fine, coarse, measured):

@@ -1,0 +1,79 @@
+"""Tables of the study for what is heard: listeners, the room around them, and what they hear besides."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated
+
+from pydantic import Field, StrictBool, field_validator, model_validator
+
+from creak.studies.file.table import Finite, Positive, Table
+
+
+class ListenerTable(Table):
+    """[listener.NAME]: where the sound of the contacts is heard. Without one: an ear 0.6 m off the loudest panel."""
+
+    position: tuple[Finite, Finite, Finite]
+    """length, in the deck's axes."""
+    parts: list[str] | str = []
+    """Parts that radiate to it; default: all that have shells or solids."""
+    faces: tuple[Finite, Finite, Finite] | None = None
+    """Direction in which its head looks, in the deck's axes: it hears with two ears, position is the middle between
+    them. Default: a point in the air."""
+    up: tuple[Finite, Finite, Finite] | None = None
+    """Direction of the top of the head; default: z."""
+
+    @property
+    def part_names(self) -> tuple[str, ...]:
+        return (self.parts,) if isinstance(self.parts, str) else tuple(self.parts)
+
+    @field_validator("faces", "up")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and not any(value):
+            raise ValueError("is no direction, its length is 0")
+        return value
+
+    @model_validator(mode="after")
+    def _has_a_head(self) -> ListenerTable:
+        if self.up is not None and self.faces is None:
+            raise ValueError("up is that of a head: give faces, where it looks, too")
+        return self
+
+
+Reverberation = Positive | Annotated[list[tuple[Positive, Positive]], Field(min_length=1)] | str
+
+
+class RoomTable(Table):
+    """[room]: the cabin around all listeners, whose walls send back what radiates, as a diffuse field."""
+
+    volume: Positive
+    """m^3, whatever the units of the deck."""
+    reverberation: Reverberation
+    """s in which the sound falls by 60 dB: one number, [[Hz, s], ...] upwards in frequency, or a CSV file with the
+    header frequency,time, relative to the study file. Between its frequencies it follows their logarithm, outside it is
+    that of the nearest."""
+
+    @field_validator("reverberation")
+    @classmethod
+    def _upwards(cls, value: Reverberation) -> Reverberation:
+        if isinstance(value, list) and any(b[0] <= a[0] for a, b in pairwise(value)):
+            raise ValueError("its frequencies do not increase")
+        return value
+
+
+class BackgroundTable(Table):
+    """[background]: the steady sound that the contacts are heard beside, as the user measured or assumes it."""
+
+    file: str | None = None
+    """CSV file with the header frequency,level, relative to the study file: third octaves or octaves by their nominal
+    frequency, upwards and without a hole, and levels in dB re 20 uPa. An octave is shared equally by its third octaves.
+    Nothing is below the first band and above the last."""
+    linear: StrictBool = False
+    """What the excitation radiates to each listener without any contact counts as background, beside what file has."""
+
+    @model_validator(mode="after")
+    def _something(self) -> BackgroundTable:
+        if self.file is None and not self.linear:
+            raise ValueError("give file, levels that were measured, or linear = true, the sound of the excitation")
+        return self
