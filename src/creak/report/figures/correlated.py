@@ -17,12 +17,15 @@ from creak.verify.mode_fit import ModePair
 MOST_NODES = 8000
 """Of the model that are drawn: each pair takes 8 bytes for each."""
 MOST_PAIRS = 40
-LINES = "lines of the test"
+LINES, BESIDE = "lines of the test", "the test beside the model"
+APART = 1.15
+"""Of the model's width: how far to the right the test is drawn once more."""
 COLOUR = "#d55e00"
 
 
 def correlated_scene(found: Correlation) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:
-    """The surface of the model with the measured points behind its nodes, and a period of each pair of modes.
+    """The surface of the model with the measured points behind its nodes, these once more beside it, and a period of
+    each pair of modes.
 
     A measured point has the smallest motion that gives what its directions measured, in the scale and the sign that
     fit the mode of the model best. None where the model has nothing that can be drawn.
@@ -36,17 +39,21 @@ def correlated_scene(found: Correlation) -> tuple[dict[str, Any] | None, list[di
     of = np.array([row_of[name] for name in found.measured.sensors])
     xyz = np.concatenate([model.nodes.coords[surface.nodes_idx], found.sensors.points[first]])
     ids = np.concatenate([model.nodes.ids[surface.nodes_idx], model.nodes.ids[found.sensors.nodes_idx[first]]])
+    view = front(model.nodes.coords, np.zeros(3)).matrix
+    right = APART * float(np.ptp(model.nodes.coords @ view[:, 0])) * view[:, 0]
+    xyz, ids = np.concatenate([xyz, found.sensors.points[first] + right]), np.concatenate([ids, ids[-names.size :]])
     joined = [(row_of[a], row_of[b]) for a, b in found.measured.lines if a in row_of and b in row_of]
-    edges = np.concatenate([surface.edges, np.array(joined, dtype=np.int64).reshape(-1, 2)])
+    lines = np.array(joined, dtype=np.int64).reshape(-1, 2)
+    edges = np.concatenate([surface.edges, lines, lines + names.size])
     parts = [part_of(model, row) for row in surface.parts.tolist()]
-    if joined:
-        ends, drawn = [len(surface.triangles), 0], [len(surface.edges), len(joined)]
-        parts.append({"name": LINES, "colour": COLOUR, "triangles": ends, "edges": drawn})
+    for k, name in enumerate((LINES, BESIDE) if joined else ()):
+        ends, drawn = [len(surface.triangles), 0], [len(surface.edges) + k * len(joined), len(joined)]
+        parts.append({"name": name, "colour": COLOUR, "triangles": ends, "edges": drawn})
     shape = {
         **drawn_surface(xyz, ids, surface.triangles, edges),
         "parts": parts,
-        "view": front(model.nodes.coords, np.zeros(3)).matrix.T.tolist(),
-        "marks": {"measured": [*row_of.values()]},
+        "view": view.T.tolist(),
+        "marks": {"measured": [*row_of.values(), *(row + names.size for row in row_of.values())]},
         "places": [],
         "impulse": None,
     }
@@ -63,7 +70,8 @@ def _motions(found: Correlation, surface: Surface, xyz: FloatArray, of: IntArray
             moved[: len(surface.nodes_idx)] = u[surface.nodes_idx]
             along = p.scale * found.test_shapes[:, p.test]
             for row in np.unique(of):
-                moved[row] = np.linalg.pinv(found.measured.directions[of == row]) @ along[of == row]
+                own = np.linalg.pinv(found.measured.directions[of == row]) @ along[of == row]
+                moved[[row, row + len(np.unique(of))]] = own
             largest = float(np.abs(moved).max()) or 1.0
             label = f"{p.frequency_test:g} Hz measured, {p.frequency_model:.6g} Hz in the model, MAC {p.mac:.3f}"
             short = np.round(moved.ravel() * (LIMIT / largest)).astype(np.int16)
