@@ -52,7 +52,7 @@ def test_table_page_and_figures(creak, strip, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("axes", [("x", "y", "z"), ("0 1 0", "1 2 2", "0.6 0 0.8", "-x")])
 def test_the_page_holds_the_measured_points_on_the_shapes(creak, strip, tmp_path, axes):
-    """At each pair the points lie on the surface: their rows move as the nodes that they are at."""
+    """At each pair the points lie on the surface, and beside it: their rows move as the nodes that they are at."""
     import base64
 
     deck, t = strip
@@ -62,7 +62,7 @@ def test_the_page_holds_the_measured_points_on_the_shapes(creak, strip, tmp_path
     text = page.read_text(encoding="utf-8")
     held = {name: json.loads(re.search(rf'id="{name}">(.*?)</script>', text, re.S)[1]) for name in ("scene", "motions")}
     count, marks = held["scene"]["count"], held["scene"]["marks"]["measured"]
-    assert len(marks) == len(t.labels)
+    assert len(marks) == 2 * len(t.labels)
     ids = np.frombuffer(base64.b64decode(held["scene"]["ids"]), dtype="<i4")
     for motion in held["motions"]:
         u = np.frombuffer(base64.b64decode(motion["shapes"]), dtype="<i2").reshape(count, 3).astype(int)
