@@ -124,6 +124,6 @@ def evaluate(
         nothing: tuple[dict[int, dict[str, Any]], list[str]] = {}, []
         causes, said = attempted("causes", lambda: causes_of(found, sound, progress, changes), nothing, notes)
         notes += said
-    tests = beside_tests(found, progress, notes)
+    tests = beside_tests(found, sound, progress, notes)
     found = replace(found, notes=notes)
     return Evaluation(found, findings_of(found, convergence, sound, causes, tests), sound)

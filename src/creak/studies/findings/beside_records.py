@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,6 +18,7 @@ from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
 from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.spectra import low_pass
 from creak.studies.prepare.measurements import TABLES, record_channels
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
@@ -27,6 +28,9 @@ ALIKE = 0.5
 SLOW = 3.0
 """Periods in the record of the slowest motion that is kept where an acceleration is integrated."""
 NAMED = 8
+SAMPLES = 10.0
+"""In a period of the highest frequency of a pressure."""
+PASCALS = {"pa": 1.0, "": 1.0}
 
 
 @dataclass(frozen=True)
@@ -157,6 +161,49 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
     return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
+
+
+def fit_pressures(
+    heard: Mapping[str, Course], channels: Sequence[Channel], test: Path, top: float, run: str, shift: float | None
+) -> RecordFits:
+    """Sound pressure over that at listeners, both low-passed at `top` Hz, up to which each wave is computed.
+
+    Parameters
+    ----------
+    heard : name of the channel, in small letters -> Pa. shift : s, of the other channels of the test; None: the one
+        that aligns these is found.
+
+    Raises
+    ------
+    InputError : a channel is in no unit of pressure, or does not overlap.
+    """
+    pairs: list[tuple[str, Course, Course]] = []
+    for channel in channels:
+        if (unit := plain_unit(channel.unit)) not in PASCALS:
+            raise InputError(
+                f"channel {channel.name!r} is in {channel.unit or 'no unit'}",
+                where=test,
+                expected="a pressure, as Pa",
+                fix="Correct its unit or its name.",
+            )
+        measured = _narrow(Course(channel.time, PASCALS[unit] * channel.values), top)
+        pairs.append((channel.name, measured, _narrow(heard[channel.name.lower()], top)))
+    found = shift_between([(a, b) for _, a, b in pairs]) if shift is None else shift
+    fits = []
+    for name, measured, model in pairs:
+        fit = fitted(measured, model, found, kind="motion", f_max=top)
+        if fit is None:
+            raise InputError(f"channel {name} and the run have fewer than four instants in common", where=test)
+        fits.append(RecordPair(name, "Pa", fit))
+    note = f"pressures are compared up to {top:.0f} Hz, as far as waves are computed"
+    return RecordFits(run, found, tuple(fits), (note,))
+
+
+def _narrow(course: Course, top: float) -> Course:
+    """Without what is above a frequency, sampled for it."""
+    step = float(course.time[1] - course.time[0])
+    at = np.arange(course.time[0], course.time[-1], max(step, 1.0 / (SAMPLES * top)))
+    return Course(at, np.interp(at, course.time, low_pass(course.values, step, top)))
 
 
 def _computed(h: Histories) -> Iterator[_Computed]:

@@ -6,23 +6,30 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+import numpy as np
+
 from creak.arrays import FloatArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System
+from creak.errors import InputError
+from creak.formats.measured.channel import Channel
 from creak.formats.measured.histories import Histories
 from creak.model.mesh import Model
 from creak.progress import Progress
-from creak.studies.findings.beside_records import RecordFits, fit_records
+from creak.sound.zwicker_tables import RATE
+from creak.studies.findings.beside_records import RecordFits, fit_pressures, fit_records
 from creak.studies.findings.histories import record_of
 from creak.studies.findings.tree import FoundTest
 from creak.studies.models.correlation import fit_modes
 from creak.studies.models.frfs import FrfFit, fit_frfs
-from creak.studies.prepare.measurements import Measurement
+from creak.studies.prepare.measurements import OF_SOUND, Measurement
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
+from creak.studies.sound.heard import Sound
 from creak.studies.warned import attempted
 from creak.verify.mode_fit import ModeFit
+from creak.verify.records import Course
 
 
 @dataclass(frozen=True)
@@ -38,7 +45,9 @@ class _Structure:
     shapes: FloatArray
 
 
-def beside_tests(result: StudyResult, progress: Progress, notes: list[str]) -> tuple[FoundTest, ...]:
+def beside_tests(
+    result: StudyResult, sound: Sound | str | None, progress: Progress, notes: list[str]
+) -> tuple[FoundTest, ...]:
     """The measurements of the study over what was computed; what cannot be compared becomes a note that warns."""
     tests, main = result.setup.tests, main_run(result.runs)
     if any(test.top for test in tests) and result.reference.of_parts is not None:
@@ -50,7 +59,7 @@ def beside_tests(result: StudyResult, progress: Progress, notes: list[str]) -> t
         what = f"test {test.name}"
         modes = attempted(what, partial(_modes, result, test), None, notes)
         frfs = attempted(what, partial(_frfs, result, test, progress), None, notes)
-        records = None if main is None else attempted(what, partial(_records, result, main, test), None, notes)
+        records = None if main is None else attempted(what, partial(_records, result, sound, main, test), None, notes)
         found.append(FoundTest(test.name, test.path.name, modes, frfs, records))
     return tuple(found)
 
@@ -80,9 +89,30 @@ def _frfs(result: StudyResult, test: Measurement, progress: Progress) -> FrfFit 
     return fit_frfs(_structure(result), *test.frfs, top, damping, reduced=system, units=units, progress=progress)
 
 
-def _records(result: StudyResult, main: Run, test: Measurement) -> RecordFits | None:
-    if not test.channels:
-        return None
+def _records(result: StudyResult, sound: Sound | str | None, main: Run, test: Measurement) -> RecordFits | None:
+    heard = [c for c in test.channels if OF_SOUND.fullmatch(c.name)]
+    moved = [c for c in test.channels if not OF_SOUND.fullmatch(c.name)]
+    found = _moved(result, main, moved, test) if moved else None
+    if not heard:
+        return found
+    if not isinstance(sound, Sound):
+        raise InputError(
+            "the run has no sound to lay its pressure over", where=test.path, expected="a run that is heard"
+        )
+    time = np.arange(sound.pressure.shape[2]) / RATE
+    courses = {
+        f"{listener.name} pressure".lower(): Course(time, sound.pressure[k, -1].astype(np.float64))
+        for k, listener in enumerate(sound.listeners)
+    }
+    shift = None if found is None else found.shift
+    more = fit_pressures(courses, heard, test.path, sound.band.computed, main.name, shift)
+    if found is None:
+        return more
+    return replace(found, pairs=(*found.pairs, *more.pairs), notes=(*found.notes, *more.notes))
+
+
+def _moved(result: StudyResult, main: Run, channels: Sequence[Channel], test: Measurement) -> RecordFits:
+    """Motion, gaps and forces."""
     config, record = result.setup.study.config, record_of(main, result)
     histories = Histories(
         main.name,
@@ -96,4 +126,4 @@ def _records(result: StudyResult, main: Run, test: Measurement) -> RecordFits | 
         record.gap,
         record.normal_force,
     )
-    return fit_records(histories, test.channels, test.path, config.verification.f_max)
+    return fit_records(histories, channels, test.path, config.verification.f_max)

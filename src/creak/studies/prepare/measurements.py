@@ -32,9 +32,12 @@ from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 AXES = ("X", "Y", "Z")
 TABLES = (".csv", ".txt")
 UNIVERSAL = (".unv", ".uff", ".u58", ".u55")
+EAR = "ear"
+"""Name of the listener of a study that names none."""
 OF_MODES = "frequency_hz"
 """Column that a table of modes has."""
 MOTION = re.compile(r"(?P<node>.+) (?P<axis>[xyz])", re.IGNORECASE)
+OF_SOUND = re.compile(r"(?P<name>.+) pressure", re.IGNORECASE)
 OF_CONTACT = re.compile(r"(?P<name>.+?)(:[^:]+)? (gap|force|normal force)", re.IGNORECASE)
 
 
@@ -57,13 +60,17 @@ class Measurement:
 
 
 def read_measurements(
-    model: Model, tables: Mapping[str, MeasuredTable], units: str, contacts: Sequence[str], places: Places
+    model: Model,
+    tables: Mapping[str, MeasuredTable],
+    units: str,
+    named: tuple[Sequence[str], Sequence[str]],
+    places: Places,
 ) -> tuple[tuple[Measurement, ...], list[str]]:
     """The measurements, and notes on what of them is left out.
 
     Parameters
     ----------
-    units : of the model. contacts : names of contacts and connectors.
+    units : of the model. named : names of contacts and connectors; of listeners.
 
     Raises
     ------
@@ -79,7 +86,7 @@ def read_measurements(
         frfs = None if one.frfs is None else (one.frfs, located(model, one.frfs, units, path))
         channels = []
         for channel in one.channels:
-            if _is_computed(labels, contacts, channel):
+            if _is_computed(labels, named, channel):
                 channels.append(channel)
             else:
                 notes.append(f"test {name}: channel {channel.name!r} is nothing that the run computes: it is left out")
@@ -95,8 +102,9 @@ def _nothing_computed(name: str, one: _File) -> InputError:
     return InputError(
         f"the run computes none of its {len(one.channels)} channels, the first of which is {first.name!r}",
         where=one.path,
-        expected='names as "1017 Z" (node 1017 of the deck), "flange gap" or "flange force" (contact flange)',
-        fix=f"It is sound: run the study, then creak listen RESULTS --beside {one.path.name}."
+        expected='names as "1017 Z" (a node), "flange gap" or "flange force" (a contact), "ear pressure" (a listener)',
+        fix=f'It is sound: say channels = {{ {json.dumps(first.name)} = "ear pressure" }}, or run the study, then '
+        f"creak listen RESULTS --beside {one.path.name}."
         if heard
         else f'Say which is which: [test.{name}] channels = {{ {json.dumps(first.name)} = "1017 Z" }}.',
     )
@@ -221,8 +229,10 @@ def _labels(model: Model) -> dict[str, int]:
     return node_labels(model, np.arange(model.nodes.count))
 
 
-def _is_computed(labels: Mapping[str, int], contacts: Sequence[str], channel: Channel) -> bool:
+def _is_computed(labels: Mapping[str, int], named: tuple[Sequence[str], Sequence[str]], channel: Channel) -> bool:
     if match := MOTION.fullmatch(channel.name):
         return match["node"].upper() in labels
-    match = OF_CONTACT.fullmatch(channel.name)
-    return match is not None and match["name"].lower() in {name.lower() for name in contacts}
+    for pattern, names in zip((OF_CONTACT, OF_SOUND), named, strict=True):
+        if match := pattern.fullmatch(channel.name):
+            return match["name"].lower() in {name.lower() for name in names}
+    return False

@@ -50,7 +50,7 @@ from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
-from creak.studies.prepare.measurements import Measurement, measured_nodes, read_measurements
+from creak.studies.prepare.measurements import EAR, Measurement, measured_nodes, read_measurements
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
@@ -268,8 +268,8 @@ def set_up_model(
     pairs = _pairs(model, c.verification.pairs, places)
     notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
     check_reduction(model, c.reduction, places)
-    groups = [*contacts.group, *connectors.group]
-    tests, left = read_measurements(model, c.test, c.model.units, groups, places)
+    named = [*contacts.group, *connectors.group], [*c.listener] or [EAR]
+    tests, left = read_measurements(model, c.test, c.model.units, named, places)
     notes += left
     modal: ModalDamping | None = c.damping.modal
     if c.damping.from_test is not None:

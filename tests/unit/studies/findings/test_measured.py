@@ -11,6 +11,7 @@ import creak
 from creak.errors import InputError
 from creak.formats.measured.histories import read_histories
 from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.sound.zwicker_tables import RATE
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY as UNDAMPED
@@ -89,10 +90,17 @@ file = "logger.wav"
 full_scale = 2.0
 unit = "mm"
 channels = {{ "1" = "{run.node_names[0]} Z" }}
+[test.microphone]
+file = "mic.csv"
 """
     rate, half = 8000, 0.5 * run.displacement[:, 0, 2]
     at = np.arange(run.time[0], run.time[-1], 1.0 / rate)
     wavfile.write(folder / "logger.wav", rate, np.interp(at, run.time, half).astype(np.float32))
+    sound = plain[0].sound
+    t = np.arange(sound.pressure.shape[2]) / RATE
+    rows = zip(t[:20_000:2] + LATE, 2.0 * sound.pressure[0, -1, :20_000:2], strict=True)
+    lines = ["time [s],ear pressure [Pa]", *(f"{a:.9g},{b:.6g}" for a, b in rows)]
+    (folder / "mic.csv").write_text("\n".join(lines), encoding="utf-8")
     study = with_tests(folder, tables)
     again = creak.run(study)
     again.save(folder / "out")
@@ -147,6 +155,16 @@ def test_a_wav_file_has_the_unit_that_the_study_gives(found, run):
     assert pair.fit.rms[0] == pytest.approx(pair.fit.rms[1], rel=0.02)
 
 
+def test_a_pressure_lies_over_that_of_the_listener(found):
+    """Twice as loud as what was computed."""
+    records = found[0].findings.tests[4].records
+    (pair,) = records.pairs
+    assert (pair.name, pair.unit) == ("ear pressure", "Pa")
+    assert records.shift == pytest.approx(-LATE, abs=1e-4)
+    assert pair.fit.correlation > 0.999
+    assert pair.fit.rms[0] == pytest.approx(2.0 * pair.fit.rms[1], rel=0.01)
+
+
 def test_functions_are_those_of_the_dense_matrices(found):
     frfs = found[0].findings.tests[2].frfs
     assert len(frfs.pairs) == len(frfs.reduced) == 2
@@ -159,7 +177,7 @@ def test_functions_are_those_of_the_dense_matrices(found):
 def test_what_was_found_is_told_and_stored(found):
     result, folder = found
     told = result.summary["tests"]
-    assert list(told) == ["modal", "drive", "hammer", "logger"]
+    assert list(told) == ["modal", "drive", "hammer", "logger", "microphone"]
     assert [key for key, part in told["modal"].items() if part is None] == ["frfs", "records"]
     assert told["hammer"]["frfs"]["functions"][0]["frac_reduced"] > 0.999
     again = creak.open_result(folder / "out")
