@@ -17,7 +17,7 @@ from creak.linalg.memory import MADE, fits, free_bytes, require
 from creak.linalg.pencil import Pencil, dense_pairs, full
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.sparse_product import BlockProduct, copy_fits
-from creak.linalg.windows import amid_or_in_windows, are_apart
+from creak.linalg.windows import AMID, amid_or_in_windows, are_apart
 from creak.progress import Steps
 
 DENSE_LIMIT = 600
@@ -222,7 +222,7 @@ def _beyond(
     """`found` with the further modes of omega^2 = `upper`; None where all are to be computed anew.
 
     The factor that counts those below `BAND` times the frequency is at the shift, or just after the first one sought;
-    those nearest to it converge first.
+    those nearest to it converge first. Of many the shift is amid them.
     """
     if found.next_omega2 == np.inf:
         return found
@@ -236,7 +236,11 @@ def _beyond(
         return None
     require(16.0 * n * (known + more), f"{known + more:,} modes of {n:,} equations", FEWER)
     lower = float(found.omega2[-1]) if known else -np.inf
-    above, below = shift * (1.0 + 1e-6), min(below, more)
+    above = shift * (1.0 + 1e-6)
+    if known and MANY <= below <= more:  # amid the ones that are sought: half as many others converge with them
+        shift = lower + AMID * (shift - lower)
+        counted = pencil.counted(shift, counted)
+    below = min(below, more)
     new = lanczos(
         counted,
         pencil.mass,

@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from creak.errors import NumericalError
 from creak.linalg import modes as linalg_modes
 from creak.linalg import windows
-from creak.linalg.modes import DENSE_LIMIT, modes
+from creak.linalg.modes import DENSE_LIMIT, MANY, modes
 from creak.linalg.pencil import regular_pairs
 from helpers_cantilever import SECTION, planar
 from helpers_core import NO_DAMPING, block, model_of, part_system, plate, shell, straight_beam
@@ -324,6 +324,25 @@ def test_further_modes_are_those_that_there_are(shell_case, kept, short, monkeyp
     np.testing.assert_allclose(found.omega2, exact[:wanted], rtol=1e-5)  # as the dense solver has the lowest
     np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(wanted), atol=1e-9)
     assert found.next_omega2 == pytest.approx(exact[wanted], rel=1e-8)
+
+
+@pytest.mark.parametrize("held", [True, False])
+@pytest.mark.parametrize("step", [1.2, 1.5])
+def test_modes_that_are_known_are_gone_on_from(held, step):
+    """From some 50 or 75 modes of a chain to a band that has at least MANY more: those of the closed form."""
+    n = 1500
+    K, M, exact = long_chain(n, held=held)
+    f = 0.5 * (np.sqrt(exact[49]) + np.sqrt(exact[50])) / (2.0 * np.pi)
+    known = modes(K, M, f_max=f, further=True, free=not held)
+    found = modes(K, M, f_max=step * 1.5 * f, further=True, free=not held, found=known)
+    count = found.omega2.size
+    assert count - known.omega2.size >= MANY
+    assert found.sturm_ok
+    start = 0 if held else 1
+    np.testing.assert_allclose(found.omega2[start:], exact[start:count], rtol=1e-9)
+    np.testing.assert_allclose(found.shapes.T @ (M @ found.shapes), np.eye(count), atol=1e-8)
+    at_once = modes(K, M, f_max=step * 1.5 * f, further=True, free=not held)
+    assert found.columns - known.columns < at_once.columns
 
 
 @pytest.mark.parametrize("n", [30, 800])
