@@ -16,6 +16,7 @@ from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.forced_step import limited
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak_thesis.door import write_door
+from creak_thesis.plan import F_MAX
 
 SCHEME = HHT(-0.05)
 
@@ -37,12 +38,8 @@ class Door:
         return reduce_model(self.setup, self.reference, self.gaps, silent)
 
 
-F_MAX = 1500.0
-"""Hz, of the modes in what is timed and compared: the study of the door finds its own."""
-
-
 def door_study(folder: Path) -> Study:
-    """That of the door in a folder, with modes up to `F_MAX`."""
+    """That of the door in a folder, with the modes of the thesis: what is timed and compared does not find its own."""
     return with_changes(read_study(folder / "door.toml"), {"reduction.f_max": F_MAX})
 
 

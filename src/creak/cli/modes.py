@@ -11,9 +11,8 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import model_detail
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
-from creak.formats.destination import descriptor_of
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
@@ -60,7 +59,7 @@ def modes(
     point = _point(about)
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
-    on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
+    on_stdout = is_stdout(json_file)
     files = [path for path in (vtk, uff, pch, page, None if on_stdout else json_file) if path is not None]
     require_test(test, test_units, sensors, page)
     will_read(deck, *(path for path in (test, sensors) if path is not None))

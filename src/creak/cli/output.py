@@ -25,7 +25,7 @@ from rich.text import Text
 
 from creak.cli.console import Terminal, printable
 from creak.errors import CreakError, InputError, shortened
-from creak.formats.destination import Destination, destination
+from creak.formats.destination import Destination, descriptor_of, destination
 from creak.progress import Sentence
 
 QUIET = typer.Option(False, "--quiet", "-q", help="No progress and no tables; warnings and errors stay.")
@@ -220,6 +220,11 @@ class Output:
         """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:
             sys.stdout.write(json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
+
+
+def is_stdout(path: Path | None) -> bool:
+    """Whether the file that --json names is standard output."""
+    return path is not None and (path == Path("-") or descriptor_of(path) == STDOUT)
 
 
 def finite(data: Any) -> Any:

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from creak.cli.modes import LengthName
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, STDOUT, VERBOSE, Output, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
-from creak.formats.destination import descriptor_of
 
 if TYPE_CHECKING:
     from creak.studies.models.update import ModelUpdate, Sensitivities
@@ -49,7 +48,7 @@ def update(
     from creak.formats.deck.command_files import will_read
     from creak.studies.models import update as studies
 
-    on_stdout = json_file is not None and (json_file == Path("-") or descriptor_of(json_file) == STDOUT)
+    on_stdout = is_stdout(json_file)
     _check(uncertainty, parameter, out, page)
     will_read(study_file, test, *([sensors] if sensors is not None else []))
     study = read_study(study_file)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy.fft import fft, ifft, irfft, next_fast_len, rfft
@@ -141,6 +141,21 @@ def carriers(span: Span, bands: IntArray, size: int) -> FloatArray:
         x = irfft(X, size)
         out[row] = x / np.sqrt(np.mean(x**2))
     return out
+
+
+@dataclass(frozen=True)
+class Noise:
+    """`carriers` of a span, each length made once."""
+
+    span: Span
+    known: dict[int, FloatArray] = field(default_factory=dict, compare=False, repr=False)
+
+    def of(self, n: int) -> FloatArray:
+        """(n_band, size) of the shortest length from n on whose transform is fast."""
+        size = next_fast_len(n, real=True)
+        if size not in self.known:
+            self.known[size] = carriers(self.span, self.span.bands, size)
+        return self.known[size]
 
 
 def along(noise: FloatArray, envelopes: Sequence[FloatArray], shift: int) -> FloatArray:

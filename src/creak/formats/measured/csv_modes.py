@@ -114,10 +114,21 @@ def _complete(path: Path, shapes: np.ndarray, channels: list[tuple[str, tuple[fl
         )
 
 
+def is_of_modes(lines: Sequence[str]) -> bool:
+    """Whether a table is one of modes, by its head."""
+    at = _head(lines)
+    return at is not None and NEEDED[0] in lines[at].lower()
+
+
+def _head(lines: Sequence[str]) -> int | None:
+    """Row of the head: the first with something in it that is no comment."""
+    return next((k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
+
+
 def _rows(path: Path) -> tuple[list[_Row], float | None]:
     """The rows of the table, and the units of length in 1 m where its head tells."""
     lines = plain_file(path).read_text(encoding="utf-8-sig").splitlines()
-    at = next((k for k, line in enumerate(lines) if line.strip() and not line.lstrip().startswith("#")), None)
+    at = _head(lines)
     if at is None:
         raise InputError("the table is empty", where=path, expected=HEADER)
     separator = max(SEPARATORS, key=lines[at].count)

@@ -9,11 +9,13 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
+from creak.formats.measured.channel import Channel
 from creak.formats.measured.csv_modes import read_csv_modes
 from creak.formats.measured.modes import MeasuredFrfs, MeasuredModes
 from creak.formats.measured.uff_frfs import uff_frfs
+from creak.formats.measured.uff_functions import histories_among
 from creak.formats.measured.uff_modes import MODE, read_uff_modes, uff_modes
-from creak.formats.measured.uff_sets import data_sets
+from creak.formats.measured.uff_sets import DataSet, data_sets
 
 READERS: dict[str, Callable[[Path], MeasuredModes]] = {
     **dict.fromkeys((".unv", ".uff", ".u55"), read_uff_modes),
@@ -24,11 +26,13 @@ READERS: dict[str, Callable[[Path], MeasuredModes]] = {
 
 @dataclass(frozen=True)
 class ModalTest:
-    """What a file of a modal test holds, at least one of the two."""
+    """What a file of a test holds, at least one of the three."""
 
     path: Path
-    modes: MeasuredModes | None
-    frfs: MeasuredFrfs | None
+    modes: MeasuredModes | None = None
+    frfs: MeasuredFrfs | None = None
+    channels: tuple[Channel, ...] = ()
+    """Time histories, where they were asked for."""
 
 
 def read_measured_modes(path: Path) -> MeasuredModes:
@@ -38,7 +42,7 @@ def read_measured_modes(path: Path) -> MeasuredModes:
     ------
     InputError : no such file; it is cut short, holds no modes, or is not of its kind.
     """
-    with reading(path):
+    with _reading(path):
         return _reader(path)(path)
 
 
@@ -49,13 +53,28 @@ def read_test(path: Path) -> ModalTest:
     ------
     InputError : as `read_measured_modes`, or it holds neither modes nor such functions.
     """
-    with reading(path):
+    with _reading(path):
         if (read_modes := _reader(path)) is not read_uff_modes:
-            return ModalTest(path, read_modes(path), None)
-        sets = data_sets(path)
-        frfs = uff_frfs(path, sets)
-        has_modes = frfs is None or any(one.number == MODE for one in sets)
-        return ModalTest(path, uff_modes(path, sets) if has_modes else None, frfs)
+            return ModalTest(path, read_modes(path))
+        return _of_sets(path, data_sets(path), [])
+
+
+def read_universal(path: Path) -> ModalTest:
+    """All that a universal file holds of a test: time histories besides.
+
+    Raises
+    ------
+    InputError : as `read_test`, or it holds none of the three.
+    """
+    with _reading(path):
+        channels, rest = histories_among(data_sets(path))
+        return _of_sets(path, rest, channels)
+
+
+def _of_sets(path: Path, sets: list[DataSet], channels: list[Channel]) -> ModalTest:
+    frfs = uff_frfs(path, sets)
+    has_modes = any(one.number == MODE for one in sets) or (frfs is None and not channels)
+    return ModalTest(path, uff_modes(path, sets) if has_modes else None, frfs, tuple(channels))
 
 
 def _reader(path: Path) -> Callable[[Path], MeasuredModes]:
@@ -66,7 +85,7 @@ def _reader(path: Path) -> Callable[[Path], MeasuredModes]:
 
 
 @contextmanager
-def reading(path: Path) -> Iterator[None]:
+def _reading(path: Path) -> Iterator[None]:
     """What the system says about a file, as an InputError."""
     try:
         yield

@@ -151,10 +151,17 @@ def read_uff_functions(path: Path) -> list[Channel]:
     ------
     InputError : no such function in it, one that is complex or unevenly sampled, or cut short.
     """
-    found = [_channel(f) for f in functions(data_sets(path)) if f.abscissa.kind == TIME]
+    found, _ = histories_among(data_sets(path))
     if not found:
         raise InputError("no function of time (data set 58) in it", where=path, expected="abscissa in s (type 17)")
     return found
+
+
+def histories_among(sets: list[DataSet]) -> tuple[list[Channel], list[DataSet]]:
+    """The functions of time among a file's data sets, as `read_uff_functions` has them, and the other data sets."""
+    timed = [f for f in functions(sets) if f.abscissa.kind == TIME]
+    taken = {id(f.of) for f in timed}
+    return [_channel(f) for f in timed], [one for one in sets if id(one) not in taken]
 
 
 def _channel(f: MeasuredFunction) -> Channel:

@@ -9,6 +9,9 @@ from pydantic import Field, StrictBool, field_validator, model_validator
 
 from creak.studies.file.table import Finite, Positive, Table
 
+UNNAMED = "ear"
+"""Name of the listener of a study that names none."""
+
 
 class ListenerTable(Table):
     """[listener.NAME]: where the sound of the contacts is heard. Without one: an ear 0.6 m off the loudest panel."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import codecs
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -107,7 +108,11 @@ def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
     ------
     InputError : no such file, or unreadable.
     """
-    lines = read_lines(path, where, kind)
+    return header_of(read_lines(path, where, kind), path)
+
+
+def header_of(lines: Sequence[str], path: Path) -> tuple[list[str], Rows]:
+    """The same of lines that `read_lines` read."""
     rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
 

@@ -12,7 +12,6 @@ from creak.arrays import FloatArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System
 from creak.errors import InputError
-from creak.formats.measured.channel import Channel
 from creak.formats.measured.histories import Histories
 from creak.model.mesh import Model
 from creak.progress import Progress
@@ -48,18 +47,25 @@ class _Structure:
 def beside_tests(
     result: StudyResult, sound: Sound | str | None, progress: Progress, notes: list[str]
 ) -> tuple[FoundTest, ...]:
-    """The measurements of the study over what was computed; what cannot be compared becomes a note that warns."""
+    """The measurements of the study over what was computed; what cannot be compared becomes a note."""
     tests, main = result.setup.tests, main_run(result.runs)
+    f_max = result.setup.study.config.verification.f_max
     if any(test.top for test in tests) and result.reference.of_parts is not None:
         notes.append("modes and functions of tests: memory does not hold the unreduced model, they are not compared")
         tests = tuple(replace(test, modes=None, frfs=None) for test in tests)
+    moved = any(not OF_SOUND.fullmatch(c.name) for test in tests for c in test.channels)
+    histories = None
+    if main is not None and moved:
+        histories = attempted("time histories beside the tests", partial(_histories, result, main), None, notes)
     found = []
     for k, test in enumerate(tests):
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
         modes = attempted(what, partial(_modes, result, test), None, notes)
         frfs = attempted(what, partial(_frfs, result, test, progress), None, notes)
-        records = None if main is None else attempted(what, partial(_records, result, sound, main, test), None, notes)
+        records = None
+        if main is not None:
+            records = attempted(what, partial(_records, histories, sound, test, f_max), None, notes)
         found.append(FoundTest(test.name, test.path.name, modes, frfs, records))
     return tuple(found)
 
@@ -89,10 +95,12 @@ def _frfs(result: StudyResult, test: Measurement, progress: Progress) -> FrfFit 
     return fit_frfs(_structure(result), *test.frfs, top, damping, reduced=system, units=units, progress=progress)
 
 
-def _records(result: StudyResult, sound: Sound | str | None, main: Run, test: Measurement) -> RecordFits | None:
+def _records(
+    histories: Histories | None, sound: Sound | str | None, test: Measurement, f_max: float
+) -> RecordFits | None:
     heard = [c for c in test.channels if OF_SOUND.fullmatch(c.name)]
     moved = [c for c in test.channels if not OF_SOUND.fullmatch(c.name)]
-    found = _moved(result, main, moved, test) if moved else None
+    found = fit_records(histories, moved, test.path, f_max) if histories is not None and moved else None
     if not heard:
         return found
     if not isinstance(sound, Sound):
@@ -105,18 +113,18 @@ def _records(result: StudyResult, sound: Sound | str | None, main: Run, test: Me
         for k, listener in enumerate(sound.listeners)
     }
     shift = None if found is None else found.shift
-    more = fit_pressures(courses, heard, test.path, sound.band.computed, main.name, shift)
+    more = fit_pressures(courses, heard, test.path, sound.band.computed, sound.run, shift)
     if found is None:
         return more
     return replace(found, pairs=(*found.pairs, *more.pairs), notes=(*found.notes, *more.notes))
 
 
-def _moved(result: StudyResult, main: Run, channels: Sequence[Channel], test: Measurement) -> RecordFits:
-    """Motion, gaps and forces."""
-    config, record = result.setup.study.config, record_of(main, result)
-    histories = Histories(
+def _histories(result: StudyResult, main: Run) -> Histories:
+    """Motion, gaps and forces of the run as results.h5 holds them."""
+    record = record_of(main, result)
+    return Histories(
         main.name,
-        config.model.units,
+        result.setup.study.config.model.units,
         record.time,
         record.node_ids,
         tuple(record.node_names),
@@ -126,4 +134,3 @@ def _moved(result: StudyResult, main: Run, channels: Sequence[Channel], test: Me
         record.gap,
         record.normal_force,
     )
-    return fit_records(histories, channels, test.path, config.verification.f_max)

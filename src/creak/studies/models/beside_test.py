@@ -69,12 +69,12 @@ def deck_beside_test(
     found = deck_modes(deck, f_max=highest, count=count, about=about, ignore=ignore, progress=progress)
     modes = frfs = None
     if measured.modes is not None:
-        mapped = read_sensor_map(sensors, found.model, measured.modes) if sensors is not None else {}
+        mapped = read_sensor_map(sensors, found.model, measured.modes)
         modes = correlate(found, measured.modes, units=units, test_units=test_units, mapped=mapped)
     if measured.frfs is not None:
         top = tops[-1] if f_max is None else min(tops[-1], f_max)
         top = top if count is None else min(top, found.frequencies[-1])
-        mapped = read_sensor_map(sensors, found.model, measured.frfs) if sensors is not None else {}
+        mapped = read_sensor_map(sensors, found.model, measured.frfs)
         frfs = compare_frfs(
             found,
             measured.frfs,

@@ -202,7 +202,7 @@ def update_case(
     """
     measured = read_measured_modes(test)
     model = read_model(study.places.sibling(study.config.model.deck))
-    mapped = read_sensor_map(sensors, model, measured) if sensors is not None else {}
+    mapped = read_sensor_map(sensors, model, measured)
     return UpdateCase(study, model, measured, test_units, mapped, ignore, closed)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -13,29 +13,22 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
+from creak.formats.measured.csv_modes import is_of_modes
 from creak.formats.measured.files import is_measured, read_channels
-from creak.formats.measured.mode_files import read_measured_modes, reading
+from creak.formats.measured.histories import AXES
+from creak.formats.measured.mode_files import ModalTest, read_measured_modes, read_universal
 from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
-from creak.formats.measured.uff_frfs import uff_frfs
-from creak.formats.measured.uff_functions import TIME, functions, read_uff_functions
-from creak.formats.measured.uff_modes import MODE, uff_modes
-from creak.formats.measured.uff_sets import data_sets
 from creak.formats.measured.unit_words import plain_unit
 from creak.formats.wav import read_wav
 from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.places import Places
-from creak.studies.file.tables import read_header, table_column
+from creak.studies.file.tables import Rows, header_of, read_header, read_lines, table_column
 from creak.studies.file.test_tables import MeasuredTable
 from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 
-AXES = ("X", "Y", "Z")
 TABLES = (".csv", ".txt")
 UNIVERSAL = (".unv", ".uff", ".u58", ".u55")
-EAR = "ear"
-"""Name of the listener of a study that names none."""
-OF_MODES = "frequency_hz"
-"""Column that a table of modes has."""
 MOTION = re.compile(r"(?P<node>.+) (?P<axis>[xyz])", re.IGNORECASE)
 OF_SOUND = re.compile(r"(?P<name>.+) pressure", re.IGNORECASE)
 OF_CONTACT = re.compile(r"(?P<name>.+?)(:[^:]+)? (gap|force|normal force)", re.IGNORECASE)
@@ -51,6 +44,8 @@ class Measurement:
     frfs: tuple[MeasuredFrfs, Sensors] | None
     channels: tuple[Channel, ...]
     """Time histories, under the names that the run gives what they measure."""
+    nodes_idx: IntArray
+    """Rows of the nodes whose motion is among these."""
 
     @property
     def top(self) -> float:
@@ -77,13 +72,15 @@ def read_measurements(
     InputError : a file is wrong, its sensors are not on the model, or the run computes nothing of what it holds.
     """
     notes: list[str] = []
-    labels = _labels(model) if tables else {}
+    labels: dict[str, int] = {}
     found = []
     for name, table in tables.items():
         one = _read(name, table, places)
+        if one.channels and not labels:
+            labels = node_labels(model, np.arange(model.nodes.count))
         path = None if table.sensors is None else places.sibling(table.sensors)
-        modes = None if one.modes is None else (one.modes, located(model, one.modes, units, path))
-        frfs = None if one.frfs is None else (one.frfs, located(model, one.frfs, units, path))
+        modes = None if one.modes is None else (one.modes, _located(model, one.modes, units, path))
+        frfs = None if one.frfs is None else (one.frfs, _located(model, one.frfs, units, path))
         channels = []
         for channel in one.channels:
             if _is_computed(labels, named, channel):
@@ -92,11 +89,13 @@ def read_measurements(
                 notes.append(f"test {name}: channel {channel.name!r} is nothing that the run computes: it is left out")
         if one.channels and not channels and modes is None and frfs is None:
             raise _nothing_computed(name, one)
-        found.append(Measurement(name, one.path, modes, frfs, tuple(channels)))
+        moved = (match["node"].upper() for c in channels if (match := MOTION.fullmatch(c.name)))
+        nodes = np.array([labels[node] for node in dict.fromkeys(moved)], dtype=np.int64)
+        found.append(Measurement(name, one.path, modes, frfs, tuple(channels), nodes))
     return tuple(found), notes
 
 
-def _nothing_computed(name: str, one: _File) -> InputError:
+def _nothing_computed(name: str, one: ModalTest) -> InputError:
     first = one.channels[0]
     heard = plain_unit(first.unit) == "pa"
     return InputError(
@@ -110,18 +109,8 @@ def _nothing_computed(name: str, one: _File) -> InputError:
     )
 
 
-def located(model: Model, measured: Measured, units: str, path: Path | None) -> Sensors:
-    """The sensors of a test on the nodes of a model, by a map where there is one; raises as `sensors.locate`."""
-    mapped = {} if path is None else read_sensor_map(path, model, measured)
-    return locate(model, measured, units, None, mapped)
-
-
-def measured_nodes(model: Model, measurements: Sequence[Measurement]) -> IntArray:
-    """Rows of the nodes whose motion was measured over time."""
-    labels = _labels(model) if measurements else {}
-    names = (c.name for m in measurements for c in m.channels)
-    found = (labels.get(match["node"].upper()) for name in names if (match := MOTION.fullmatch(name)))
-    return np.array([row for row in dict.fromkeys(found) if row is not None], dtype=np.int64)
+def _located(model: Model, measured: Measured, units: str, path: Path | None) -> Sensors:
+    return locate(model, measured, units, None, read_sensor_map(path, model, measured))
 
 
 def record_channels(path: Path) -> Iterator[Channel]:
@@ -135,7 +124,11 @@ def record_channels(path: Path) -> Iterator[Channel]:
     if is_measured(path):
         yield from map(named_by_place, read_channels(path))
         return
-    header, rows = read_header(path, "", "table")
+    yield from table_channels(path, *read_header(path, "", "table"))
+
+
+def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channel]:
+    """Each column of a table that was read, over the first one, evenly sampled."""
     for column in header[1:]:
         time, values = table_column(path, header, rows, column)
         name, _, unit = column.partition("[")
@@ -157,41 +150,30 @@ def _plain(name: str) -> str:
     return re.sub(r"\s+", " ", name.strip())
 
 
-@dataclass(frozen=True)
-class _File:
-    path: Path
-    modes: MeasuredModes | None = None
-    frfs: MeasuredFrfs | None = None
-    channels: tuple[Channel, ...] = ()
-
-
-def _read(name: str, table: MeasuredTable, places: Places) -> _File:
+def _read(name: str, table: MeasuredTable, places: Places) -> ModalTest:
     path, where = places.sibling(table.file), places.where("test", name, "file")
     ending = Path(table.file).suffix.lower()
-    if ending == ".wav":
-        return _File(path, channels=_renamed(tuple(_wav_channels(path, table, where)), table, name, places))
-    if ending in TABLES and OF_MODES in read_header(path, where, "file of a test")[0]:
-        return _File(path, modes=read_measured_modes(path))
+    found = ModalTest(path)
+    channels: Iterable[Channel]
     if ending in UNIVERSAL:
-        return _universal(path, table, name, places)
-    if not is_measured(Path(table.file)) and ending not in TABLES:
+        found = read_universal(path)
+        channels = map(named_by_place, found.channels)
+    elif ending in TABLES:
+        lines = read_lines(path, where, "file of a test")
+        if is_of_modes(lines):
+            return ModalTest(path, read_measured_modes(path))
+        channels = table_channels(path, *header_of(lines, path))
+    elif ending == ".wav":
+        channels = _wav_channels(path, table, where)
+    elif is_measured(Path(table.file)):
+        channels = record_channels(path)
+    else:
         raise InputError(
             f"[test.{name}] file = {table.file!r}",
             where=where,
             expected="a universal file (.unv, .uff), CSV, RPC III (.rsp, .drv) or WAV",
         )
-    return _File(path, channels=_renamed(tuple(record_channels(path)), table, name, places))
-
-
-def _universal(path: Path, table: MeasuredTable, name: str, places: Places) -> _File:
-    with reading(path):
-        sets = data_sets(path)
-    timed = {id(f.of) for f in functions(sets) if f.abscissa.kind == TIME}
-    rest = [one for one in sets if id(one) not in timed]
-    frfs = uff_frfs(path, rest)
-    has_modes = any(one.number == MODE for one in rest) or (frfs is None and not timed)
-    channels = tuple(map(named_by_place, read_uff_functions(path))) if timed else ()
-    return _File(path, uff_modes(path, rest) if has_modes else None, frfs, _renamed(channels, table, name, places))
+    return replace(found, channels=_renamed(tuple(channels), table, name, places))
 
 
 def _wav_channels(path: Path, table: MeasuredTable, where: str) -> Iterator[Channel]:
@@ -223,10 +205,6 @@ def _renamed(channels: tuple[Channel, ...], table: MeasuredTable, name: str, pla
             )
     given = {_plain(key).lower(): _plain(value) for key, value in table.channels.items()}
     return tuple(replace(c, name=given.get(c.name.lower(), c.name)) for c in channels)
-
-
-def _labels(model: Model) -> dict[str, int]:
-    return node_labels(model, np.arange(model.nodes.count))
 
 
 def _is_computed(labels: Mapping[str, int], named: tuple[Sequence[str], Sequence[str]], channel: Channel) -> bool:

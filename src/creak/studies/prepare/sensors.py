@@ -96,13 +96,15 @@ def locate(model: Model, measured: Measured, units: str, test_units: str | None,
     return Sensors(rows, shown, distance, tuple(how), scale)
 
 
-def read_sensor_map(path: Path, model: Model, measured: Measured) -> dict[str, int]:
-    """Sensor -> node row of a CSV file with the header sensor,node.
+def read_sensor_map(path: Path | None, model: Model, measured: Measured) -> dict[str, int]:
+    """Sensor -> node row of a CSV file with the header sensor,node; empty without a file.
 
     Raises
     ------
     InputError : no such file, wrong header; an unknown sensor or node, a sensor twice.
     """
+    if path is None:
+        return {}
     labels, found = node_labels(model, np.arange(model.nodes.count)), {}
     for line, row in read_rows(path, "--sensors", "table of sensors", ["sensor", "node"]):
         sensor, node = row[0].strip(), row[1].strip() if len(row) > 1 else ""

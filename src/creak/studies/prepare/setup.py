@@ -31,6 +31,7 @@ from creak.studies.file.config import ReductionTable, TimeTable
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
+from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
 from creak.studies.prepare.amount_check import clearance_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
@@ -50,7 +51,7 @@ from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
-from creak.studies.prepare.measurements import EAR, Measurement, measured_nodes, read_measurements
+from creak.studies.prepare.measurements import Measurement, read_measurements
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
 from creak.studies.prepare.reduction import Band, Reduction
@@ -268,7 +269,7 @@ def set_up_model(
     pairs = _pairs(model, c.verification.pairs, places)
     notes += check_outputs(course, time[:: c.time.substeps], len(pairs))
     check_reduction(model, c.reduction, places)
-    named = [*contacts.group, *connectors.group], [*c.listener] or [EAR]
+    named = [*contacts.group, *connectors.group], [*c.listener] or [UNNAMED]
     tests, left = read_measurements(model, c.test, c.model.units, named, places)
     notes += left
     modal: ModalDamping | None = c.damping.modal
@@ -288,7 +289,7 @@ def set_up_model(
         connectors,
         loads,
         pairs,
-        _watched(model, c.output.node_sets, pairs, measured_nodes(model, tests), places),
+        _watched(model, c.output.node_sets, pairs, [test.nodes_idx for test in tests], places),
         [*notes, *elines.notes],
         superelements,
         elines=elines,
@@ -377,7 +378,9 @@ def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> I
     return np.column_stack([main, secondary])
 
 
-def _watched(model: Model, node_sets: Sequence[str], pairs: IntArray, measured: IntArray, places: Places) -> IntArray:
+def _watched(
+    model: Model, node_sets: Sequence[str], pairs: IntArray, measured: Sequence[IntArray], places: Places
+) -> IntArray:
     where = places.where("output", "nodes")
     sets = [model.node_set(name, where=where) for name in node_sets]
-    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets, measured]).tolist())), dtype=np.int64)
+    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets, *measured]).tolist())), dtype=np.int64)

@@ -17,6 +17,7 @@ from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
+from creak.sound.carriers import Noise, Span
 from creak.sound.forced import LOWEST, without_clicks
 from creak.sound.room import Room
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES, a_weighted_sum
@@ -33,8 +34,7 @@ from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.loud import Heard, heard_of
 from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.radiation import LARGE
-from creak.studies.sound.road import road_levels
-from creak.studies.sound.road import together as sum_of_levels
+from creak.studies.sound.road import road_levels, sum_of_levels
 from creak.studies.sound.rooms import cabin_of, room_of
 from creak.studies.sound.source import Source, source_of
 from creak.studies.sound.statistics import END, Statistics, statistics_of
@@ -137,10 +137,10 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     known = more if isinstance(more, Statistics) else None
     band = band if known is None else replace(band, statistics=known.span.high)
 
-    noise: dict[int, FloatArray] = {}
+    noise = Noise(Span(LOWEST, band.high))
 
     def ear_of(one: Listener) -> Ear:
-        cabin = None if room is None else cabin_of(room, one, levels, metre, band.high, noise)
+        cabin = None if room is None else cabin_of(room, one, levels, metre, noise)
         plain = Ear(replace(one, side=0), near, metre, beyond, known)
         ear = replace(plain, listener=one, cabin=cabin, background=background, known={})
         ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)

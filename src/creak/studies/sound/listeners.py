@@ -14,7 +14,7 @@ from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.sound.head import RADIUS, Head
 from creak.studies.file.places import Places
-from creak.studies.file.sound_tables import ListenerTable
+from creak.studies.file.sound_tables import UNNAMED, ListenerTable
 
 EAR = 0.6
 """m between the loudest panel and the listener where none is given."""
@@ -173,7 +173,7 @@ def ear_off(model: Model, skin: Skin, part: int, units: str) -> Listener:
         normal = -normal
     depth = float((panel.corners @ normal).max() - middle @ normal)
     position = middle + (depth + EAR / METRES[units]) * normal
-    return Listener("ear", position, skin, _names(model, skin), False)
+    return Listener(UNNAMED, position, skin, _names(model, skin), False)
 
 
 def _names(model: Model, skin: Skin) -> tuple[str, ...]:

@@ -53,7 +53,7 @@ def road_levels(system: System, loads: Loads, ear: Ear, window: tuple[float, flo
     return levels
 
 
-def together(one: FloatArray | None, other: FloatArray) -> FloatArray:
+def sum_of_levels(one: FloatArray | None, other: FloatArray) -> FloatArray:
     """(28,) dB of two sounds whose energies add up; None: the other alone."""
     return other if one is None else np.asarray(10.0 * np.log10(10.0 ** (0.1 * one) + 10.0 ** (0.1 * other)))
 

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
-from scipy.fft import next_fast_len
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.sound.carriers import Span, along, carriers
-from creak.sound.forced import LOWEST, without_lows
+from creak.sound.carriers import Noise, along
+from creak.sound.forced import without_lows
 from creak.sound.head import RADIUS
 from creak.sound.room import Room, diffuse_squares, ear_noise
 from creak.sound.zwicker_tables import BANDS, RATE
@@ -31,25 +30,21 @@ class Cabin:
     room: Room
     spread: float
     """1/m^2, mean of 1 / r^2 over what radiates."""
-    span: Span
-    """What is heard of it."""
+    noise: Noise
+    """Of what is heard of it, one for all listeners."""
     side: int = 0
     """1, -1: at the left or right ear; 0: at the middle of the head."""
-    noise: dict[int, FloatArray] = field(default_factory=dict, compare=False, repr=False)
-    """By its length: what was made before, for all listeners."""
 
     def adds(self, direct: FloatArray) -> FloatArray:
         """(n_group, n) Pa of the diffuse field that the sound of each group feeds, direct (n_group, n) at 48 kHz."""
-        n, bands, out = direct.shape[1], self.span.bands, np.zeros(direct.shape)
-        size = next_fast_len(n, real=True)
-        if size not in self.noise:
-            self.noise[size] = carriers(self.span, bands, size)
-        noise = ear_noise(self.noise[size], bands, RADIUS, self.side)
+        n, span, out = direct.shape[1], self.noise.span, np.zeros(direct.shape)
+        bands = span.bands
+        noise = ear_noise(self.noise.of(n), bands, RADIUS, self.side)
         for g, x in enumerate(direct):
             if x.any():
                 squares = diffuse_squares(self.room, x, self.spread, bands)
                 rows = along(noise, squares, int(GOLDEN * (g + 1) * n) % n)
-                out[g] = without_lows(rows.sum(axis=0), RATE, self.span.only)
+                out[g] = without_lows(rows.sum(axis=0), RATE, span.only)
         return out
 
 
@@ -58,15 +53,14 @@ def cabin_of(
     listener: Listener,
     levels: Mapping[int, float],
     metre: float,
-    high: float,
-    noise: dict[int, FloatArray],
+    noise: Noise,
 ) -> Cabin:
-    """The room as a listener hears it up to `high`, Hz.
+    """The room as a listener hears it.
 
     Parameters
     ----------
     levels : part -> dB of its equivalent radiated power: by it parts count in the mean distance; all alike without.
-    noise : `Cabin.noise`, which listeners share.
+    noise : of the band that is heard, which listeners share.
     """
     skin = listener.skin
     area = np.linalg.norm(skin.areas, axis=1)
@@ -77,7 +71,7 @@ def cabin_of(
             power[part] = 10.0 ** (0.1 * level) / of_part[part]
     weight = area * power[np.maximum(skin.part, 0)] if power.any() else area
     r = metre * np.linalg.norm(skin.centres - listener.position, axis=1)
-    return Cabin(room, float(weight @ r**-2 / weight.sum()), Span(LOWEST, high), listener.side, noise)
+    return Cabin(room, float(weight @ r**-2 / weight.sum()), noise, listener.side)
 
 
 def room_of(table: RoomTable | None, places: Places) -> Room | None:

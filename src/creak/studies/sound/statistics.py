@@ -7,10 +7,10 @@ wave in it is known. It is tied to the last third octaves that were computed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.fft import next_fast_len, rfft
+from scipy.fft import rfft
 from scipy.special import j0
 
 from creak.arrays import FloatArray, IntArray
@@ -21,10 +21,10 @@ from creak.model.skin import Skin
 from creak.reduction.band_modes import Losses
 from creak.sound.carriers import (
     ForceLines,
+    Noise,
     Span,
     along,
     band_power,
-    carriers,
     force_lines,
     lines_of,
     stored,
@@ -69,14 +69,18 @@ class Statistics:
 
     sheets: Sheets
     losses: Losses
-    span: Span
+    noise: Noise
+    """Of what lies beyond."""
     metre: float
     plates: tuple[int, ...]
     """Rows into `Model.parts` of those that contact pushes and that count as plates."""
     left_out: tuple[int, ...]
     """Of those that it pushes and that do not."""
-    noise: dict[int, FloatArray] = field(default_factory=dict, compare=False, repr=False)
-    """By its length: what was made before."""
+
+    @property
+    def span(self) -> Span:
+        """What lies beyond."""
+        return self.noise.span
 
 
 @dataclass(frozen=True)
@@ -169,7 +173,8 @@ def statistics_of(
         return "contact forces bend no part that has a mode in each third octave there"
     touched = np.unique(nodes_of(gaps.labels))
     pushed = [k for k, part in enumerate(model.parts) if np.isin(touched, part.nodes_idx).any()]
-    return Statistics(sheets, losses, Span(low, high), metre, plates, tuple(k for k in pushed if k not in plates))
+    left_out = tuple(k for k in pushed if k not in plates)
+    return Statistics(sheets, losses, Noise(Span(low, high)), metre, plates, left_out)
 
 
 def statistical(
@@ -205,7 +210,7 @@ def statistical(
         tie = _tie(known, lines, here, beyond, computed[g])
         time = (np.arange(n) - start) / RATE
         square = [10.0 ** (0.1 * tie.offset) * np.interp(time, e.time, e.square) for e in beyond]
-        rows = along(_noise(known, n), square, int(GOLDEN * g * n) % n).sum(axis=0)
+        rows = along(known.noise.of(n), square, int(GOLDEN * g * n) % n).sum(axis=0)
         if listener.head is not None:
             nearest = max(here, key=lambda h: h.spread)
             rows = listener.head.delayed(rows, RATE, nearest.middle)
@@ -226,12 +231,6 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
     enough = int(np.searchsorted(np.cumsum(change[order]), ENOUGH * whole)) + 1
     kept = order[: min(enough, MOST)]
     return np.sort(columns[kept]), float(change[kept].sum()) / whole
-
-
-def _noise(known: Statistics, n: int) -> FloatArray:
-    if n not in known.noise:
-        known.noise[n] = carriers(known.span, known.span.bands, next_fast_len(n, real=True))
-    return known.noise[n]
 
 
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:

@@ -209,6 +209,16 @@ def test_what_the_run_does_not_compute_is_refused(tmp_path, run):
     assert "channels = {" in said
 
 
+def test_a_table_of_modes_is_one_whatever_its_separator(plain, tmp_path):
+    mode_table(tmp_path / "modes.csv", plain[0])
+    text = (tmp_path / "modes.csv").read_text(encoding="utf-8").replace(",", ";")
+    (tmp_path / "modes.csv").write_text(f"# of a hammer test\n{text}", encoding="utf-8")
+    (test,) = set_up(with_tests(tmp_path, '[test.modal]\nfile = "modes.csv"\n')).tests
+    assert test.modes is not None
+    assert test.modes[0].frequencies.size == 4
+    assert test.channels == ()
+
+
 def test_wrong_tables_are_refused(tmp_path, run):
     record_table(tmp_path / "drive.csv", run)
     wavfile.write(tmp_path / "probe.wav", 8000, np.zeros(8000, dtype=np.int16))

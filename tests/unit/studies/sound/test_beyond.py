@@ -7,14 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.assembly.damping import Damping
-from creak.assembly.system import System, project
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.diagonal import modal_matrices
 from creak.linalg.complex_factor import complex_factor
-from creak.linalg.diagonal import Diagonal
 from creak.linalg.modes import modes
-from creak.model.constraints import Fixed
 from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses, band_modes, count_for
 from creak.sound.forced import Modes, lead, sound_of_forces
@@ -25,10 +21,11 @@ from creak.studies.sound.ear import Ear, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import heard_of
 from creak.studies.sound.source import Source
-from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
+from helpers_core import STEEL, assembled, channels
+from helpers_plate import SIDES, THICK, ZETA, kept, supported_plate
 from helpers_sound import pressure_rows
 
-RATE, SIDES, THICK, ZETA = 48_000, (0.5, 0.4), 2e-3, 0.02
+RATE = 48_000
 N = (40, 32)
 AT = (13, 22)
 """Column and row of the node that is struck."""
@@ -38,25 +35,12 @@ HANDOVER = 500.0
 
 @pytest.fixture(scope="module")
 def model():
-    coords, elements = plate(*N, SIDES)
-    x, y, _ = coords.T
-    across, along = (x < 1e-9) | (x > SIDES[0] - 1e-9), (y < 1e-9) | (y > SIDES[1] - 1e-9)
-    held = [(np.arange(len(coords)), (1, 2, 6)), (np.flatnonzero(across), (3, 4)), (np.flatnonzero(along), (3, 5))]
-    return model_of(coords, [block("quad4", elements, shell(THICK))], fixed=[Fixed(*one) for one in held])
+    return supported_plate(N)
 
 
 @pytest.fixture(scope="module")
 def system(model):
     return assembled(model)
-
-
-def kept(system: System, f_max: float) -> System:
-    """The lowest modes, damped alike, as a reduction has them."""
-    found = modes(system.K, system.M, f_max=f_max)
-    one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
-    damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2 * ZETA * np.sqrt(found.omega2))
-    small = project(replace(system, damping=Damping()), found.shapes, known=(one, k))
-    return replace(small, M=one, K=k, damping=damping)
 
 
 def blow() -> np.ndarray:

@@ -19,7 +19,7 @@ from creak.studies.sound.background import NOTHING
 from creak.studies.sound.ear import Ear
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.radiation import radiation, record_of
-from creak.studies.sound.road import _driven, _with_supports, road_levels, together
+from creak.studies.sound.road import _driven, _with_supports, road_levels, sum_of_levels
 from helpers_core import block, model_of, plate, shell
 
 SIDE, AWAY, MASS, STIFFNESS, ALPHA, BETA = 0.1, 1.5, 2.0, 2.0 * (2 * np.pi * 80.0) ** 2, 40.0, 1e-4
@@ -112,5 +112,5 @@ def test_both_ears_hear_a_small_source_as_the_head_says(piston, measured):
 
 def test_two_backgrounds_add_up_by_their_energy():
     one = np.full(28, 40.0)
-    assert together(None, one) is one
-    assert together(one, one) == pytest.approx(one + 10 * np.log10(2.0))
+    assert sum_of_levels(None, one) is one
+    assert sum_of_levels(one, one) == pytest.approx(one + 10 * np.log10(2.0))

@@ -7,14 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.assembly.damping import Damping
-from creak.assembly.system import System, project
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.diagonal import modal_matrices
-from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import modes
-from creak.model.constraints import Fixed
 from creak.model.materials import SolidSection
 from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses
@@ -30,31 +25,16 @@ from creak.studies.sound.loud import Heard, heard_of, with_bar
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
 from creak.studies.sound.statistics import END, Statistics, _strongest, statistical, statistics_of
-from helpers_core import STEEL, assembled, block, channels, model_of, plate, shell
+from helpers_core import STEEL, assembled, block, channels, model_of, shell
+from helpers_plate import SIDES, THICK, ZETA, kept, supported_plate
 from helpers_solids import solid_mesh
 
-RATE, SIDES, THICK, ZETA = 48_000, (0.5, 0.4), 2e-3, 0.02
+RATE = 48_000
 FINE, COARSE = (40, 32), (15, 12)
 EAR = np.array([0.35, 0.1, 0.6])
 WINDOW = (0.0, 0.3)
 STRUCK = [(0.1667, 0.2667), (0.3333, 0.1333), (0.4, 0.3), (0.1, 0.1)]
 """m, nodes of both meshes or nearly so."""
-
-
-def plate_model(n: tuple[int, int]):
-    coords, elements = plate(*n, SIDES)
-    x, y, _ = coords.T
-    across, along = (x < 1e-9) | (x > SIDES[0] - 1e-9), (y < 1e-9) | (y > SIDES[1] - 1e-9)
-    held = [(np.arange(len(coords)), (1, 2, 6)), (np.flatnonzero(across), (3, 4)), (np.flatnonzero(along), (3, 5))]
-    return model_of(coords, [block("quad4", elements, shell(THICK))], fixed=[Fixed(*one) for one in held])
-
-
-def kept(system: System, f_max: float) -> System:
-    found = modes(system.K, system.M, f_max=f_max)
-    one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
-    damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2 * ZETA * np.sqrt(found.omega2))
-    small = project(replace(system, damping=Damping()), found.shapes, known=(one, k))
-    return replace(small, M=one, K=k, damping=damping)
 
 
 def blows() -> np.ndarray:
@@ -78,7 +58,7 @@ class Struck:
     """The plate by one mesh, as far as that carries, and its statistics beyond."""
 
     def __init__(self, n: tuple[int, int], end: float | None = None) -> None:
-        self.model = plate_model(n)
+        self.model = supported_plate(n)
         self.skin = skin_of(self.model)
         self.band = mesh_band(self.model, self.skin, 1.0) if end is None else end
         self.small = kept(assembled(self.model), 2.0 * self.band)
