@@ -56,13 +56,14 @@ def line_of(text: str, keys: Sequence[str | int]) -> int:
     index = next((k for k in keys if isinstance(k, int)), 0)
     best, start = 1, 0
     for depth in range(len(names), 0, -1):
-        header = re.compile(r"^\s*\[\[?\s*" + r"\s*\.\s*".join(f'"?{re.escape(n)}"?' for n in names[:depth]) + r"\s*\]")
-        found = [i for i, line in enumerate(lines) if header.match(line)]
+        found = _headers(lines, names[:depth], r"\]")
         if found:
             start = found[min(index, len(found) - 1)]
             best = start + 1
             names = names[depth:]
             break
+    if best == 1 and len(names) == 1 and (below := _headers(lines, names, r"\.")):
+        return below[0] + 1  # a table of tables: [excitation.root]
     for name in reversed(names):
         for i in range(start, len(lines)):
             if i > start and lines[i].lstrip().startswith("["):
@@ -70,3 +71,10 @@ def line_of(text: str, keys: Sequence[str | int]) -> int:
             if re.search(rf'(^|[\s,{{."]){re.escape(name)}"?\s*[.=]', lines[i].split("#")[0]):
                 return i + 1
     return best
+
+
+def _headers(lines: Sequence[str], names: Sequence[str], end: str) -> list[int]:
+    """Lines of headers of a table; `end` is a pattern of what follows its names."""
+    dots = r"\s*\.\s*".join(f'"?{re.escape(n)}"?' for n in names)
+    header = re.compile(rf"^\s*\[\[?\s*{dots}\s*{end}")
+    return [i for i, line in enumerate(lines) if header.match(line)]

@@ -153,6 +153,14 @@ def _plain(name: str) -> str:
 def _read(name: str, table: MeasuredTable, places: Places) -> ModalTest:
     path, where = places.sibling(table.file), places.where("test", name, "file")
     ending = Path(table.file).suffix.lower()
+    if ending not in (*UNIVERSAL, *TABLES, ".wav") and not is_measured(Path(table.file)):
+        raise InputError(
+            f"[test.{name}] file = {table.file!r}",
+            where=where,
+            expected="a universal file (.unv, .uff), CSV, RPC III (.rsp, .drv) or WAV",
+        )
+    if not path.exists():
+        raise InputError(f"no such file: {path}", where=where, fix="Check the path.")
     found = ModalTest(path)
     channels: Iterable[Channel]
     if ending in UNIVERSAL:
@@ -165,14 +173,8 @@ def _read(name: str, table: MeasuredTable, places: Places) -> ModalTest:
         channels = table_channels(path, *header_of(lines, path))
     elif ending == ".wav":
         channels = _wav_channels(path, table, where)
-    elif is_measured(Path(table.file)):
-        channels = record_channels(path)
     else:
-        raise InputError(
-            f"[test.{name}] file = {table.file!r}",
-            where=where,
-            expected="a universal file (.unv, .uff), CSV, RPC III (.rsp, .drv) or WAV",
-        )
+        channels = record_channels(path)
     return replace(found, channels=_renamed(tuple(channels), table, name, places))
 
 

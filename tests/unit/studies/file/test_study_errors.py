@@ -116,6 +116,12 @@ MISTAKES = {
         "amplitud =",
         r"unknown key 'excitation.base.signal.amplitud'. Did you mean 'amplitude'",
     ),
+    "misspelt table of tables": (
+        "[excitation.base]",
+        "[excitaton.base]",
+        "excitaton",
+        r"unknown key 'excitaton'.*Did you mean 'excitation'",
+    ),
     "misspelt table": ("[reduction]", "[reductoin]", "reductoin", r"unknown key 'reductoin'.*Did you mean 'reduction'"),
     "misspelt key of a signal": (
         "frequency = 20",

@@ -223,7 +223,7 @@ def test_wrong_tables_are_refused(tmp_path, run):
     record_table(tmp_path / "drive.csv", run)
     wavfile.write(tmp_path / "probe.wav", 8000, np.zeros(8000, dtype=np.int16))
     for tables, expected in (
-        ('[test.drive]\nfile = "gone.unv"\n', "no such file"),
+        ('[test.drive]\nfile = "gone.unv"\n', "[test.drive.file]: no such file"),
         ('[test.drive]\nfile = "drive.xlsx"\n', "a universal file"),
         ('[test.drive]\nfile = "drive.csv"\nchannels = { "prob z" = "1 Z" }\n', "no channel 'prob z'"),
         ('[test.drive]\nfile = "drive.csv"\nunit = "mm"\n', "both full_scale and unit"),
