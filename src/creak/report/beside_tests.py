@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 from creak.report.figures.beside_test import auto_figure, frf_figure, mac_figure, records_figure
 from creak.report.figures.run import Figure
+from creak.report.tables.beside_test import frf_table, pair_table, record_table
 from creak.report.tables.run import Table
-from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentence, pair_rows, sentence
-from creak.report.words.records import record_rows, record_sentence
+from creak.report.words.correlation import frf_sentence, sentence
+from creak.report.words.records import record_sentence
+from creak.report.words.text import as_sentence
 from creak.studies.findings.tree import Findings, FoundTest
 
 
@@ -44,20 +46,16 @@ def measured_parts(result: Findings) -> list[MeasuredPart]:
 def _part(k: int, test: FoundTest) -> MeasuredPart:
     sentences, tables = [], []
     if test.modes is not None:
-        rows, good = pair_rows(test.modes), {p.test for p in test.modes.pairs if fits(p)}
-        flags = ["" if i in good else "missed" for i in range(len(rows) - 1)]
         sentences.append(sentence(test.modes))
-        tables.append(Table(rows[0], rows[1:], flags=flags))
+        tables.append(pair_table(test.modes))
     if test.frfs is not None:
-        rows = frf_rows(test.frfs)
         sentences.append(frf_sentence(test.frfs))
-        tables.append(Table(rows[0], rows[1:], flags=["" if frf_fits(p) else "missed" for p in test.frfs.pairs]))
+        tables.append(frf_table(test.frfs))
     if test.records is not None:
-        rows = record_rows(test.records)
         sentences.append(record_sentence(test.records))
-        tables.append(Table(rows[0], rows[1:]))
+        tables.append(record_table(test.records))
     sides = (test.modes, test.frfs, test.records)
-    notes = dict.fromkeys(f"{note[:1].upper()}{note[1:]}." for side in sides if side is not None for note in side.notes)
+    notes = dict.fromkeys(as_sentence(note) for side in sides if side is not None for note in side.notes)
     return MeasuredPart(
         f"{test.name}: {test.file}", tuple(sentences), tuple(_plots(k, test)), tuple(tables), tuple(notes)
     )

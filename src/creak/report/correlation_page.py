@@ -9,10 +9,11 @@ from creak.model.units import UNITS
 from creak.report.figures import beside_test as beside
 from creak.report.figures.correlated import correlated_scene
 from creak.report.html import file_parts, script_json
+from creak.report.tables.beside_test import frf_table, pair_table
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.words.correlation import fits, frf_fits, frf_rows, frf_sentence, pair_rows, sentence
-from creak.report.words.text import number
+from creak.report.words.correlation import frf_sentence, sentence
+from creak.report.words.text import as_sentence, number
 from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 from creak.studies.models.beside_test import BesideTest
 from creak.studies.models.update import ModelUpdate
@@ -39,16 +40,10 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
     choices: list[tuple[str, str]] = []
     if frfs is not None:
         drawn["frfs"], choices = beside.frf_figure(frfs)
-    sentences, all_good = [], True
-    pairs = functions = None
-    if modes is not None:
-        rows, good = pair_rows(modes), {p.test for p in modes.pairs if fits(p)}
-        pairs = Table(rows[0], rows[1:], flags=["" if k in good else "missed" for k in range(len(rows) - 1)])
-        sentences, all_good = [sentence(modes)], len(good) == len(rows) - 1
-    if frfs is not None:
-        rows = frf_rows(frfs)
-        functions = Table(rows[0], rows[1:], flags=["" if frf_fits(p) else "missed" for p in frfs.pairs])
-        sentences, all_good = [*sentences, frf_sentence(frfs)], all_good and all(map(frf_fits, frfs.pairs))
+    pairs = None if modes is None else pair_table(modes)
+    functions = None if frfs is None else frf_table(frfs)
+    sentences = [*([] if modes is None else [sentence(modes)]), *([] if frfs is None else [frf_sentence(frfs)])]
+    all_good = not any(flag for table in (pairs, functions) if table is not None for flag in table.flags)
     title = Path(found.found.model.source).name
     parameters = changes = None
     notes = list(found.notes)
@@ -71,7 +66,7 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
             functions=functions,
             choices=choices,
             error=None if frfs is None else number(frfs.error, 2),
-            notes=[f"{note[:1].upper()}{note[1:]}." for note in notes],
+            notes=[as_sentence(note) for note in notes],
             figures=drawn,
             specs=script_json({name: figure.spec for name, figure in drawn.items()}),
             scene=script_json(shape),

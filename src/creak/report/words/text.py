@@ -86,6 +86,11 @@ def plural(count: int, noun: str) -> str:
     return f"{number(count) if count else 'no'} {noun}{'' if count == 1 else 's'}"
 
 
+def as_sentence(note: str) -> str:
+    """A note with a capital and a full stop."""
+    return f"{note[:1].upper()}{note[1:]}."
+
+
 def times(factor: float) -> str:
     """A speed-up in words: `190 times`, `1.7 times`."""
     return f"{factor:.1f} times" if factor < 10.0 else f"{number(round(factor))} times"
