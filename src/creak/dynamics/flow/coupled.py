@@ -26,7 +26,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
 from creak.dynamics.flow.model import FlowForm, driven, flow_model
-from creak.dynamics.flow.propagator import propagator
+from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, propagator
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -209,35 +209,39 @@ def _block_norms(B: FloatArray) -> FloatArray:
 
 
 def _of_lone(c: FloatArray, scale: FloatArray, omega: FloatArray, h: float) -> FloatArray:
-    """(20, n) in (S q, q') of modes that are damped by themselves."""
+    """(40, n) in (S q, q') of modes that are damped by themselves."""
     P = propagator(np.ones(c.size), c, omega**2, h)
-    out = np.zeros((20, c.size))
-    out[0], out[1], out[2], out[3] = P[0], P[1] * scale, P[2] / scale, P[3]
+    out = np.zeros((40, c.size))
+    out[0], out[1], out[2], out[3] = P[UU], P[UV] * scale, P[VU] / scale, P[VV]
+    out[20], out[21], out[22], out[23] = P[MEAN], P[MEAN + 1] * scale, (P[UU] - 1.0) / (scale * h), P[UV] / h
     for r in range(1, 5):
-        out[4 * r + 1], out[4 * r + 3] = scale * P[4 + r], P[3 + r]
+        out[4 * r + 1], out[4 * r + 3] = scale * P[Q0 + r], P[Q0 + r - 1]
+        out[20 + 4 * r + 1], out[20 + 4 * r + 3] = scale * P[MEAN + 1 + r], P[Q0 + r] / h
     return out
 
 
 def _of_pairs(B: FloatArray, h: float) -> FloatArray:
-    """(20, n) exponential of B h and h^r phi_r(B h), r = 1 to 4, each as (00, 01, 10, 11)."""
+    """(40, n) exponential of B h and h^r phi_r(B h), r = 1 to 4, each as (00, 01, 10, 11); their means h^r phi_(r+1)."""
     turns = B[1] != 0.0
     first, second = B[0] + 1j * B[1], np.where(turns, B[3] - 1j * B[1], B[3])
-    out = np.zeros((20, B.shape[1]))
-    for r, (f, g) in enumerate(zip(_phi(first * h), _phi(second * h), strict=True)):
-        out[4 * r] = h**r * f.real
-        out[4 * r + 1] = np.where(turns, h**r * f.imag, 0.0)
-        out[4 * r + 2] = np.where(turns, -(h**r) * f.imag, 0.0)
-        out[4 * r + 3] = np.where(turns, h**r * f.real, h**r * g.real)
+    out = np.zeros((40, B.shape[1]))
+    phi = list(zip(_phi(first * h), _phi(second * h), strict=True))
+    for r in range(5):
+        for at, (f, g) in ((4 * r, phi[r]), (20 + 4 * r, phi[r + 1])):
+            out[at] = h**r * f.real
+            out[at + 1] = np.where(turns, h**r * f.imag, 0.0)
+            out[at + 2] = np.where(turns, -(h**r) * f.imag, 0.0)
+            out[at + 3] = np.where(turns, h**r * f.real, h**r * g.real)
     return out
 
 
 def _phi(z: FloatArray) -> list[FloatArray]:
-    """phi_0 = e^z, phi_(r+1) = (phi_r - 1 / r!) / z up to 4; power series where |z| < 1."""
+    """phi_0 = e^z, phi_(r+1) = (phi_r - 1 / r!) / z up to 5; power series where |z| < 1."""
     small = np.abs(z) < 1.0
     far = np.where(small, 1.0, z)
     near = np.where(small, z, 0.0)
     found, by_rule = [], np.exp(z)
-    for r in range(5):
+    for r in range(6):
         series = sum(near**j / float(math.factorial(j + r)) for j in range(TERMS))
         found.append(np.where(small, series, by_rule))
         by_rule = (by_rule - 1.0 / math.factorial(r)) / far

@@ -17,7 +17,18 @@ from creak.dynamics.closing import dips
 from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow.lasting import PATIENCE, Held, hold, hold_rubbing, hold_together, new_held, rests, same_set
+from creak.dynamics.flow.lasting import (
+    PATIENCE,
+    WAIT,
+    Held,
+    follow_swing,
+    hold_on,
+    let_go,
+    new_held,
+    rests,
+    same_pressing,
+    wait_on,
+)
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
@@ -33,6 +44,7 @@ from creak.dynamics.flow.motion import (
     value,
 )
 from creak.dynamics.flow.rows import bends, changes, restart
+from creak.dynamics.loads import Loads
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, outer
 from creak.linalg.loops import acts, fill, put
@@ -57,11 +69,11 @@ class Desk(NamedTuple):
     together: Held
 
 
-def new_desk(model: FlowModel, bands: int, lasts: bool) -> Desk:
-    """For one march at a time; lasts: there may be lasting contact."""
+def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
+    """For one march at a time; lasts: there may be long steps of lasting contact."""
     m, n_support = model.gap0.size, model.support.shape[2]
     course, drive, D = np.empty((3, n_support, 4)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
-    return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(m if lasts else 0))
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(model, loads, levels, lasts))
 
 
 @inner
@@ -230,11 +242,10 @@ def march(  # type: ignore[no-untyped-def]
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
-    patience = PATIENCE * (parts >> lasting.level) if lasting.level <= levels else 0
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, np.bool_(True))
-    calm, held = patience if rests(model, now) else 0, False
+    calm, held, was_held = PATIENCE if rests(model, now) else 0, False, False
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
@@ -243,28 +254,21 @@ def march(  # type: ignore[no-untyped-def]
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
-            if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
+            if kicked and lasting.tried and calm >= PATIENCE and together.next[WAIT] <= 0 and not under_way(block):
+                if not was_held:
+                    look_rates(model, now)
+                longest = hold_on(model, laws, slope, P, lasting, together, gain, D, course, H, at, now, after)
+                held = longest >= 0
+                if held:
+                    level, h = longest, H / (1 << longest)
+                    settled(W, H / parts, after)
+            if was_held and not held:
+                let_go(model, laws, W, H / parts, now)
+            was_held = held
+            if kicked and not held and block.length > 0 and not under_way(block) and at % APART == 0:
                 open_block(
                     block, model, slope, band, D, energy, course, H / parts, (step + at / parts) * H, used, at, now
                 )
-            if kicked and lasting.level <= levels and at % (parts >> lasting.level) == 0 and calm >= patience:
-                level, h = lasting.level, H / (1 << lasting.level)
-                if calm == patience:
-                    look_rates(model, now)
-                if lasting.A.size > 0:
-                    if A is not None:  # left out of what is compiled where it is None
-                        held = hold_rubbing(
-                            model, laws, slope, P[level], lasting, gain, D, course, h, now, after, block
-                        )
-                else:
-                    if calm == patience:
-                        hold_together(laws, lasting.B, now.force[: now.gap.size], together)
-                    held = hold(
-                        model, laws, slope, P[level], lasting.B, together, gain, D, course, h, now, after, block
-                    )
-                calm = calm + 1 if held else 0
-                if held:
-                    settled(W, H / parts, after)
             if not held:
                 level, h = advance(
                     model,
@@ -299,14 +303,14 @@ def march(  # type: ignore[no-untyped-def]
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
                     look_rates(model, after)
-                if not same_set(laws, now, after):
-                    calm = 0
-                elif calm < patience:
-                    calm += 1
+                calm = calm + 1 if same_pressing(now, after) else 0
+                wait_on(together, changes(now, after))
             else:
                 quiet(after)
                 calm = 0
             book_flow(model, drive, h, now, after, light)
+            if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
+                follow_swing(together, h, H, after.force)
             fill(after.before, np.inf)
             if level == levels and not held:
                 put(after.before, 0, now.gap)

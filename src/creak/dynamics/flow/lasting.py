@@ -1,57 +1,153 @@
-"""Contact that lasts, in compiled code: longer steps while the set of channels that press stays the same.
+"""Contact that lasts, in compiled code: long steps while the same channels press, stick and slide.
 
-Over such a step the structure moves exactly under channel forces that are constant in it, their mean
+Over such a step, x from -1 to 1 in it, each channel's force is a line in time,
 
-    p = (1 - w) p0 + w p1,    p1 = -k g1,    g1 = g_free + B p,    w = 1/2 + LOSS
+    p(x) = a + b x,
 
-with B what a constant force moves in the step. With w = 1/2 the work of the forces is what linear springs store,
-whatever the step: stable without a limit (Newmark's average acceleration, with the structure exact); LOSS damps the
-springs' own vibration where a step does not resolve it. A step in which a channel opens, or another may close, is not
-taken: those belong to the kicks.
+and the structure moves exactly under it. The laws hold at the two points x = -+1/sqrt(3) of Gauss, of the motion seen
+as the quadratic with the same gap g0, g1 at both ends and the same mean gap, where a linear spring has
+
+    a = -k mean g,        b = -k (g1 - g0) / 2.
+
+The work of p on the structure is then just what the spring stores, -k (g1^2 - g0^2) / 2, whatever the step: stable
+without a limit; friction takes what it takes at the two points; the error of a step falls with its fifth power
+(energy-conserving time elements: French, Schaeffer, Appl. Math. Comput. 39, 1990; Betsch, Steinmann, Int. J. Numer.
+Methods Eng. 49, 2000, with the structure exact here). What sticks neither moves from end to end nor has a speed at the
+end. Unknown are the forces alone, a and b of each channel; their few equations hang on which channels press and stick
+and on the length of the step, and are inverted once for both.
+
+A step is as long as the forces are lines: they are made from the step alone, so they jump against those of the step
+before by what a line leaves out; where that is too much of what the forces swing by, the step is not taken but half of
+it is tried. So is a step in which a channel opens, or another may close, one begins or ceases to slide, or turns round;
+the shortest belong to the kicks.
 """
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.step_problem import solve_step
-from creak.dynamics.books import EXTERNAL, FRICTION, GIVEN
+from creak.contact.laws.friction import coefficient
+from creak.contact.step_problem import spring_force
+from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.closing import dips
-from creak.dynamics.flow.block import look_near, under_way
-from creak.dynamics.flow.kicks import GIVE
-from creak.dynamics.flow.model import DONE
-from creak.dynamics.flow.motion import fly, gap_of, look, quiet, rate_of, settle_supports, times
-from creak.linalg.by_reference import by_value
+from creak.dynamics.flow.kicks import GIVE, settled
+from creak.dynamics.flow.model import FlowModel, FlowState, resting
+from creak.dynamics.flow.motion import fly, look, mean_of, mean_value, quiet, rate_of, settle_supports, times
+from creak.dynamics.loads import Loads
 from creak.linalg.compiled import inner, inner_fast, with_arrays
 from creak.linalg.loops import dot, fill, put
 
 PATIENCE = 25
-"""Long steps that the same channels press before one is taken: touches are over by then, their force is followed."""
-LOSS = 0.02
-"""Of what a spring's force changes by in a step this share acts too late."""
+"""Steps near contact that the same channels press before a long one is tried: a period of the stiffest spring, so that
+the force of a blow is followed."""
+SHORTEST = 2
+"""Levels above the step near contact that a long one lies at least: it costs as much as three or four kicks."""
+MEMORY = 8.0
+"""Flight steps over which the swing of the forces is remembered."""
+STILL = 1e-9
+"""Jump over a force below which nothing swings."""
+PASSES = 30
+"""Of friction that slides, over the forces that press it."""
+CLOSE = 1e-11
+"""Change of a force in the last of them, of the largest."""
+ROOM = 1 << 20
+"""Numbers that are kept for steps of other lengths."""
+IMMOBILE = 1e-9
+"""Response along one tangent over that along the other below which nothing moves there."""
+EASY = 0.125
+"""Jump over what is allowed from which on a step of twice the length is tried: its jump is four times as large."""
+FIRST_PAUSE, LAST_PAUSE = 1 << SHORTEST, 64
+"""Steps near contact to the next try after one that failed: twice as many each time."""
+LEVEL, WAIT, SAME, PAUSE = 0, 1, 2, 3
+GAUSS = 1.0 / math.sqrt(3.0)
 
 
 class Lasting(NamedTuple):
-    """Steps of lasting contact."""
+    """What is asked of long steps."""
 
-    level: int
-    """H / 2^level long; beyond the last level: there are none."""
-    B: FloatArray
-    """(m + 2 f, m + 2 f) what a constant force moves in one, length / force."""
-    A: FloatArray
-    """(m + 2 f, m + 2 f) what a force at its end moves, and what sticks gives way; (0, 0) where nothing rubs."""
+    tried: bool
+    jump: float
+    """Largest of all forces together, over what they swing by."""
+
+
+class Held(NamedTuple):
+    """The channels that press, in this order: what presses (n), tangents of what sticks (2 s), of what slides (2 l)."""
+
+    number: IntArray
+    """(3,) n, s, l"""
+    channel: IntArray
+    """(c,) of m + 2 f at most"""
+    normal: IntArray
+    """(f,) of contacts that stick, then of those that slide: where in `channel` what presses them is."""
+    known: IntArray
+    """(slots,) the level whose response a slot holds, -1: none."""
+    response: FloatArray
+    """(slots, 4 c c) what a, b of the channels do to what is seen of them: way, then mean or speed, rows side by side."""
+    inverse: FloatArray
+    """(slots, 4 c c) of the equations of what presses and sticks."""
+    free: FloatArray
+    seen: FloatArray
+    """(2 c,) without and with the channels' forces: way of a step; mean way, or h / 2 times the last speed of what
+    sticks."""
+    force: FloatArray
+    """(2 c,) a, then b."""
+    right: FloatArray
+    bound: FloatArray
+    """(2 c,) of the equations."""
+    mean: FloatArray
+    """(u1 - u0,) of the displacements"""
+    middle: FloatArray
+    swing: FloatArray
+    """(m + 2 f,) running mean of the forces, and what they swing by about it"""
+    used: FloatArray
+    """(1,) the last step's jump over what is allowed"""
+    next: IntArray
+    """(4,) `LEVEL`, `WAIT`, `SAME`, `PAUSE`: the level of the step to be tried next; steps near contact until then; since a
+    channel last began or ceased to press or to stick; until the next try after one that fails."""
+    rest: FlowState
+    moved: FlowState
+    D: FloatArray
+    """(4, p1 - p0) at work, for the response."""
+
+
+def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
+    """For the channels of a model; tried: there may be long steps."""
+    channels = model.rows.shape[0] if tried else 0
+    size = 4 * channels * channels
+    slots = levels + 1 if (levels + 1) * size <= ROOM else 1
+    whole, none = np.zeros(channels, dtype=np.int64), np.full(slots, -1)
+    two = np.zeros(2 * channels)
+    return Held(
+        np.zeros(3, dtype=np.int64),
+        whole,
+        np.zeros(channels - model.gap0.size if tried else 0, dtype=np.int64),
+        none,
+        np.empty((slots, size)),
+        np.empty((slots, size)),
+        two,
+        two.copy(),
+        two.copy(),
+        two.copy(),
+        two.copy(),
+        np.zeros(model.u1 - model.u0),
+        np.zeros(channels),
+        np.zeros(channels),
+        np.zeros(1),
+        np.array([0, 0, 0, FIRST_PAUSE]),
+        resting(model, loads),
+        resting(model, loads),
+        np.zeros((4, model.p1 - model.p0)),
+    )
 
 
 @inner
-def same_set(laws, now, after):  # type: ignore[no-untyped-def]
-    """Do the same channels press, and stick, at both instants, and at least one?"""
+def same_pressing(now, after):  # type: ignore[no-untyped-def]
+    """Do the same channels press at both instants, and at least one?"""
     any_presses = False
-    for f in range(now.stuck.size):
-        if now.stuck[f] != after.stuck[f] and now.force[laws.rubs[f]] > 0.0:
-            return False
     for i in range(now.gap.size):
         if (now.force[i] > 0.0) != (after.force[i] > 0.0):
             return False
@@ -68,157 +164,403 @@ def rests(model, now):  # type: ignore[no-untyped-def]
     return True
 
 
-class Held(NamedTuple):
-    """The channels that press in lasting contact."""
-
-    number: IntArray
-    """(1,) of them"""
-    pressing: IntArray
-    """(m,) which: the first `number` count, so of all that follows."""
-    inverse: FloatArray
-    """(m m,) (1 / k + w B)^-1, rows one after the other."""
-    right: FloatArray
-    end: FloatArray
-    """(m,) right side, forces at the end of a step."""
-    mean: FloatArray
-    """(m,) of the forces of all channels over it."""
-
-
-def new_held(m: int) -> Held:
-    """For m channels."""
-    one = np.zeros(m)
-    return Held(np.zeros(1, dtype=np.int64), np.zeros(m, dtype=np.int64), np.zeros(m * m), one, one.copy(), one.copy())
-
-
-@with_arrays
-def hold_together(laws, B, force, held):  # type: ignore[no-untyped-def]
-    """The channels that press now."""
-    n, pressing = 0, held.pressing
-    for i in range(force.size):
-        if force[i] != 0.0:
-            pressing[n] = i
-            n += 1
-    C = np.empty((n, n))
-    for a in range(n):
-        for b in range(n):
-            C[a, b] = (0.5 + LOSS) * B[pressing[a], pressing[b]]
-        C[a, a] += 1.0 / laws.stiffness[pressing[a]]
-    held.number[0] = n
-    inverse = np.linalg.inv(C)
-    for a in range(n):
-        for b in range(n):
-            held.inverse[a * n + b] = inverse[a, b]
+@inner
+def follow_swing(held, h, H, force):  # type: ignore[no-untyped-def]
+    """The running means of the forces, and what they swing by about them, after a step h."""
+    share = min(1.0, h / (MEMORY * H))
+    for j in range(force.size):
+        held.middle[j] += share * (force[j] - held.middle[j])
+        held.swing[j] = max(abs(force[j] - held.middle[j]), (1.0 - share) * held.swing[j])
 
 
 @inner
-def hold(model, laws, slope, P, B, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
-    """A step of lasting contact; False, and nothing is done, where the set of channels would change in it."""
-    fly(model, P, gain, D, now, after, np.bool_(False))
-    settle_supports(course, h, after)
-    n, u = held.number[0], after.x.reshape(after.x.size)[model.u0 : model.u1]
-    pressing, right, p1, mean = held.pressing[:n], held.right[:n], held.end[:n], held.mean
-    for a in range(n):
-        right[a] = -gap_of(model, pressing[a], u, after)
-        for b in range(n):
-            right[a] -= (0.5 - LOSS) * B[pressing[a], pressing[b]] * now.force[pressing[b]]
-    times(held.inverse[: n * n].reshape((n, n)), right, p1)
-    quiet(after)
-    fill(mean, 0.0)
-    for a in range(n):
-        if p1[a] <= 0.0:
-            return False
-        after.force[pressing[a]] = p1[a]
-        mean[pressing[a]] = (0.5 - LOSS) * now.force[pressing[a]] + (0.5 + LOSS) * p1[a]
-    return go(model, laws, slope, P, gain, D, h, mean, now, after, block)
-
-
-@with_arrays
-def hold_rubbing(model, laws, slope, P, lasting, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
-    """The same of channels that rub; False also where one begins or ends to slide, or turns round in it."""
-    fly(model, P, gain, D, now, after, np.bool_(False))
-    settle_supports(course, h, after)
-    B, A, m, n = lasting.B, lasting.A, now.gap.size, now.force.size
-    u = after.x.reshape(after.x.size)[model.u0 : model.u1]
-    free, mean = np.empty(n), np.empty(n)
-    for i in range(n):
-        free[i] = gap_of(model, i, u, after) if i < m else moved(model, i, now, after)
-        mean[i] = (0.5 - LOSS) * now.force[i]
-    for j in range(n):
-        if mean[j] != 0.0:
-            for i in range(n):
-                free[i] += B[j, i] * mean[j]
-            if j >= m:
-                free[j] -= GIVE / (1.0 + GIVE) * A[j, j] * now.force[j]
-    for j in range(m, n):  # what sticks comes to rest at the end: v / 2 of the way, else it would go back and forth
-        if now.stuck[(j - m) // 2]:
-            free[j] -= 0.5 * h * now.rate[j]
-    put(after.force, 0, now.force)
-    put(after.stuck, 0, now.stuck)
-    if solve_step(A, free[:m], free[:m], 0.0, free[m:], 1.0, h, by_value(laws), after.stuck, after.force) != DONE:
-        return False
-    if not same_set(laws, now, after):
-        return False
-    for j in range(n):
-        mean[j] += (0.5 + LOSS) * after.force[j]
-    return go(model, laws, slope, P, gain, D, h, mean, now, after, block)
+def is_held(held, laws, now):  # type: ignore[no-untyped-def]
+    """Are the channels of `held` those that press and stick now?"""
+    n, s = held.number[0], held.number[1]
+    count, stick, slide = 0, 0, 0
+    for i in range(now.gap.size):
+        if now.force[i] > 0.0:
+            if count >= n or held.channel[count] != i:
+                return False
+            count += 1
+    for f in range(now.stuck.size):
+        if now.force[laws.rubs[f]] > 0.0:
+            at = n + 2 * (stick if now.stuck[f] else s + slide)
+            if at >= n + 2 * (s if now.stuck[f] else s + held.number[2]):
+                return False
+            if held.channel[at] != now.gap.size + 2 * f:
+                return False
+            stick, slide = stick + now.stuck[f], slide + (not now.stuck[f])
+    return count == n and stick == s and slide == held.number[2]
 
 
 @inner
-def moved(model, j, now, after):  # type: ignore[no-untyped-def]
-    """Way of channel j in a step."""
-    u0 = now.x.reshape(now.x.size)[model.u0 : model.u1]
-    u1 = after.x.reshape(after.x.size)[model.u0 : model.u1]
-    return dot(model.rows[j], u1) - dot(model.rows[j], u0) + carried(model, j, now, after)
-
-
-@inner
-def carried(model, j, now, after):  # type: ignore[no-untyped-def]
-    """What of it the supports make."""
-    way = 0.0
-    for s in range(now.support.shape[1]):
-        way += model.rows_s[j, s] * (after.support[0, s] - now.support[0, s])
-    return way
-
-
-@inner
-def go(model, laws, slope, P, gain, D, h, mean, now, after, block):  # type: ignore[no-untyped-def]
-    """The step under the mean forces (m + 2 f,), `after.force` being those at its end; False where it is not taken."""
-    fill(after.F, 0.0)
-    push(model, mean, after.F)
-    add(D[0], after.F, 1.0)
-    fly(model, P, gain, D, now, after, np.bool_(False))
-    add(D[0], after.F, -1.0)
-    if under_way(block):
-        look_near(block, model, now, after, h, np.bool_(True))
-    else:
-        look(model, after)
-    m, v = now.gap.size, after.x.reshape(after.x.size)[model.v0 : model.v1]
+def gather(held, laws, now):  # type: ignore[no-untyped-def]
+    """Hold the channels that press and stick now."""
+    m, n, s = now.gap.size, 0, 0
+    fill(held.known, -1)
     for i in range(m):
-        watched = slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
-        if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
+        if now.force[i] > 0.0:
+            held.channel[n] = i
+            n += 1
+    at, contacts = n, 0
+    for sticks in range(1, -1, -1):
+        for f in range(now.stuck.size):
+            if now.force[laws.rubs[f]] > 0.0 and now.stuck[f] == sticks:
+                held.channel[at], held.channel[at + 1] = m + 2 * f, m + 2 * f + 1
+                for k in range(n):
+                    if held.channel[k] == laws.rubs[f]:
+                        held.normal[contacts] = k
+                at += 2
+                contacts += 1
+        if sticks:
+            s = contacts
+    held.number[0], held.number[1], held.number[2] = n, s, contacts - s
+
+
+@inner
+def cost(model, now):  # type: ignore[no-untyped-def]
+    """Steps near contact that take as long as the equations of the channels that press now for one length."""
+    c = 0
+    for j in range(now.force.size):
+        c += now.force[j] != 0.0
+    n = model.u1 - model.u0
+    kick = n * (20.0 + now.gap.size + 2.0 * c) + 4e3
+    return int(c * (6.0 * c * n + 40.0 * n + 16.0 * c * c) / kick)
+
+
+@inner
+def moves(R, n, i):  # type: ignore[no-untyped-def]
+    """Does what the tangent i moves hang on its force?"""
+    other = n + ((i - n) ^ 1)
+    return R[i, i] > 0.0 and R[i, i] > IMMOBILE * R[other, other]
+
+
+@with_arrays
+def respond(model, laws, P, gain, h, held, slot):  # type: ignore[no-untyped-def]
+    """Responses to the channels' forces in a step h, and the inverse of the equations of what presses and sticks."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
+    D, moved = held.D, held.moved
+    fill(held.D[2], 0.0)
+    fill(held.D[3], 0.0)
+    for j in range(2 * c):
+        push = model.push[held.channel[j % c]]
+        for i in range(push.size):
+            D[0, i] = push[i] if j < c else -push[i]
+            D[1, i] = 0.0 if j < c else 2.0 / h * push[i]
+        fly(model, P, gain, D, held.rest, moved, np.bool_(False))
+        mean_of(model, P, D, held.rest, held.mean)
+        z = moved.x.reshape(moved.x.size)
+        u, v = z[model.u0 : model.u1], z[model.v0 : model.v1]
+        for i in range(c):
+            R[i, j] = dot(model.rows[held.channel[i]], u)
+            if n <= i < b:
+                R[c + i, j] = 0.5 * h * dot(model.rates[held.channel[i]], v)
+            else:
+                R[c + i, j] = dot(model.rows[held.channel[i]], held.mean)
+    K = np.empty((2 * b, 2 * b))
+    for i in range(b):
+        q, k = held.channel[i], 0.0
+        damper = laws.damping[q] / (h * laws.stiffness[q]) if i < n else 0.0
+        for j in range(2 * b):
+            at = j if j < b else c + j - b
+            way, mean = R[i, at], R[c + i, at]
+            K[i, j] = mean + damper * way if i < n else way
+            K[b + i, j] = 0.5 * way + 3.0 * damper * (way - 2.0 * mean) if i < n else mean
+        if i < n:
+            k = 1.0 / laws.stiffness[q]
+            K[i, i] += k
+            K[b + i, b + i] += k
+        elif moves(R, n, i):
+            k = GIVE * R[i, i]
+            K[i, i] += k
+            K[i, b + i] += k
+            K[b + i, i] -= k
+            K[b + i, b + i] += k
+        else:
+            for j in range(2 * b):
+                K[i, j] = K[b + i, j] = 0.0
+            K[i, i] = K[b + i, b + i] = 1.0
+    inverse = np.linalg.inv(K)
+    to = held.inverse[slot]
+    for i in range(2 * b):
+        for j in range(2 * b):
+            to[i * 2 * b + j] = inverse[i, j]
+
+
+@inner
+def see(model, held, course, h, now, after):  # type: ignore[no-untyped-def]
+    """What the channels see of the motion from now to after without their forces, into held.free."""
+    n, b = held.number[0], held.number[0] + 2 * held.number[1]
+    c = b + 2 * held.number[2]
+    z0, z1 = now.x.reshape(now.x.size), after.x.reshape(after.x.size)
+    u0, u1, v1 = z0[model.u0 : model.u1], z1[model.u0 : model.u1], z1[model.v0 : model.v1]
+    for i in range(c):
+        q = held.channel[i]
+        row = model.rows[q]
+        if i < n:
+            before = now.gap[q] - model.gap0[q]
+        else:
+            before = dot(row, u0)
+            for a in range(course.shape[1]):
+                before += model.rows_s[q, a] * now.support[0, a]
+        way = dot(row, u1) - before
+        for a in range(course.shape[1]):
+            way += model.rows_s[q, a] * after.support[0, a]
+        held.free[i] = way
+        if n <= i < b:
+            held.free[c + i] = 0.5 * h * rate_of(model, q, v1, after)
+        else:
+            mean = dot(row, held.mean) - before
+            for a in range(course.shape[1]):
+                mean += model.rows_s[q, a] * mean_value(course[0, a], h)
+            held.free[c + i] = mean
+
+
+@inner
+def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
+    """Forces of what presses and sticks beside those of what slides, and what all channels then see."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
+    force, free, seen = held.force, held.free, held.seen
+    for i in range(2 * c):
+        seen[i] = free[i]
+        for j in range(b, c):
+            seen[i] += R[i, j] * force[j] + R[i, c + j] * force[c + j]
+    right = held.right[: 2 * b]
+    for i in range(b):
+        q = held.channel[i]
+        if i < n:
+            damper = laws.damping[q] / (h * laws.stiffness[q])
+            right[i] = -now.gap[q] - seen[c + i] - damper * seen[i]
+            right[b + i] = -0.5 * seen[i] - 3.0 * damper * (seen[i] - 2.0 * seen[c + i])
+        elif moves(R, n, i):
+            give = GIVE * R[i, i] * now.force[q]
+            right[i] = give - seen[i]
+            right[b + i] = -give - seen[c + i]
+        else:
+            right[i] = right[b + i] = 0.0
+    times(held.inverse[slot][: 4 * b * b].reshape((2 * b, 2 * b)), right, held.bound[: 2 * b])
+    for i in range(b):
+        force[i], force[c + i] = held.bound[i], held.bound[b + i]
+    for i in range(2 * c):
+        for j in range(b):
+            seen[i] += R[i, j] * force[j] + R[i, c + j] * force[c + j]
+
+
+@inner
+def slide(laws, held, h):  # type: ignore[no-untyped-def]
+    """Friction of what slides by its speed and pressure at the two points; the largest change of one of its forces."""
+    n, s, change = held.number[0], held.number[1], 0.0
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    force, m = held.force, held.rest.gap.size
+    for k in range(held.number[2]):
+        at, p = b + 2 * k, held.normal[s + k]
+        f = (held.channel[at] - m) // 2
+        low0 = low1 = high0 = high1 = 0.0
+        for side in (-1.0, 1.0):
+            v0 = gauss_rate(held, at, c, h, side)
+            v1 = gauss_rate(held, at + 1, c, h, side)
+            speed = math.hypot(v0, v1)
+            pressure = max(0.0, force[p] + side * GAUSS * force[c + p])
+            mu = coefficient(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], False)
+            pull = -mu * pressure / speed if speed > 0.0 else 0.0
+            if side < 0.0:
+                low0, low1 = pull * v0, pull * v1
+            else:
+                high0, high1 = pull * v0, pull * v1
+        change = max(change, line_through(force, at, c, low0, high0))
+        change = max(change, line_through(force, at + 1, c, low1, high1))
+    return change
+
+
+@inner
+def gauss_rate(held, i, c, h, side):  # type: ignore[no-untyped-def]
+    """Rate of channel i at a point of Gauss, side -1 or 1, of the quadratic through what is seen of it."""
+    way, mean = held.seen[i], held.seen[c + i]
+    return (way + side * 3.0 * GAUSS * (way - 2.0 * mean)) / h
+
+
+@inner
+def line_through(force, i, c, low, high):  # type: ignore[no-untyped-def]
+    """The line through two values at the points of Gauss as the force i; how much it changes."""
+    a, b = 0.5 * (low + high), 0.5 * (high - low) / GAUSS
+    change = max(abs(force[i] - a), abs(force[c + i] - b))
+    force[i], force[c + i] = a, b
+    return change
+
+
+@inner
+def stays(laws, held, h, lasting, now):  # type: ignore[no-untyped-def]
+    """Do all channels go on as they are, with forces that are lines?"""
+    n, s = held.number[0], held.number[1]
+    c = n + 2 * (s + held.number[2])
+    force = held.force
+    jump = total = swing = 0.0
+    m = held.rest.gap.size
+    for i in range(n):
+        if force[i] <= abs(force[c + i]):
             return False
-    fill(after.sliding, 0.0)
-    for f in range(after.stuck.size):
-        along = 0.0
-        for j in range(m + 2 * f, m + 2 * f + 2):
-            after.rate[j] = rate_of(model, j, v, after)
-            if not after.stuck[f] and after.force[laws.rubs[f]] > 0.0:
-                after.sliding[j - m] = after.rate[j]
-                along += after.rate[j] * moved(model, j, now, after)
-        if along < 0.0:
+    for i in range(c):
+        before = now.force[held.channel[i]]
+        jump += abs(force[i] - force[c + i] - before)
+        total += abs(before)
+        swing += held.swing[held.channel[i]]
+    allowed = lasting.jump * min(swing, total) + STILL * total
+    if jump > allowed:
+        return False
+    held.used[0] = jump / allowed if allowed > 0.0 else 0.0
+    for k in range(s + held.number[2]):
+        at, p = n + 2 * k, held.normal[k]
+        f = (held.channel[at] - m) // 2
+        if k < s:
+            most = coefficient(0.0, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], True)
+            for side in (-1.0, 1.0):
+                along = math.hypot(force[at] + side * force[c + at], force[at + 1] + side * force[c + at + 1])
+                if along > most * (force[p] + side * force[c + p]):
+                    return False
+        else:
+            v0, v1 = now.rate[held.channel[at]], now.rate[held.channel[at + 1]]
+            for side in (-1.0, 1.0, math.sqrt(3.0)):  # the last: at the end
+                if v0 * gauss_rate(held, at, c, h, side) + v1 * gauss_rate(held, at + 1, c, h, side) <= 0.0:
+                    return False
+    return True
+
+
+@inner
+def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, after):  # type: ignore[no-untyped-def]
+    """The longest step that the channels go on as they are from part `at` of a flight step: its level, -1 of none."""
+    next_, levels = held.next, P.shape[0] - 1
+    parts, level = 1 << levels, next_[LEVEL]
+    if not is_held(held, laws, now):
+        early = cost(model, now) - next_[SAME]
+        if early > 0:
+            next_[WAIT] = early
+            return -1
+        gather(held, laws, now)
+    while level < levels and at % (parts >> level) != 0:
+        level += 1
+    while level <= levels - SHORTEST:
+        if hold(model, laws, slope, P[level], level, lasting, held, gain, D, course, H / (1 << level), now, after):
+            easy = held.used[0] <= EASY and level > 0
+            next_[LEVEL], next_[WAIT], next_[PAUSE] = level - 1 if easy else level, 0, FIRST_PAUSE
+            return level
+        level += 1
+    next_[LEVEL], next_[WAIT] = levels - SHORTEST, next_[PAUSE]
+    next_[PAUSE] = min(2 * next_[PAUSE], LAST_PAUSE)
+    return -1
+
+
+@inner
+def wait_on(held, changed):  # type: ignore[no-untyped-def]
+    """After a step near contact; changed: a channel began or ceased to press or to stick."""
+    held.next[WAIT] -= 1
+    held.next[SAME] += 1
+    if changed:
+        held.next[SAME], held.next[PAUSE] = 0, FIRST_PAUSE
+
+
+@inner
+def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, after):  # type: ignore[no-untyped-def]
+    """A long step; False, and nothing is done, where one channel would not go on as it is, or a force is no line."""
+    slot = level % held.known.size
+    if held.known[slot] != level:
+        respond(model, laws, P, gain, h, held, slot)
+        held.known[slot] = level
+    fly(model, P, gain, D, now, after, np.bool_(False))
+    mean_of(model, P, D, now, held.mean)
+    settle_supports(course, h, after)
+    see(model, held, course, h, now, after)
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
+    for i in range(n, b):
+        if held.free[i] != 0.0 and not moves(R, n, i):
             return False
-    for j in range(mean.size):
-        if mean[j] == 0.0:
-            continue
-        by_supports = carried(model, j, now, after)
-        way = after.gap[j] - now.gap[j] if j < m else moved(model, j, now, after)
-        after.energy[GIVEN] += mean[j] * (way - by_supports)
-        after.energy[EXTERNAL] -= mean[j] * by_supports
-        if j >= m and not after.stuck[(j - m) // 2]:
-            after.energy[FRICTION] -= mean[j] * way
-    fill(after.F, 0.0)
+    for i in range(b, c):
+        held.force[i], held.force[c + i] = now.force[held.channel[i]], 0.0
+    bind(model, laws, held, slot, h, now)
+    if c > b:
+        top = 0.0
+        for i in range(c):
+            top = max(top, abs(held.force[i]))
+        for turn in range(PASSES):
+            if slide(laws, held, h) <= CLOSE * top:
+                break
+            if turn == PASSES - 1:
+                return False
+            bind(model, laws, held, slot, h, now)
+    return stays(laws, held, h, lasting, now) and go(model, laws, slope, P, held, gain, D, course, h, now, after)
+
+
+@inner
+def go(model, laws, slope, P, held, gain, D, course, h, now, after):  # type: ignore[no-untyped-def]
+    """The step under the channels' forces; False where another one closes in it."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    quiet(after)
+    put(after.stuck, 0, now.stuck)
+    load(model, held, c, h, 1.0, D)
+    fly(model, P, gain, D, now, after, np.bool_(False))
+    load(model, held, c, h, -1.0, D)
+    look(model, after)
+    for i in range(now.gap.size):
+        if (
+            slope[i] > 0.0
+            and now.force[i] <= 0.0
+            and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i])
+        ):
+            return False
+    v = after.x.reshape(after.x.size)[model.v0 : model.v1]
+    for j in range(now.gap.size, now.force.size):
+        after.rate[j] = rate_of(model, j, v, after)
+    for i in range(c):
+        q, a, b1 = held.channel[i], held.force[i], held.force[c + i]
+        after.force[q] = a + b1
+        way, mean = held.seen[i], held.seen[c + i]
+        turn = way - 2.0 * mean
+        if n <= i < b:
+            way, turn = 0.0, 0.0
+        elif i >= b:
+            after.sliding[q - now.gap.size] = after.rate[q]
+            after.energy[FRICTION] -= a * way + b1 * turn
+        else:
+            after.energy[CONTACT_DAMPING] += laws.damping[q] * (way * way + 3.0 * turn * turn) / h
+        carried = turned = 0.0
+        for j in range(now.support.shape[1]):
+            s0, s1 = now.support[0, j], after.support[0, j]
+            carried += model.rows_s[q, j] * (s1 - s0)
+            turned += model.rows_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[0, j], h))
+        after.energy[GIVEN] += a * (way - carried) + b1 * (turn - turned)
+        after.energy[EXTERNAL] -= a * carried + b1 * turned
     push(model, after.force, after.F)
     return True
+
+
+@inner
+def let_go(model, laws, W, h, now):  # type: ignore[no-untyped-def]
+    """Forces of the laws at an instant, from which kicks go on; those of a long step are lines."""
+    for i in range(now.gap.size):
+        if now.force[i] > 0.0:
+            now.force[i] = max(0.0, spring_force(laws, i, now.gap[i]) - laws.damping[i] * now.rate[i])
+    fill(now.F, 0.0)
+    push(model, now.force, now.F)
+    settled(W, h, now)
+
+
+@inner_fast
+def load(model, held, c, h, sign, D):  # type: ignore[no-untyped-def]
+    """D += sign push' (a + b x), x from -1 to 1 in a step h."""
+    D0, D1 = D[0], D[1]
+    for j in range(c):
+        row, a, b = model.push[held.channel[j]], sign * held.force[j], sign * held.force[c + j]
+        begin, slope = a - b, 2.0 / h * b
+        for i in range(row.size):
+            D0[i] += begin * row[i]
+            D1[i] += slope * row[i]
 
 
 @inner_fast
@@ -229,10 +571,3 @@ def push(model, p, F):  # type: ignore[no-untyped-def]
             force, row = p[j], model.push[j]
             for i in range(F.size):
                 F[i] += force * row[i]
-
-
-@inner_fast
-def add(to, what, times):  # type: ignore[no-untyped-def]
-    """to += times what"""
-    for i in range(to.size):
-        to[i] += times * what[i]

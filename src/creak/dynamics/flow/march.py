@@ -22,9 +22,8 @@ from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
-from creak.dynamics.flow.lasting import LOSS, Lasting
+from creak.dynamics.flow.lasting import SHORTEST, Lasting
 from creak.dynamics.flow.model import CONSTANT, DONE, FORCE, FlowForm, FlowState, filtered, resting, single_modes
-from creak.dynamics.flow.propagator import Q0
 from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.history import History
@@ -203,7 +202,7 @@ class FlowRun:
         """What a run writes to while it goes on."""
         self.block = self._block()
         self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
-        self.desk = new_desk(self.model, self.steps.reach.shape[1], self.lasting.level <= self.steps.levels)
+        self.desk = new_desk(self.model, self.loads, self.steps.reach.shape[1], self.steps.levels, self.lasting.tried)
 
     def _resolve(self) -> None:
         """Steps near contact, and what channels do within one."""
@@ -240,34 +239,17 @@ class FlowRun:
         """Blocks of contact: none where coordinates without mass move at once."""
         steps, levels = self.steps, self.steps.levels
         few = self.gaps.m < FEWEST or self.light or not self.model.presses
-        lengths = [n for n in STEPS if 2 ** max(levels - self.lasting.level, 0) <= n <= 2**levels]
+        lengths = [n for n in STEPS if n <= 2**levels]
         width = np.linalg.norm(seen_through(self.form, steps.mollifier), axis=1)
         none = few or not lengths
         off = np.stack([straight(self.form, steps, n * steps.h) for n in lengths or STEPS])
         return new_block(0 if none else lengths[0], off, width)
 
     def _lasting(self, resolution: Resolution) -> Lasting:
-        """Steps of lasting contact; where all laws are lines."""
-        levels, model = self.steps.levels, self.model
-        level = next((n for n in range(levels) if 0.5**n <= resolution.longest), levels)
-        at_rest = self.gaps.preload is not None and bool(self.gaps.preload.any())
+        """Long steps where all laws are lines; a kick is off by (omega_c h)^2 / 24."""
         curved = bool((self.steps.laws.curve >= 0).any())
-        short = level + 3 > levels and not at_rest
-        none = np.zeros((0, 0))
-        if short or model.damped or self.light or curved or not model.presses:
-            return Lasting(levels + 1, none, none)
-        n, Q = model.m.size, self.P[level]
-        if self.form.basis is None:
-            moved = model.push * Q[Q0 + 1]
-        else:
-            a, b = model.push[:, :n], model.push[:, n:]
-            moved = np.hstack([a * Q[4] + b * Q[5], a * Q[6] + b * Q[7]])
-        B = np.ascontiguousarray(model.rows @ moved.T)
-        if not self.gaps.rubbing:
-            return Lasting(level, B, none)
-        A = (0.5 + LOSS) * symmetric(B)
-        give = np.where(np.arange(len(B)) < self.gaps.m, 0.0, GIVE * np.diag(A))
-        return Lasting(level, B, A + np.diag(give))
+        tried = self.model.presses and not self.light and not curved and self.steps.levels >= SHORTEST
+        return Lasting(tried, resolution.contact**2 / 24.0)
 
     def _check_dampers(self) -> None:
         laws = self.gaps.laws

@@ -123,7 +123,8 @@ class FlowForm:
     root: FloatArray
     """(n,) or (2 n, 2 n): mobility of the channels W = (rates root) (rates root)'."""
     flow: Callable[[float], FloatArray]
-    """Propagator of a step: (9, n) as `propagator`, or (20, n) of pairs: exponential, then four integrals of it."""
+    """Propagator of a step: (15, n) as `propagator`, or (40, n) of pairs: exponential, then four integrals of it, and
+    the mean of all five over the step."""
     basis: FloatArray | None
     """(n, 2 n) coordinates of the System from z; None: the first n of z."""
     speeds: FloatArray | None

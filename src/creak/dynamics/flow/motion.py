@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from creak.dynamics.flow.model import CONSTANT, FORCE
+from creak.dynamics.flow.propagator import MEAN, SINGLE
 from creak.linalg.compiled import inner, inner_fast, with_arrays
 from creak.linalg.loops import acts, dot, fill, put
-
-SINGLE = 9
-"""Rows of a propagator of single modes; one of pairs has 20."""
 
 
 @inner
@@ -35,6 +33,12 @@ def shift(p, h):  # type: ignore[no-untyped-def]
 def value(p, h):  # type: ignore[no-untyped-def]
     """A cubic, h later."""
     return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
+
+
+@inner
+def mean_value(p, h):  # type: ignore[no-untyped-def]
+    """Mean of a cubic over h."""
+    return p[0] + h * (0.5 * p[1] + h * (p[2] / 6.0 + h / 24.0 * p[3]))
 
 
 @inner
@@ -126,6 +130,39 @@ def fly_pairs(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
             to_a += P[q, i] * da + P[q + 1, i] * db
             to_b += P[q + 2, i] * da + P[q + 3, i] * db
         a1[i], b1[i] = to_a, to_b
+
+
+@inner
+def mean_of(model, P, D, now, out):  # type: ignore[no-untyped-def]
+    """Mean of the displacements z[u0:u1] over a step without a kick."""
+    if P.shape[0] == SINGLE:
+        mean_single(P, D, now, out)
+    else:
+        mean_pairs(P, D, now, out)
+
+
+@inner_fast
+def mean_single(P, D, now, out):  # type: ignore[no-untyped-def]
+    """Of u of single modes."""
+    u0, v0, D0, D1, D2, D3 = now.x[0], now.x[1], D[0], D[1], D[2], D[3]
+    uu, uv, q0, q1, q2, q3 = P[MEAN], P[MEAN + 1], P[MEAN + 2], P[MEAN + 3], P[MEAN + 4], P[MEAN + 5]
+    for i in range(out.size):
+        out[i] = uu[i] * u0[i] + uv[i] * v0[i] + q0[i] * D0[i] + q1[i] * D1[i] + q2[i] * D2[i] + q3[i] * D3[i]
+
+
+@inner_fast
+def mean_pairs(P, D, now, out):  # type: ignore[no-untyped-def]
+    """Of both members of pairs."""
+    n, a0, b0 = now.x.shape[1], now.x[0], now.x[1]
+    for i in range(n):
+        a, b = a0[i], b0[i]
+        to_a = P[20, i] * a + P[21, i] * b
+        to_b = P[22, i] * a + P[23, i] * b
+        for r in range(4):
+            da, db, q = D[r, i], D[r, n + i], 24 + 4 * r
+            to_a += P[q, i] * da + P[q + 1, i] * db
+            to_b += P[q + 2, i] * da + P[q + 3, i] * db
+        out[i], out[n + i] = to_a, to_b
 
 
 @inner

@@ -6,6 +6,10 @@ S_r(h) = integral of s(t) (h - t)^(r-1) / (r-1)! over the step, S_0 = s(h), S_-1
     u(h) = (S_-1 + c/m S_0) u + S_0 v + (S_1 D0 + S_2 D1 + S_3 D2 + S_4 D3) / m
     v(h) =         -k/m S_0 u + S_-1 v + (S_0 D0 + S_1 D1 + S_2 D2 + S_3 D3) / m
 
+and the mean of u over the step, whose integral raises each index by one,
+
+    mean u = ((S_0 + c/m S_1) u + S_1 v + (S_2 D0 + S_3 D1 + S_4 D2 + S_5 D3) / m) / h
+
 Integrating the equation of s r times gives S_(r+1) = (h^r/r! - S_(r-1) - c/m S_r) m/k; for small omega h, where that
 loses digits, S_r is the power series sum_j s_j h^(j+r) / (j+r)! with s_0 = 0, s_1 = 1, s_(j+2) = -(c s_(j+1) + k s_j)
 over m, and of slow modes with heavy damping it comes from the exponential of the equation's matrix.
@@ -25,22 +29,25 @@ SLOW = 0.5
 """omega h, and c h / m, below which S comes from its power series."""
 TERMS = 16
 """Of the series: 0.5^16 / 16! is below round-off."""
-UU, UV, VU, VV, Q0 = 0, 1, 2, 3, 4
-"""Rows of a propagator; S_r / m is row Q0 + r."""
+UU, UV, VU, VV, Q0, MEAN = 0, 1, 2, 3, 4, 9
+"""Rows of a propagator; S_r / m is row Q0 + r, the mean of u begins at row MEAN."""
+SINGLE = 15
+"""Rows of a propagator of single modes; one of pairs has 40."""
 
 
 def propagator(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
-    """(9, n): u <- (u, v), v <- (u, v), then S_0 to S_4 over m.
+    """(15, n): u <- (u, v), v <- (u, v), then S_0 to S_4 over m; mean u <- (u, v, D0, D1, D2, D3).
 
-    Coordinates without mass follow the load at once, u = D(h) / k.
+    Coordinates without mass follow the load at once, u = D / k.
     """
-    P = np.zeros((9, m.size))
+    P = np.zeros((SINGLE, m.size))
     heavy = m > 0.0
     if heavy.any():
         P[:, heavy] = _heavy(m[heavy], c[heavy], k[heavy], h)
     light = ~heavy
     for r in range(1, 5):
         P[Q0 + r, light] = h ** (r - 1) / math.factorial(r - 1) / k[light]
+        P[MEAN + 1 + r, light] = h ** (r - 1) / math.factorial(r) / k[light]
     return P
 
 
@@ -48,30 +55,31 @@ def _heavy(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
     stiff, damp = k / m, c / m
     slow = h * np.sqrt(stiff) < SLOW
     weak, viscous, fast = slow & (h * damp < SLOW), slow & (h * damp >= SLOW), ~slow
-    S = np.empty((6, m.size))
+    S = np.empty((7, m.size))
     for which, rule in ((weak, _by_series), (viscous, _by_exponential), (fast, _in_closed_form)):
         S[:, which] = rule(damp[which], stiff[which], h)
-    return np.concatenate([[S[0] + damp * S[1], S[1], -stiff * S[1], S[0]], S[1:] / m])
+    mean = np.concatenate([[S[1] + damp * S[2], S[2]], S[3:] / m]) / h
+    return np.concatenate([[S[0] + damp * S[1], S[1], -stiff * S[1], S[0]], S[1:6] / m, mean])
 
 
 def _by_series(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
-    """(6, n) S_-1 to S_4."""
-    S = np.zeros((6, damp.size))
+    """(7, n) S_-1 to S_5."""
+    S = np.zeros((7, damp.size))
     before, s = np.zeros_like(damp), np.ones_like(damp)
     for j in range(1, TERMS):
-        for r in range(-1, 5):
+        for r in range(-1, 6):
             S[r + 1] += s * (h ** (j + r) / math.factorial(j + r))
         before, s = s, -(damp * s + stiff * before)
     return S
 
 
 def _in_closed_form(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
-    """(6, n) S_-1 to S_4 of under-, over- and critically damped modes."""
+    """(7, n) S_-1 to S_5 of under-, over- and critically damped modes."""
     delta = 0.5 * damp
     cosine, sine = damped_waves(delta, stiff, h)
-    S = np.empty((6, damp.size))
+    S = np.empty((7, damp.size))
     S[0], S[1] = cosine - delta * sine, sine
-    for r in range(4):
+    for r in range(5):
         S[r + 2] = (h**r / math.factorial(r) - S[r] - damp * S[r + 1]) / stiff
     return S
 
@@ -91,9 +99,9 @@ def damped_waves(delta: FloatArray, omega2: FloatArray, h: float) -> tuple[Float
 
 
 def _by_exponential(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
-    """(6, n) S_-1 to S_4 of modes that are damped so heavily that their stiffness hardly shows; time in steps."""
-    A = np.zeros((damp.size, 6, 6))
-    A[:, [0, 2, 3, 4], [1, 3, 4, 5]] = 1.0
+    """(7, n) S_-1 to S_5 of modes that are damped so heavily that their stiffness hardly shows; time in steps."""
+    A = np.zeros((damp.size, 7, 7))
+    A[:, [0, 2, 3, 4, 5], [1, 3, 4, 5, 6]] = 1.0
     A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -h * h * stiff, -h * damp, 1.0
     E = sla.expm(A) if damp.size else A
-    return np.stack([E[:, 1, 1], h * E[:, 0, 1], *(E[:, 0, 1 + r] * h ** (r + 1) for r in range(1, 5))])
+    return np.stack([E[:, 1, 1], h * E[:, 0, 1], *(E[:, 0, 1 + r] * h ** (r + 1) for r in range(1, 6))])
