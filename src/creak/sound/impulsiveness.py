@@ -45,7 +45,9 @@ class Onset:
     @property
     def prominence(self) -> float:
         """Predicted prominence P = 3 lg(rate / (dB/s)) + 2 lg(difference / dB); some 15 at most, below 5 none is heard
-        as an impulse."""
+        as an impulse. A rise that falls so much amid it that no line through it rises is none: 0."""
+        if self.rate <= 0.0:
+            return 0.0
         return 3.0 * float(np.log10(self.rate)) + 2.0 * float(np.log10(self.difference))
 
 

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from creak.contact.gap_operator import Friction, GapOperator
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, finer
 from creak.dynamics.history import ENERGIES, History
@@ -103,3 +106,63 @@ def test_energy_books_of_damped_modes_that_press(alpha, beta, damper):
     assert energy["damping"] == pytest.approx(damping, rel=0.05, abs=1e-3 * external)
     assert energy["contact_damping"] == pytest.approx(contact_damping, rel=0.05, abs=1e-4 * external)
     assert abs(energy["scheme"]) < 5e-3 * external
+
+
+# --- long steps against an ODE solver -------------------------------------------------------------------------------
+
+NORMAL, STATIC, KINETIC = 20.0, 0.3, 0.2
+SPRINGS = np.diag([1e4, 2e4, 3e4])
+
+
+def rubbing(decay: float, damping: float) -> GapOperator:
+    """Dof 1 is pressed by 20 N on a spring of 1e5 N/m, dofs 0 and 2 rub along and across."""
+    gaps = channels([[0.0, 1.0, 0.0]], -NORMAL / 1e5, 1e5, damping=damping)
+    along, across = (channels([row], 0.0, 0.0).G for row in ([1.0, 0.0, 0.0], [0.0, 0.0, 1.0]))
+    friction = Friction(*(np.array([x]) for x in (STATIC, KINETIC, decay)))
+    return replace(gaps, tangents=(along, across), friction=friction, preload=np.array([NORMAL]))
+
+
+@pytest.mark.parametrize(("decay", "damping"), [(0.0, 0.0), (0.05, 0.0), (0.0, 40.0)])
+def test_sliding_that_turns_under_a_force_that_swings(decay, damping):
+    """It slides in curves while the pressure swings: place, heat, and what the damper took."""
+    end, start = 0.08, np.array([1.5, 0.0, -0.9])
+    system = diagonalise(system_of(np.eye(3), SPRINGS, velocity=start))
+    time = np.linspace(0.0, end, 240 * SAMPLES + 1)
+    push = 10.0 * np.sin(2.0 * np.pi * 20.0 * time)
+    loads = Loads(time, np.zeros((3, time.size, 0)), push[:, None], (np.array([1]),))
+    history = simulate_flow(system, rubbing(decay, damping), loads, observed=np.arange(3))
+    assert (history.force[:, 0] > 0.0).all()
+    assert np.all(np.hypot(*history.sliding[1:].T) > 0.0)
+
+    def slope(t, x):
+        u, v = x[:3], x[3:6]
+        press = NORMAL - 1e5 * u[1] - damping * v[1]
+        speed = np.hypot(v[0], v[2])
+        mu = KINETIC + (STATIC - KINETIC) * np.exp(-speed / decay) if decay else KINETIC
+        force = -SPRINGS @ u - mu * press / speed * np.array([v[0], 0.0, v[2]])
+        force[1] += press - NORMAL + 10.0 * np.sin(2.0 * np.pi * 20.0 * t)
+        return np.concatenate([v, force, [mu * press * speed, damping * v[1] ** 2]])
+
+    exact = solve_ivp(
+        slope, (0.0, end), np.concatenate([np.zeros(3), start, [0.0, 0.0]]), "DOP853", rtol=1e-11, atol=1e-12
+    )
+    energy = dict(zip(ENERGIES, history.energy[-1], strict=True))
+    np.testing.assert_allclose(history.displacement[-1], exact.y[:3, -1], rtol=0, atol=2e-6)
+    assert energy["friction"] == pytest.approx(exact.y[6, -1], rel=1e-4)
+    assert energy["contact_damping"] == pytest.approx(exact.y[7, -1], rel=2e-3, abs=1e-9)
+    assert abs(energy["scheme"]) < 1e-5 * energy["friction"]
+    assert history.contact_steps < 240 * 128 / 10
+
+
+def test_what_sticks_holds_against_a_pull_that_grows():
+    """No way and no heat: friction is the pull."""
+    M, K = np.eye(3), SPRINGS
+    system = diagonalise(system_of(M, K))
+    time = np.linspace(0.0, 0.05, 150 * SAMPLES + 1)
+    pull = 4.0 * (time / 0.05) ** 2  # below .3 x 20 N
+    loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
+    history = simulate_flow(system, rubbing(0.0, 0.0), loads, observed=np.arange(3))
+    assert not history.sliding.any()
+    assert history.energy[-1, ENERGIES.index("friction")] == 0.0
+    assert np.abs(history.displacement[:, 0]).max() < 1e-2 * 4.0 / 1e4  # the spring would give way by 4 N / 1e4
+    assert history.contact_steps < 2_000

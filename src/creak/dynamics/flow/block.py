@@ -19,8 +19,10 @@ from creak.dynamics.flow.motion import band_energies, gap_of, rate_of
 from creak.linalg.compiled import inner
 from creak.linalg.loops import acts
 
-STEPS = (128, 64, 32, 16)
+STEPS = (1024, 512, 256, 128, 64, 32, 16)
 """Steps near contact of a block."""
+SHORT = 128
+"""The longest where contact does not last: its impulses are not known beforehand."""
 APART = 8
 """Steps near contact between two instants at which a block may begin."""
 FEWEST = 8
@@ -63,10 +65,11 @@ def new_block(length: int, off: FloatArray, width: FloatArray) -> Block:
 
 
 @inner
-def open_block(block, model, slope, band, D, energy, course, h, time, used, at, now):  # type: ignore[no-untyped-def]
+def open_block(block, model, slope, band, D, energy, course, h, time, used, at, now, lasts):  # type: ignore[no-untyped-def]
     """Begin a block at the instant `now`, as long as it takes the fewest looks, where that is worth it.
 
-    Looks at a channel are counted: in each step at those that may close, at all some three times for a block.
+    Looks at a channel are counted: in each step at those that may close, at all some three times for a block. lasts:
+    long steps may be taken in it.
     """
     m = now.gap.size
     if block.mark[KNOWN] == 0:
@@ -74,6 +77,8 @@ def open_block(block, model, slope, band, D, energy, course, h, time, used, at, 
     band_energies(model, band, D, now, energy)
     fewest, best, steps = 0.75 * m, -1, block.length
     for n in range(block.off.shape[0]):
+        if block.length >> n > SHORT and not lasts:
+            continue
         count, _ = may_close_within(block, n, model, slope, energy, course, h, now)
         looks = count + 3.0 * m / (block.length >> n)
         if looks < fewest:
@@ -180,6 +185,15 @@ def look_near(block, model, now, after, h, rated):  # type: ignore[no-untyped-de
         after.gap[i] = gap_of(model, i, z[model.u0 : model.u1], after)
         if rated:
             after.rate[i] = rate_of(model, i, z[model.v0 : model.v1], after)
+
+
+@inner
+def look_watched(block, model, now):  # type: ignore[no-untyped-def]
+    """Rates of all channels that may close in the block, or of all where none is under way."""
+    v = now.x.reshape(now.x.size)[model.v0 : model.v1]
+    for i in range(now.gap.size):
+        if block.is_near[i]:
+            now.rate[i] = rate_of(model, i, v, now)
 
 
 @inner

@@ -26,7 +26,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
 from creak.dynamics.flow.model import FlowForm, driven, flow_model
-from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, propagator
+from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -39,8 +39,6 @@ NUDGE = 1e-11
 """Share of itself: motion is off by as much for each radian, and round-off times 1 / sqrt(NUDGE)."""
 TRUSTED = 1e-6
 """Largest residual of the eigenvectors: |A X - X B| and |X Y - 1|."""
-TERMS = 20
-"""Of the power series of phi_r: 1 / 20! is below round-off."""
 
 
 def coupled_damping(system: System) -> FloatArray:
@@ -221,28 +219,15 @@ def _of_lone(c: FloatArray, scale: FloatArray, omega: FloatArray, h: float) -> F
 
 
 def _of_pairs(B: FloatArray, h: float) -> FloatArray:
-    """(40, n) exponential of B h and h^r phi_r(B h), r = 1 to 4, each as (00, 01, 10, 11); their means h^r phi_(r+1)."""
+    """(40, n) exponential of B h and h^r phi_r(B h), r = 1 to 4, each as (00, 01, 10, 11); the same of phi_(r+1)."""
     turns = B[1] != 0.0
     first, second = B[0] + 1j * B[1], np.where(turns, B[3] - 1j * B[1], B[3])
     out = np.zeros((40, B.shape[1]))
-    phi = list(zip(_phi(first * h), _phi(second * h), strict=True))
+    both = list(zip(phi(first * h, 6), phi(second * h, 6), strict=True))
     for r in range(5):
-        for at, (f, g) in ((4 * r, phi[r]), (20 + 4 * r, phi[r + 1])):
+        for at, (f, g) in ((4 * r, both[r]), (20 + 4 * r, both[r + 1])):
             out[at] = h**r * f.real
             out[at + 1] = np.where(turns, h**r * f.imag, 0.0)
             out[at + 2] = np.where(turns, -(h**r) * f.imag, 0.0)
             out[at + 3] = np.where(turns, h**r * f.real, h**r * g.real)
     return out
-
-
-def _phi(z: FloatArray) -> list[FloatArray]:
-    """phi_0 = e^z, phi_(r+1) = (phi_r - 1 / r!) / z up to 5; power series where |z| < 1."""
-    small = np.abs(z) < 1.0
-    far = np.where(small, 1.0, z)
-    near = np.where(small, z, 0.0)
-    found, by_rule = [], np.exp(z)
-    for r in range(6):
-        series = sum(near**j / float(math.factorial(j + r)) for j in range(TERMS))
-        found.append(np.where(small, series, by_rule))
-        by_rule = (by_rule - 1.0 / math.factorial(r)) / far
-    return found

@@ -14,21 +14,21 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.books import GIVEN, SCHEME
 from creak.dynamics.closing import dips
-from creak.dynamics.flow.block import APART, KNOWN, amend, close_block, ends, look_near, open_block, under_way
-from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
-from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow.lasting import (
-    PATIENCE,
-    WAIT,
-    Held,
-    follow_swing,
-    hold_on,
-    let_go,
-    new_held,
-    rests,
-    same_pressing,
-    wait_on,
+from creak.dynamics.flow.block import (
+    APART,
+    KNOWN,
+    amend,
+    close_block,
+    ends,
+    look_near,
+    look_watched,
+    open_block,
+    under_way,
 )
+from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
+from creak.dynamics.flow.held import CALM, WAIT, Held, new_held
+from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
+from creak.dynamics.flow.lasting import PATIENCE, follow_swing, hold_on, rests, wait_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
@@ -43,7 +43,7 @@ from creak.dynamics.flow.motion import (
     shift_loads,
     value,
 )
-from creak.dynamics.flow.rows import bends, changes, restart
+from creak.dynamics.flow.rows import bends, changes, pieces, restart, write_between
 from creak.dynamics.loads import Loads
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, outer
@@ -245,7 +245,9 @@ def march(  # type: ignore[no-untyped-def]
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, np.bool_(True))
-    calm, held, was_held = PATIENCE if rests(model, now) else 0, False, False
+    held, was_held = False, False
+    if begin == 0 and lasting.tried and rests(model, now):
+        together.next[CALM] = PATIENCE
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
@@ -254,21 +256,32 @@ def march(  # type: ignore[no-untyped-def]
         while at < parts:
             kicked, held = acts(now.force, 0, now.force.size), False
             put(after.energy, 0, now.energy)
-            if kicked and lasting.tried and calm >= PATIENCE and together.next[WAIT] <= 0 and not under_way(block):
+            if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
+                lasts = lasting.tried and together.next[CALM] >= PATIENCE
+                open_block(
+                    block,
+                    model,
+                    slope,
+                    band,
+                    D,
+                    energy,
+                    course,
+                    H / parts,
+                    (step + at / parts) * H,
+                    used,
+                    at,
+                    now,
+                    lasts,
+                )
+            if kicked and lasting.tried and together.next[CALM] >= PATIENCE and together.next[WAIT] <= 0:
                 if not was_held:
-                    look_rates(model, now)
-                longest = hold_on(model, laws, slope, P, lasting, together, gain, D, course, H, at, now, after)
+                    look_watched(block, model, now)
+                longest = hold_on(model, laws, slope, P, lasting, together, gain, D, course, H, at, now, after, block)
                 held = longest >= 0
                 if held:
                     level, h = longest, H / (1 << longest)
                     settled(W, H / parts, after)
-            if was_held and not held:
-                let_go(model, laws, W, H / parts, now)
             was_held = held
-            if kicked and not held and block.length > 0 and not under_way(block) and at % APART == 0:
-                open_block(
-                    block, model, slope, band, D, energy, course, H / parts, (step + at / parts) * H, used, at, now
-                )
             if not held:
                 level, h = advance(
                     model,
@@ -303,11 +316,11 @@ def march(  # type: ignore[no-untyped-def]
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
                     look_rates(model, after)
-                calm = calm + 1 if same_pressing(now, after) else 0
-                wait_on(together, changes(now, after))
+                if lasting.tried:
+                    wait_on(together, changes(now, after), now, after)
             else:
                 quiet(after)
-                calm = 0
+                together.next[CALM] = 0
             book_flow(model, drive, h, now, after, light)
             if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
                 follow_swing(together, h, H, after.force)
@@ -330,11 +343,15 @@ def march(  # type: ignore[no-untyped-def]
             if not all_finite(after):
                 return NOT_FINITE, step, used, kept, swapped, then
             changed = changes(now, after)
-            if not written and (edge or changed or bends(cone, time, now, then, after)):
+            count = pieces(laws, together, cone, parts >> level) if held else np.int64(1)
+            if not written and (edge or changed or count > 1 or bends(cone, time, now, then, after)):
                 complete(model, laws, W, H / parts, now)
                 write(out, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
+            if count > 1:
+                complete(model, laws, W, H / parts, after)
+                used = write_between(model, laws, together, cone, count, time, h, now, after, out.table, used)
             if over:
                 amend(block, out.table, used, then, after)
             now, after, time, edge = after, now, then, changed

@@ -22,9 +22,18 @@ from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
-from creak.dynamics.flow.lasting import SHORTEST, Lasting
+from creak.dynamics.flow.lasting import SHORTEST, STIFF, Lasting
 from creak.dynamics.flow.model import CONSTANT, DONE, FORCE, FlowForm, FlowState, filtered, resting, single_modes
-from creak.dynamics.flow.resolution import SETTLED, FlowSteps, Resolution, flow_steps, seen_through, steepest, straight
+from creak.dynamics.flow.resolution import (
+    SETTLED,
+    FlowSteps,
+    Resolution,
+    contact_frequency,
+    flow_steps,
+    seen_through,
+    steepest,
+    straight,
+)
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -246,10 +255,13 @@ class FlowRun:
         return new_block(0 if none else lengths[0], off, width)
 
     def _lasting(self, resolution: Resolution) -> Lasting:
-        """Long steps where all laws are lines; a kick is off by (omega_c h)^2 / 24."""
-        curved = bool((self.steps.laws.curve >= 0).any())
-        tried = self.model.presses and not self.light and not curved and self.steps.levels >= SHORTEST
-        return Lasting(tried, resolution.contact**2 / 24.0)
+        """Long steps where all laws are lines, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
+        steps, levels = self.steps, self.steps.levels
+        curved = bool((steps.laws.curve >= 0).any())
+        fastest = contact_frequency(self.form, steps.mollifier, steepest(steps.laws)) if self.model.presses else 0.0
+        first = next((n for n in range(levels) if fastest * self.H / 2**n <= STIFF), levels)
+        tried = self.model.presses and not self.light and not curved and first <= levels - SHORTEST
+        return Lasting(tried, first, 0.01 * resolution.contact**2)
 
     def _check_dampers(self) -> None:
         laws = self.gaps.laws

@@ -42,7 +42,9 @@ class FlowModel(NamedTuple):
     rates: FloatArray
     """(m + 2 f, v1 - v0)"""
     push: FloatArray
-    """(m + 2 f, p1 - p0)"""
+    """(m + 2 f, p1 - p0) of kicks"""
+    lean: FloatArray
+    """(m + 2 f, p1 - p0) of forces that go on"""
     rows_s: FloatArray
     """(m + 2 f, n_support)"""
     gap0: FloatArray
@@ -223,8 +225,8 @@ def flow_model(
     """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v)."""
     (u0, u1), (v0, v1), (p0, p1) = slices
     arrays = zip(
-        ("rows", "rates", "push", "load", "load_u", "load_v", "kinetic", "strain", "still"),
-        (*rows, *loads, *forms),
+        ("rows", "rates", "push", "lean", "load", "load_u", "load_v", "kinetic", "strain", "still"),
+        (*rows, rows[2], *loads, *forms),
         strict=True,
     )
     own: Shared = {name: np.ascontiguousarray(A) for name, A in arrays}
@@ -238,7 +240,9 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
 
     A kick works h v on a pair of speed v; the springs see half of its way from the kick before to the kick after,
     v sin(omega h) / omega. So a pair is pushed by sin(omega h) / (omega h) less than it is seen, and gets what the
-    springs give; else it would get (omega h)^2 / 6 more, out of nothing.
+    springs give; else it would get (omega h)^2 / 6 more, out of nothing. Kicks that do not change hold it, at their
+    instants, cos^2(omega h / 2) of what it is seen by away from where they do not act: by that share it is pushed by
+    forces that go on, so that long steps and kicks rest at the same place.
 
     Parameters
     ----------
@@ -250,17 +254,17 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
         return np.ascontiguousarray(A * np.concatenate([by, by])[begin:end])
 
     rates = through(model.rates, pushed, model.v0, model.v1)
-    if form.root.ndim == 1:
-        push = rates
-    else:
-        push = np.ascontiguousarray((rates @ form.root) @ form.root.T)
+    lean = through(model.rates, mollifier * np.cos(0.5 * form.omega * h) ** 2, model.v0, model.v1)
+    push = rates
+    if form.root.ndim > 1:
+        push, lean = (np.ascontiguousarray((A @ form.root) @ form.root.T) for A in (rates, lean))
     m, constant = model.gap0.size, model.order == CONSTANT
     load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
     rows = through(model.rows, mollifier, model.u0, model.u1)
     for j in np.flatnonzero(constant):
         own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
-        load[j], load_u[j], load_v[j] = -rest[own] @ push[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
-    return model._replace(rows=rows, rates=rates, push=push, load=load, load_u=load_u, load_v=load_v)
+        load[j], load_u[j], load_v[j] = -rest[own] @ lean[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
+    return model._replace(rows=rows, rates=rates, push=push, lean=lean, load=load, load_u=load_u, load_v=load_v)
 
 
 def resting(model: FlowModel, loads: Loads) -> FlowState:

@@ -12,23 +12,24 @@ and the mean of u over the step, whose integral raises each index by one,
 
 Integrating the equation of s r times gives S_(r+1) = (h^r/r! - S_(r-1) - c/m S_r) m/k; for small omega h, where that
 loses digits, S_r is the power series sum_j s_j h^(j+r) / (j+r)! with s_0 = 0, s_1 = 1, s_(j+2) = -(c s_(j+1) + k s_j)
-over m, and of slow modes with heavy damping it comes from the exponential of the equation's matrix.
+over m. Slow modes with heavy damping have two real roots far apart, and S_r is the divided difference of
+h^(r+1) phi_r(z) between them, z being a root times h.
 Source: Duhamel's integral (Clough, Penzien, Dynamics of Structures, 1993, chapter 6). Exact for any h.
 """
 
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
-import scipy.linalg as sla
 
 from creak.arrays import FloatArray
 
-SLOW = 0.5
+SLOW, HEAVY = 0.5, 1.5
 """omega h, and c h / m, below which S comes from its power series."""
-TERMS = 16
-"""Of the series: 0.5^16 / 16! is below round-off."""
+TERMS = 20
+"""Of power series: 1.5^20 / 20! is below round-off."""
 UU, UV, VU, VV, Q0, MEAN = 0, 1, 2, 3, 4, 9
 """Rows of a propagator; S_r / m is row Q0 + r, the mean of u begins at row MEAN."""
 SINGLE = 15
@@ -54,9 +55,9 @@ def propagator(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatAr
 def _heavy(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
     stiff, damp = k / m, c / m
     slow = h * np.sqrt(stiff) < SLOW
-    weak, viscous, fast = slow & (h * damp < SLOW), slow & (h * damp >= SLOW), ~slow
+    weak, viscous, fast = slow & (h * damp < HEAVY), slow & (h * damp >= HEAVY), ~slow
     S = np.empty((7, m.size))
-    for which, rule in ((weak, _by_series), (viscous, _by_exponential), (fast, _in_closed_form)):
+    for which, rule in ((weak, _by_series), (viscous, _by_roots), (fast, _in_closed_form)):
         S[:, which] = rule(damp[which], stiff[which], h)
     mean = np.concatenate([[S[1] + damp * S[2], S[2]], S[3:] / m]) / h
     return np.concatenate([[S[0] + damp * S[1], S[1], -stiff * S[1], S[0]], S[1:6] / m, mean])
@@ -98,10 +99,26 @@ def damped_waves(delta: FloatArray, omega2: FloatArray, h: float) -> tuple[Float
     return cosine, sine
 
 
-def _by_exponential(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
-    """(7, n) S_-1 to S_5 of modes that are damped so heavily that their stiffness hardly shows; time in steps."""
-    A = np.zeros((damp.size, 7, 7))
-    A[:, [0, 2, 3, 4, 5], [1, 3, 4, 5, 6]] = 1.0
-    A[:, 1, 0], A[:, 1, 1], A[:, 1, 2] = -h * h * stiff, -h * damp, 1.0
-    E = sla.expm(A) if damp.size else A
-    return np.stack([E[:, 1, 1], h * E[:, 0, 1], *(E[:, 0, 1 + r] * h ** (r + 1) for r in range(1, 6))])
+def _by_roots(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
+    """(7, n) S_-1 to S_5 of modes that are damped so heavily that their stiffness hardly shows."""
+    apart = np.sqrt((h * damp) ** 2 - 4.0 * h * h * stiff)
+    steep = -0.5 * (h * damp + apart)
+    flat = h * h * stiff / steep
+    first, second = phi(flat, 6), phi(steep, 6)
+    S = np.empty((7, damp.size))
+    S[0] = (flat * first[0] - steep * second[0]) / apart
+    for r in range(6):
+        S[r + 1] = h ** (r + 1) * (first[r] - second[r]) / apart
+    return S
+
+
+def phi(z: Any, count: int) -> list[Any]:
+    """phi_0 = e^z, phi_(r+1) = (phi_r - 1 / r!) / z: `count` of them, of z (n,), real or complex."""
+    small = np.abs(z) < 1.0
+    far, near = np.where(small, 1.0, z), np.where(small, z, 0.0)
+    found, by_rule = [], np.exp(z)
+    for r in range(count):
+        series = sum(near**j / float(math.factorial(j + r)) for j in range(TERMS))
+        found.append(np.where(small, series, by_rule))
+        by_rule = (by_rule - 1.0 / math.factorial(r)) / far
+    return found

@@ -9,11 +9,15 @@ leaves it, the one before is kept (swinging door: Bristol, ISA Adv. Instrum. 45,
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.contact.step_problem import spring_force
+from creak.dynamics.books import SCHEME
+from creak.dynamics.flow.block import cubic
 from creak.linalg.compiled import inner
 from creak.linalg.loops import put
 
@@ -85,3 +89,51 @@ def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
         slope = (cone.after[j] - cone.tip[j]) / (time_after - cone.at[0])
         bent = bent or largest or slope < cone.low[j] or slope > cone.high[j]
     return bent
+
+
+@inner
+def pieces(laws, held, cone, most):  # type: ignore[no-untyped-def]
+    """Straight lines, `most` at most, that pass the forces of a long step within `rows.CLOSE` of the largest."""
+    n, c, worst = held.number[0], held.number[0] + 2 * (held.number[1] + held.number[2]), 0.0
+    m = held.rest.gap.size
+    for i in range(n):
+        q = held.channel[i]
+        top = max(cone.top[m + q], abs(held.line[q]))
+        curve = 0.75 * laws.stiffness[q] * abs(held.seen[i] - 2.0 * held.seen[c + i])
+        worst = max(worst, curve / (CLOSE * top) if curve > 0.0 else 0.0)
+    return min(most, math.ceil(math.sqrt(worst)))
+
+
+@inner
+def write_between(model, laws, held, cone, count, time, h, now, after, table, used):  # type: ignore[no-untyped-def]
+    """Rows of the instants between the ends of a long step that part it into `count`, after the row `used`."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    m, channels = now.gap.size, now.force.size
+    for k in range(1, count):
+        x, row = k / count, table[used]
+        row[0] = time + x * h
+        for i in range(m):
+            row[1 + i] = cubic(x, now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i])
+        for j in range(1 + m, 1 + m + channels + after.sliding.size):
+            row[j] = 0.0
+        for i in range(c):
+            q, z = held.channel[i], 2.0 * x - 1.0
+            way, mean = held.seen[i], held.seen[c + i]
+            if i < n:
+                row[1 + q] = now.gap[q] + 0.5 * (1.0 + z) * way + 0.75 * (way - 2.0 * mean) * (z * z - 1.0)
+                rate = (way + 3.0 * (way - 2.0 * mean) * z) / h
+                row[1 + m + q] = max(0.0, spring_force(laws, q, row[1 + q]) - laws.damping[q] * rate)
+            else:
+                row[1 + m + q] = held.force[i] + z * held.force[c + i]
+            if i >= b:
+                row[1 + m + channels + q - m] = (way + 3.0 * (way - 2.0 * mean) * z) / h
+        at = 1 + m + channels + after.sliding.size
+        for j in range(SCHEME + 1):
+            row[at + j] = now.energy[j] + x * (after.energy[j] - now.energy[j])
+        used += 1
+    cone.at[0] = table[used - 1, 0]
+    for j in range(cone.tip.size):
+        cone.tip[j], cone.low[j], cone.high[j] = table[used - 1, 1 + j], -np.inf, np.inf
+        cone.top[j] = max(cone.top[j], abs(cone.tip[j]))
+    return used

@@ -1,0 +1,335 @@
+"""The channels that press in lasting contact, and the equations of their forces in a long step, in compiled code.
+
+Over a step h, x from -1 to 1 in it, each channel's force is a line in time,
+
+    p(x) = a + b x,
+
+and the structure moves exactly under it. The laws hold at the two points x = -+1/sqrt(3) of Gauss, of the motion seen
+as the quadratic with the same gap g0, g1 at both ends and the same mean gap, where a linear spring has
+
+    a = -k mean g,        b = -k (g1 - g0) / 2.
+
+The work of p on the structure is then just what the spring stores, -k (g1^2 - g0^2) / 2, whatever the step: stable
+without a limit; friction takes what it takes at the two points; the error of a step falls with its fifth power
+(energy-conserving time elements: French, Schaeffer, Appl. Math. Comput. 39, 1990; Betsch, Steinmann, Int. J. Numer.
+Methods Eng. 49, 2000, with the structure exact here). What sticks neither moves from end to end nor has a speed at the
+end. Unknown are the forces alone, a and b of each channel; their few equations hang on which channels press and stick
+and on the length of the step, and are inverted once for both.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
+from creak.contact.laws.friction import coefficient
+from creak.dynamics.flow.kicks import GIVE
+from creak.dynamics.flow.model import FlowModel, FlowState, resting
+from creak.dynamics.flow.motion import fly, mean_of, mean_value, rate_of, times
+from creak.dynamics.loads import Loads
+from creak.linalg.compiled import inner, with_arrays
+from creak.linalg.loops import dot, fill
+
+IMMOBILE = 1e-9
+"""Response along one tangent over that along the other below which nothing moves there."""
+ROOM = 1 << 20
+"""Numbers that are kept for steps of other lengths."""
+LEVEL, WAIT, SAME, PAUSE, CALM = 0, 1, 2, 3, 4
+GAUSS = 1.0 / math.sqrt(3.0)
+
+
+class Held(NamedTuple):
+    """The channels that press, in this order: what presses (n), tangents of what sticks (2 s), of what slides (2 l)."""
+
+    number: IntArray
+    """(3,) n, s, l"""
+    channel: IntArray
+    """(c,) of m + 2 f at most"""
+    normal: IntArray
+    """(f,) of contacts that stick, then of those that slide: where in `channel` what presses them is."""
+    known: IntArray
+    """(slots,) the level whose response a slot holds, -1: none."""
+    response: FloatArray
+    """(slots, 4 c c) what a, b of the channels do to what is seen of them: way, then mean or speed."""
+    inverse: FloatArray
+    """(slots, 4 c c) of the equations of what presses and sticks."""
+    free: FloatArray
+    seen: FloatArray
+    """(2 c,) without and with the channels' forces: way of a step; mean way, or h / 2 times the last speed of what
+    sticks."""
+    force: FloatArray
+    """(2 c,) a, then b."""
+    right: FloatArray
+    bound: FloatArray
+    """(2 c,) of the equations."""
+    mean: FloatArray
+    """(u1 - u0,) of the displacements"""
+    middle: FloatArray
+    swing: FloatArray
+    """(m + 2 f,) running mean of the forces, and what they swing by about it"""
+    line: FloatArray
+    """(m + 2 f,) forces at the end of the last step: of a long one those of the lines"""
+    used: FloatArray
+    """(1,) the last step's jump over what is allowed"""
+    next: IntArray
+    """(5,) `LEVEL`, `WAIT`, `SAME`, `PAUSE`, `CALM`: the level of the step to be tried next; steps near contact to it,
+    since a channel last began or ceased to press or to stick, until the next try after one that fails; and those
+    since a channel began or ceased to press."""
+    rest: FlowState
+    moved: FlowState
+    D: FloatArray
+    """(4, p1 - p0) at work, for the response."""
+
+
+def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
+    """For the channels of a model; tried: there may be long steps."""
+    channels = model.rows.shape[0] if tried else 0
+    size = 4 * channels * channels
+    slots = levels + 1 if (levels + 1) * size <= ROOM else 1
+    whole, none = np.zeros(channels, dtype=np.int64), np.full(slots, -1)
+    two = np.zeros(2 * channels)
+    return Held(
+        np.zeros(3, dtype=np.int64),
+        whole,
+        np.zeros(channels - model.gap0.size if tried else 0, dtype=np.int64),
+        none,
+        np.empty((slots, size)),
+        np.empty((slots, size)),
+        two,
+        two.copy(),
+        two.copy(),
+        two.copy(),
+        two.copy(),
+        np.zeros(model.u1 - model.u0),
+        np.zeros(channels),
+        np.zeros(channels),
+        np.zeros(channels),
+        np.zeros(1),
+        np.array([0, 0, 0, 1, 0]),
+        resting(model, loads),
+        resting(model, loads),
+        np.zeros((4, model.p1 - model.p0)),
+    )
+
+
+@inner
+def is_held(held, laws, now):  # type: ignore[no-untyped-def]
+    """Are the channels of `held` those that press and stick now?"""
+    n, s = held.number[0], held.number[1]
+    count, stick, slide = 0, 0, 0
+    for i in range(now.gap.size):
+        if now.force[i] > 0.0:
+            if count >= n or held.channel[count] != i:
+                return False
+            count += 1
+    for f in range(now.stuck.size):
+        if now.force[laws.rubs[f]] > 0.0:
+            at = n + 2 * (stick if now.stuck[f] else s + slide)
+            if at >= n + 2 * (s if now.stuck[f] else s + held.number[2]):
+                return False
+            if held.channel[at] != now.gap.size + 2 * f:
+                return False
+            stick, slide = stick + now.stuck[f], slide + (not now.stuck[f])
+    return count == n and stick == s and slide == held.number[2]
+
+
+@inner
+def gather(held, laws, now):  # type: ignore[no-untyped-def]
+    """Hold the channels that press and stick now."""
+    m, n, s = now.gap.size, 0, 0
+    fill(held.known, -1)
+    for i in range(m):
+        if now.force[i] > 0.0:
+            held.channel[n] = i
+            n += 1
+    at, contacts = n, 0
+    for sticks in range(1, -1, -1):
+        for f in range(now.stuck.size):
+            if now.force[laws.rubs[f]] > 0.0 and now.stuck[f] == sticks:
+                held.channel[at], held.channel[at + 1] = m + 2 * f, m + 2 * f + 1
+                for k in range(n):
+                    if held.channel[k] == laws.rubs[f]:
+                        held.normal[contacts] = k
+                at += 2
+                contacts += 1
+        if sticks:
+            s = contacts
+    held.number[0], held.number[1], held.number[2] = n, s, contacts - s
+
+
+@inner
+def cost(model, now):  # type: ignore[no-untyped-def]
+    """Steps near contact that take as long as the equations of the channels that press now for one length."""
+    c = 0
+    for j in range(now.force.size):
+        c += now.force[j] != 0.0
+    n = model.u1 - model.u0
+    kick = n * (20.0 + now.gap.size + 2.0 * c) + 4e3
+    return int(c * (6.0 * c * n + 40.0 * n + 16.0 * c * c) / kick)
+
+
+@inner
+def moves(R, n, i):  # type: ignore[no-untyped-def]
+    """Does what the tangent i moves hang on its force?"""
+    other = n + ((i - n) ^ 1)
+    return R[i, i] > 0.0 and R[i, i] > IMMOBILE * R[other, other]
+
+
+@with_arrays
+def respond(model, laws, P, gain, h, held, slot):  # type: ignore[no-untyped-def]
+    """Responses to the channels' forces in a step h, and the inverse of the equations of what presses and sticks."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
+    D, moved = held.D, held.moved
+    fill(held.D[2], 0.0)
+    fill(held.D[3], 0.0)
+    for j in range(2 * c):
+        lean = model.lean[held.channel[j % c]]
+        for i in range(lean.size):
+            D[0, i] = lean[i] if j < c else -lean[i]
+            D[1, i] = 0.0 if j < c else 2.0 / h * lean[i]
+        fly(model, P, gain, D, held.rest, moved, np.bool_(False))
+        mean_of(model, P, D, held.rest, held.mean)
+        z = moved.x.reshape(moved.x.size)
+        u, v = z[model.u0 : model.u1], z[model.v0 : model.v1]
+        for i in range(c):
+            R[i, j] = dot(model.rows[held.channel[i]], u)
+            if n <= i < b:
+                R[c + i, j] = 0.5 * h * dot(model.rates[held.channel[i]], v)
+            else:
+                R[c + i, j] = dot(model.rows[held.channel[i]], held.mean)
+    K = np.empty((2 * b, 2 * b))
+    for i in range(b):
+        q, k = held.channel[i], 0.0
+        damper = laws.damping[q] / (h * laws.stiffness[q]) if i < n else 0.0
+        for j in range(2 * b):
+            at = j if j < b else c + j - b
+            way, mean = R[i, at], R[c + i, at]
+            K[i, j] = mean + damper * way if i < n else way
+            K[b + i, j] = 0.5 * way + 3.0 * damper * (way - 2.0 * mean) if i < n else mean
+        if i < n:
+            k = 1.0 / laws.stiffness[q]
+            K[i, i] += k
+            K[b + i, b + i] += k
+        elif moves(R, n, i):
+            k = GIVE * R[i, i]
+            K[i, i] += k
+            K[i, b + i] += k
+            K[b + i, i] -= k
+            K[b + i, b + i] += k
+        else:
+            for j in range(2 * b):
+                K[i, j] = K[b + i, j] = 0.0
+            K[i, i] = K[b + i, b + i] = 1.0
+    inverse = np.linalg.inv(K)
+    to = held.inverse[slot]
+    for i in range(2 * b):
+        for j in range(2 * b):
+            to[i * 2 * b + j] = inverse[i, j]
+
+
+@inner
+def see(model, held, course, h, now, after):  # type: ignore[no-untyped-def]
+    """What the channels see of the motion from now to after without their forces, into held.free."""
+    n, b = held.number[0], held.number[0] + 2 * held.number[1]
+    c = b + 2 * held.number[2]
+    z0, z1 = now.x.reshape(now.x.size), after.x.reshape(after.x.size)
+    u0, u1, v1 = z0[model.u0 : model.u1], z1[model.u0 : model.u1], z1[model.v0 : model.v1]
+    for i in range(c):
+        q = held.channel[i]
+        row = model.rows[q]
+        if i < n:
+            before = now.gap[q] - model.gap0[q]
+        else:
+            before = dot(row, u0)
+            for a in range(course.shape[1]):
+                before += model.rows_s[q, a] * now.support[0, a]
+        way = dot(row, u1) - before
+        for a in range(course.shape[1]):
+            way += model.rows_s[q, a] * after.support[0, a]
+        held.free[i] = way
+        if n <= i < b:
+            held.free[c + i] = 0.5 * h * rate_of(model, q, v1, after)
+        else:
+            mean = dot(row, held.mean) - before
+            for a in range(course.shape[1]):
+                mean += model.rows_s[q, a] * mean_value(course[0, a], h)
+            held.free[c + i] = mean
+
+
+@inner
+def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
+    """Forces of what presses and sticks beside those of what slides, and what all channels then see."""
+    n, s = held.number[0], held.number[1]
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
+    force, free, seen = held.force, held.free, held.seen
+    for i in range(2 * c):
+        seen[i] = free[i]
+        for j in range(b, c):
+            seen[i] += R[i, j] * force[j] + R[i, c + j] * force[c + j]
+    right = held.right[: 2 * b]
+    for i in range(b):
+        q = held.channel[i]
+        if i < n:
+            damper = laws.damping[q] / (h * laws.stiffness[q])
+            right[i] = -now.gap[q] - seen[c + i] - damper * seen[i]
+            right[b + i] = -0.5 * seen[i] - 3.0 * damper * (seen[i] - 2.0 * seen[c + i])
+        elif moves(R, n, i):
+            give = GIVE * R[i, i] * now.force[q]
+            right[i] = give - seen[i]
+            right[b + i] = -give - seen[c + i]
+        else:
+            right[i] = right[b + i] = 0.0
+    times(held.inverse[slot][: 4 * b * b].reshape((2 * b, 2 * b)), right, held.bound[: 2 * b])
+    for i in range(b):
+        force[i], force[c + i] = held.bound[i], held.bound[b + i]
+    for i in range(2 * c):
+        for j in range(b):
+            seen[i] += R[i, j] * force[j] + R[i, c + j] * force[c + j]
+
+
+@inner
+def slide(laws, held, h):  # type: ignore[no-untyped-def]
+    """Friction of what slides by its speed and pressure at the two points; the largest change of one of its forces."""
+    n, s, change = held.number[0], held.number[1], 0.0
+    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    force, m = held.force, held.rest.gap.size
+    for k in range(held.number[2]):
+        at, p = b + 2 * k, held.normal[s + k]
+        f = (held.channel[at] - m) // 2
+        low0 = low1 = high0 = high1 = 0.0
+        for side in (-1.0, 1.0):
+            v0 = gauss_rate(held, at, c, h, side)
+            v1 = gauss_rate(held, at + 1, c, h, side)
+            speed = math.hypot(v0, v1)
+            pressure = max(0.0, force[p] + side * GAUSS * force[c + p])
+            mu = coefficient(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], False)
+            pull = -mu * pressure / speed if speed > 0.0 else 0.0
+            if side < 0.0:
+                low0, low1 = pull * v0, pull * v1
+            else:
+                high0, high1 = pull * v0, pull * v1
+        change = max(change, line_through(force, at, c, low0, high0))
+        change = max(change, line_through(force, at + 1, c, low1, high1))
+    return change
+
+
+@inner
+def gauss_rate(held, i, c, h, side):  # type: ignore[no-untyped-def]
+    """Rate of channel i at a point of Gauss, side -1 or 1, of the quadratic through what is seen of it."""
+    way, mean = held.seen[i], held.seen[c + i]
+    return (way + side * 3.0 * GAUSS * (way - 2.0 * mean)) / h
+
+
+@inner
+def line_through(force, i, c, low, high):  # type: ignore[no-untyped-def]
+    """The line through two values at the points of Gauss as the force i; how much it changes."""
+    a, b = 0.5 * (low + high), 0.5 * (high - low) / GAUSS
+    change = max(abs(force[i] - a), abs(force[c + i] - b))
+    force[i], force[c + i] = a, b
+    return change
