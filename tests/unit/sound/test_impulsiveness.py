@@ -98,3 +98,11 @@ def test_silence_has_the_quietest_level_and_time_begins_after_10_ms():
     assert fast_levels(np.zeros(481), RATE) == pytest.approx([0.0, 0.0])
     (only,) = onsets(np.array([0.0, 5.0, 10.0, 10.0]))
     assert (only.start, only.end) == pytest.approx((0.01, 0.03))
+
+
+def test_a_rise_that_falls_amid_it_is_no_impulse():
+    """It goes on higher within 50 ms, so it is one; the line through it falls."""
+    levels = np.concatenate([[30.0], np.linspace(90.0, 94.0, 20), [30.0, 30.0, 30.0], [94.1]])
+    (found,) = onsets(np.concatenate([np.full(20, 30.0), levels, np.full(20, 94.1)]))
+    assert found.rate < 0.0 < found.difference
+    assert found.prominence == 0.0

@@ -223,14 +223,14 @@ def march(  # type: ignore[no-untyped-def]
     Each flight step: the cubics of its loads. Until its end, from one instant to the next:
 
     1. where a kick goes on, a block is opened if that is worth it;
-    2. where the same channels have pressed long enough, a step of lasting contact is tried; where none is taken, the
-       motion goes on to the next instant by `advance`;
+    2. where the same channels have pressed long enough, long steps of lasting contact are tried (`flow.lasting`); where
+       none is taken, the motion goes on to the next instant by `advance`;
     3. on the shortest level the channels' forces are found there, with the first half of their kick; on others there
-       are none; a step of lasting contact brings its own;
+       are none; a long step brings its own;
     4. the works of the step are booked, and loads and supports go on to its end;
     5. a block that ends there is closed: the gaps that it left out are looked at;
-    6. the instant before is written where contact changes, or where lines through the written ones would miss it; the
-       block's rows then get the gaps that it left out;
+    6. the instant before is written where contact changes, or where lines through the written ones would miss it; of a
+       long step some between its ends, too; the block's rows then get the gaps that it left out;
     7. both instants change places.
 
     At its end the instant is written with its energies, and its motion is kept.
