@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from creak.contact.gap_operator import Friction, GapOperator
+from creak.contact.gap_operator import Curves, Friction, GapOperator
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, finer
 from creak.dynamics.history import ENERGIES, History
@@ -166,3 +166,31 @@ def test_what_sticks_holds_against_a_pull_that_grows():
     assert history.energy[-1, ENERGIES.index("friction")] == 0.0
     assert np.abs(history.displacement[:, 0]).max() < 1e-2 * 4.0 / 1e4  # the spring would give way by 4 N / 1e4
     assert history.contact_steps < 2_000
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_a_foam_that_is_squeezed_all_the_time(damping):
+    """A mass on a curve of three pieces, among which it swings: place, impulse, energies."""
+    curve = np.array([[0.0, 0.0], [1e-4, 2.0], [3e-4, 12.0], [1e-3, 80.0]])
+    gaps = channels([[1.0]], 0.0, 0.0, damping=damping)
+    gaps = replace(gaps, curves=Curves(np.zeros(1, dtype=np.int64), np.ones(1), (curve,)))
+    end, push = 0.3, lambda t: -15.0 * np.clip(t / 0.05, 0.0, 1.0) ** 2 * (1.0 + 0.6 * np.sin(2.0 * np.pi * 12.0 * t))
+    time = np.linspace(0.0, end, 600 * SAMPLES + 1)
+    loads = Loads(time, np.zeros((3, time.size, 0)), push(time)[:, None], (np.array([0]),))
+    system = diagonalise(system_of(np.eye(1), 1e3 * np.eye(1), alpha=20.0))
+    history = simulate_flow(system, gaps, loads, observed=np.array([0]))
+
+    def slope(t, x):
+        deep = -x[0]
+        force = max(0.0, np.interp(deep, *curve.T) - damping * x[1]) if deep > 0.0 else 0.0
+        return [x[1], push(t) - 1e3 * x[0] - 20.0 * x[1] + force, force]
+
+    exact = solve_ivp(slope, (0.0, end), [0.0, 0.0, 0.0], "DOP853", rtol=1e-9, atol=1e-12, max_step=1e-4)
+    pressed = history.force[history.time > 0.05]
+    assert (pressed > 0.0).all()
+    assert np.ptp(-history.gap[history.time > 0.05]) > 2e-4  # over more than one piece
+    assert history.displacement[-1, 0] == pytest.approx(exact.y[0, -1], rel=2e-4)
+    assert np.sum(history.weights * history.force[:, 0]) == pytest.approx(exact.y[2, -1], rel=2e-5)
+    energy = dict(zip(ENERGIES, history.energy[-1], strict=True))
+    assert abs(energy["scheme"]) < 1e-4 * energy["external"]
+    assert history.contact_steps < 600 * 128 / 5

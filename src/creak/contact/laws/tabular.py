@@ -24,13 +24,20 @@ def segment_slope(x, y, j, start, end):  # type: ignore[no-untyped-def]
 
 
 @either
+def segment_at(x, start, end, overclosure):  # type: ignore[no-untyped-def]
+    """The point after which the segment of an overclosure begins."""
+    j = start
+    while j + 2 < end and x[j + 1] < overclosure:
+        j += 1
+    return j
+
+
+@either
 def curve_force(x, y, start, end, overclosure):  # type: ignore[no-untyped-def]
     """f(overclosure), 0 while open."""
     if overclosure <= 0.0:
         return 0.0
-    j = start
-    while j + 2 < end and x[j + 1] < overclosure:
-        j += 1
+    j = segment_at(x, start, end, overclosure)
     return y[j] + segment_slope(x, y, j, start, end) * (overclosure - x[j])
 
 

@@ -5,7 +5,7 @@ Over a step h, x from -1 to 1 in it, each channel's force is a line in time,
     p(x) = a + b x,
 
 and the structure moves exactly under it. The laws hold at the two points x = -+1/sqrt(3) of Gauss, of the motion seen
-as the quadratic with the same gap g0, g1 at both ends and the same mean gap, where a linear spring has
+as the quadratic with the same gap g0, g1 at both ends and the same mean gap, where a spring k has
 
     a = -k mean g,        b = -k (g1 - g0) / 2.
 
@@ -26,6 +26,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.friction import coefficient
+from creak.contact.laws.tabular import segment_at, segment_slope
 from creak.dynamics.flow.kicks import GIVE
 from creak.dynamics.flow.model import FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import fly, mean_of, mean_value, rate_of, times
@@ -33,8 +34,12 @@ from creak.dynamics.loads import Loads
 from creak.linalg.compiled import inner, with_arrays
 from creak.linalg.loops import dot, fill
 
+NEVER = 1 << 40
+"""Steps"""
 IMMOBILE = 1e-9
 """Response along one tangent over that along the other below which nothing moves there."""
+MOST = 600
+"""Channels that are held at once: pressures, and two for what rubs."""
 ROOM = 1 << 20
 """Numbers that are kept for steps of other lengths."""
 LEVEL, WAIT, SAME, PAUSE, CALM = 0, 1, 2, 3, 4
@@ -50,6 +55,10 @@ class Held(NamedTuple):
     """(c,) of m + 2 f at most"""
     normal: IntArray
     """(f,) of contacts that stick, then of those that slide: where in `channel` what presses them is."""
+    piece: IntArray
+    slope: FloatArray
+    foot: FloatArray
+    """(c,) of what presses: the straight piece of its law, on which its force is slope (foot - gap)."""
     known: IntArray
     """(slots,) the level whose response a slot holds, -1: none."""
     response: FloatArray
@@ -87,7 +96,7 @@ class Held(NamedTuple):
 def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
     """For the channels of a model; tried: there may be long steps."""
     channels = model.rows.shape[0] if tried else 0
-    size = 4 * channels * channels
+    size = 4 * min(channels, MOST) ** 2
     slots = levels + 1 if (levels + 1) * size <= ROOM else 1
     whole, none = np.zeros(channels, dtype=np.int64), np.full(slots, -1)
     two = np.zeros(2 * channels)
@@ -95,6 +104,9 @@ def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
         np.zeros(3, dtype=np.int64),
         whole,
         np.zeros(channels - model.gap0.size if tried else 0, dtype=np.int64),
+        whole.copy(),
+        np.zeros(channels),
+        np.zeros(channels),
         none,
         np.empty((slots, size)),
         np.empty((slots, size)),
@@ -122,7 +134,7 @@ def is_held(held, laws, now):  # type: ignore[no-untyped-def]
     count, stick, slide = 0, 0, 0
     for i in range(now.gap.size):
         if now.force[i] > 0.0:
-            if count >= n or held.channel[count] != i:
+            if count >= n or held.channel[count] != i or held.piece[count] != piece_at(laws, i, now.gap[i]):
                 return False
             count += 1
     for f in range(now.stuck.size):
@@ -137,6 +149,23 @@ def is_held(held, laws, now):  # type: ignore[no-untyped-def]
 
 
 @inner
+def piece_at(laws, i, gap):  # type: ignore[no-untyped-def]
+    """The straight piece of the law of channel i at a gap."""
+    c = laws.curve[i]
+    return segment_at(laws.x, laws.start[c], laws.start[c + 1], -gap) if c >= 0 else np.int64(0)
+
+
+@inner
+def hold_piece(held, laws, n, i, gap):  # type: ignore[no-untyped-def]
+    """The law of channel i about a gap, as the n-th that presses."""
+    held.piece[n], held.slope[n], held.foot[n] = piece_at(laws, i, gap), laws.stiffness[i], 0.0
+    c, j = laws.curve[i], held.piece[n]
+    if c >= 0:
+        steep = segment_slope(laws.x, laws.y, j, laws.start[c], laws.start[c + 1])
+        held.slope[n], held.foot[n] = laws.scale[i] * steep, laws.y[j] / steep - laws.x[j]
+
+
+@inner
 def gather(held, laws, now):  # type: ignore[no-untyped-def]
     """Hold the channels that press and stick now."""
     m, n, s = now.gap.size, 0, 0
@@ -144,6 +173,7 @@ def gather(held, laws, now):  # type: ignore[no-untyped-def]
     for i in range(m):
         if now.force[i] > 0.0:
             held.channel[n] = i
+            hold_piece(held, laws, n, i, now.gap[i])
             n += 1
     at, contacts = n, 0
     for sticks in range(1, -1, -1):
@@ -161,11 +191,15 @@ def gather(held, laws, now):  # type: ignore[no-untyped-def]
 
 
 @inner
-def cost(model, now):  # type: ignore[no-untyped-def]
-    """Steps near contact that take as long as the equations of the channels that press now for one length."""
+def cost(model, laws, now):  # type: ignore[no-untyped-def]
+    """Steps near contact that take as long as the equations of what presses now; NEVER of more than `MOST`."""
     c = 0
-    for j in range(now.force.size):
-        c += now.force[j] != 0.0
+    for i in range(now.gap.size):
+        c += now.force[i] > 0.0
+    for f in range(now.stuck.size):
+        c += 2 * (now.force[laws.rubs[f]] > 0.0)
+    if c > MOST:
+        return NEVER
     n = model.u1 - model.u0
     kick = n * (20.0 + now.gap.size + 2.0 * c) + 4e3
     return int(c * (6.0 * c * n + 40.0 * n + 16.0 * c * c) / kick)
@@ -205,14 +239,14 @@ def respond(model, laws, P, gain, h, held, slot):  # type: ignore[no-untyped-def
     K = np.empty((2 * b, 2 * b))
     for i in range(b):
         q, k = held.channel[i], 0.0
-        damper = laws.damping[q] / (h * laws.stiffness[q]) if i < n else 0.0
+        damper = laws.damping[q] / (h * held.slope[i]) if i < n else 0.0
         for j in range(2 * b):
             at = j if j < b else c + j - b
             way, mean = R[i, at], R[c + i, at]
             K[i, j] = mean + damper * way if i < n else way
             K[b + i, j] = 0.5 * way + 3.0 * damper * (way - 2.0 * mean) if i < n else mean
         if i < n:
-            k = 1.0 / laws.stiffness[q]
+            k = 1.0 / held.slope[i]
             K[i, i] += k
             K[b + i, b + i] += k
         elif moves(R, n, i):
@@ -276,8 +310,8 @@ def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
     for i in range(b):
         q = held.channel[i]
         if i < n:
-            damper = laws.damping[q] / (h * laws.stiffness[q])
-            right[i] = -now.gap[q] - seen[c + i] - damper * seen[i]
+            damper = laws.damping[q] / (h * held.slope[i])
+            right[i] = held.foot[i] - now.gap[q] - seen[c + i] - damper * seen[i]
             right[b + i] = -0.5 * seen[i] - 3.0 * damper * (seen[i] - 2.0 * seen[c + i])
         elif moves(R, n, i):
             give = GIVE * R[i, i] * now.force[q]

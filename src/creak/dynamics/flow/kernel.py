@@ -26,7 +26,7 @@ from creak.dynamics.flow.block import (
     under_way,
 )
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
-from creak.dynamics.flow.held import CALM, WAIT, Held, new_held
+from creak.dynamics.flow.held import CALM, NEVER, SAME, WAIT, Held, new_held
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow.lasting import PATIENCE, follow_swing, hold_on, rests, wait_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
@@ -246,8 +246,11 @@ def march(  # type: ignore[no-untyped-def]
     time, written, edge = begin * H, True, False
     restart(cone, time, now, np.bool_(True))
     held, was_held = False, False
-    if begin == 0 and lasting.tried and rests(model, now):
-        together.next[CALM] = PATIENCE
+    if begin == 0 and lasting.tried:
+        put(together.line, 0, now.force)
+        put(together.middle, 0, now.force)
+        if rests(model, now):
+            together.next[CALM], together.next[SAME] = PATIENCE, NEVER
     for step in range(begin, end):
         if used + parts > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
@@ -343,7 +346,7 @@ def march(  # type: ignore[no-untyped-def]
             if not all_finite(after):
                 return NOT_FINITE, step, used, kept, swapped, then
             changed = changes(now, after)
-            count = pieces(laws, together, cone, parts >> level) if held else np.int64(1)
+            count = pieces(together, cone, parts >> level) if held else np.int64(1)
             if not written and (edge or changed or count > 1 or bends(cone, time, now, then, after)):
                 complete(model, laws, W, H / parts, now)
                 write(out, used, time, now)

@@ -2,8 +2,8 @@
 
 A step is as long as the forces are lines: they are made from the step alone, so they jump against those of the step
 before by what a line leaves out; where that is too much of what the forces swing by, the step is not taken but half of
-it is tried. So is a step in which a channel opens, or another may close, one begins or ceases to slide, or turns round;
-the shortest belong to the kicks.
+it is tried. So is a step in which another channel may close, or one opens, comes to another piece of its curve, begins
+or ceases to slide, or turns round; the shortest belong to the kicks.
 """
 
 from __future__ import annotations
@@ -30,6 +30,7 @@ from creak.dynamics.flow.held import (
     gauss_rate,
     is_held,
     moves,
+    piece_at,
     respond,
     see,
     slide,
@@ -38,9 +39,9 @@ from creak.dynamics.flow.motion import fly, look, mean_of, mean_value, quiet, ra
 from creak.linalg.compiled import inner, inner_fast
 from creak.linalg.loops import put
 
-PATIENCE = 25
-"""Steps near contact that the same channels press before a long one is tried: a period of the stiffest spring, so that
-the force of a blow is followed."""
+PATIENCE = 4
+"""Steps near contact that the same channels press before a long one is tried. Kicks keep the energy less
+(h^2 / 8) p W p, so a force p is to be small against that of the blow when long steps begin."""
 SHORTEST = 2
 """Levels above the step near contact that a long one lies at least: it costs as much as three or four kicks."""
 STIFF = 8.0
@@ -107,7 +108,7 @@ def wait_on(held, changed, now, after):  # type: ignore[no-untyped-def]
     held.next[SAME] += 1
     held.next[CALM] = held.next[CALM] + 1 if same_pressing(now, after) else 0
     if changed:
-        held.next[SAME], held.next[PAUSE] = 0, FIRST_PAUSE
+        held.next[WAIT], held.next[SAME], held.next[PAUSE] = 0, 0, FIRST_PAUSE
 
 
 @inner
@@ -116,7 +117,7 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
     next_, levels = held.next, P.shape[0] - 1
     parts, level = 1 << levels, max(next_[LEVEL], lasting.first)
     if not is_held(held, laws, now):
-        early = cost(model, now) - next_[SAME]
+        early = cost(model, laws, now) - next_[SAME]
         if early > 0:
             next_[WAIT] = early
             return -1
@@ -183,7 +184,8 @@ def stays(laws, held, h, lasting, now):  # type: ignore[no-untyped-def]
     jump = total = swing = 0.0
     m = held.rest.gap.size
     for i in range(n):
-        if force[i] <= abs(force[c + i]):
+        q = held.channel[i]
+        if force[i] <= abs(force[c + i]) or piece_at(laws, q, now.gap[q] + held.seen[i]) != held.piece[i]:
             return False
     for i in range(c):
         jump += abs(force[i] - force[c + i] - held.line[held.channel[i]])

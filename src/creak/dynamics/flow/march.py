@@ -255,12 +255,11 @@ class FlowRun:
         return new_block(0 if none else lengths[0], off, width)
 
     def _lasting(self, resolution: Resolution) -> Lasting:
-        """Long steps where all laws are lines, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
+        """Long steps, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
         steps, levels = self.steps, self.steps.levels
-        curved = bool((steps.laws.curve >= 0).any())
         fastest = contact_frequency(self.form, steps.mollifier, steepest(steps.laws)) if self.model.presses else 0.0
         first = next((n for n in range(levels) if fastest * self.H / 2**n <= STIFF), levels)
-        tried = self.model.presses and not self.light and not curved and first <= levels - SHORTEST
+        tried = self.model.presses and not self.light and first <= levels - SHORTEST
         return Lasting(tried, first, 0.01 * resolution.contact**2)
 
     def _check_dampers(self) -> None:

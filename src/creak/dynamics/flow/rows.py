@@ -92,14 +92,14 @@ def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def pieces(laws, held, cone, most):  # type: ignore[no-untyped-def]
+def pieces(held, cone, most):  # type: ignore[no-untyped-def]
     """Straight lines, `most` at most, that pass the forces of a long step within `rows.CLOSE` of the largest."""
     n, c, worst = held.number[0], held.number[0] + 2 * (held.number[1] + held.number[2]), 0.0
     m = held.rest.gap.size
     for i in range(n):
         q = held.channel[i]
         top = max(cone.top[m + q], abs(held.line[q]))
-        curve = 0.75 * laws.stiffness[q] * abs(held.seen[i] - 2.0 * held.seen[c + i])
+        curve = 0.75 * held.slope[i] * abs(held.seen[i] - 2.0 * held.seen[c + i])
         worst = max(worst, curve / (CLOSE * top) if curve > 0.0 else 0.0)
     return min(most, math.ceil(math.sqrt(worst)))
 
