@@ -170,7 +170,7 @@ def test_contact_stiffness_is_used_as_it_is(found):
 
 
 def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
-    """Two models and two schemes."""
+    """Two models and two schemes; the seven events hang together, so that other steps alone move their sum by .7 %."""
     events = found.summary["verification"]["events"]
     assert events["matched"] == events["reference"] == events["reduced"] > 0
     assert events["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.05)  # the accuracy of an event
@@ -180,7 +180,7 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
         "two strips, exact flow on the reduced / collocation on the unreduced model: total impulse",
         runs["reduced"]["impulse_total"] / runs["reference"]["impulse_total"],
         1.0,
-        abs=0.02,
+        abs=0.03,
         source="another scheme and model",
     )
 
