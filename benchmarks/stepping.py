@@ -7,8 +7,10 @@ against the memory traffic of its own matrices.
 from __future__ import annotations
 
 import argparse
+import runpy
 import time
 from dataclasses import replace
+from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -16,8 +18,6 @@ from rich.console import Console
 from rich.table import Table
 
 from benchmarks.door import SCHEME, Door, door
-from creak import diagonalise, find_slips, gap_channels, make_loads, system_from_matrices
-from creak import simulate as creak_simulate
 from creak.arrays import FloatArray
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.flow import march as flow_march
@@ -50,29 +50,18 @@ def main() -> None:
     Console(width=130).print(table)
 
 
-def lasting_contact(end: float = 0.5) -> list[Row]:
-    """Long steps against kicks alone, both after their compilation; the rate of the squeak is 12.3932817 Hz."""
-    block = diagonalise(system_from_matrices(np.diag([1e4, 1e4]), np.diag([1.0, 1.0])))
-    belt = gap_channels([[0.0, 1.0]], 0.0, 1e6, preload=10.0, tangents=[[[1.0, 0.0]]], friction=(0.5, 0.3))
-    time_ = 1e-4 * np.arange(round(end / 1e-4) + 1)
-    loads = make_loads(block, time_, forces=[([0], -100.0 * time_)])
-    found = {}
+def lasting_contact() -> list[Row]:
+    """Long steps against kicks alone, both after their compilation, on the example of a block on a belt."""
+    example = runpy.run_path(str(Path(__file__).parents[1] / "examples" / "stick_slip_belt.py"))
+    rows, seconds = [], []
     for name, shortest in (("kicks alone", 99), ("long steps", flow_march.SHORTEST)):
         with patch.object(flow_march, "SHORTEST", shortest):
-            creak_simulate(block, belt, loads, observed=[0])
+            rate = example["main"]("")["rate_hz"]
             started = time.process_time()
-            history = creak_simulate(block, belt, loads, observed=[0])
-            seconds = time.process_time() - started
-        starts = [start for start, _ in find_slips(history, belt, merge=0.1)[0].slips]
-        found[name] = seconds, float(1.0 / np.diff(starts).mean())
-    slow, fast = found["kicks alone"], found["long steps"]
-    return [
-        *(
-            (name, f"{t:.3f} s for {end} s, squeak at {rate:.5f} Hz", "12.39328 Hz")
-            for name, (t, rate) in found.items()
-        ),
-        ("ratio", f"{slow[0] / fast[0]:.0f} x", "limit 20 x"),
-    ]
+            example["run"]()
+            seconds.append(time.process_time() - started)
+        rows.append((name, f"{seconds[-1]:.3f} s for {example['END']} s, {rate:.5f} Hz", f"{example['RATE']:.5f} Hz"))
+    return [*rows, ("ratio", f"{seconds[0] / seconds[1]:.0f} x", "limit 20 x")]
 
 
 def timed_steps(stepper: Stepper, now: Instant, steps: int) -> tuple[dict[bool, list[float]], Instant]:

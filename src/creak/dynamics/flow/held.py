@@ -29,9 +29,9 @@ from creak.contact.laws.friction import coefficient
 from creak.contact.laws.tabular import segment_at, segment_slope
 from creak.dynamics.flow.kicks import GIVE
 from creak.dynamics.flow.model import FlowModel, FlowState, resting
-from creak.dynamics.flow.motion import fly, mean_of, mean_value, rate_of, times
+from creak.dynamics.flow.motion import fly, mean_of, mean_value, place_of, rate_of, times
 from creak.dynamics.loads import Loads
-from creak.linalg.compiled import inner, with_arrays
+from creak.linalg.compiled import inner, inner_fast, with_arrays
 from creak.linalg.loops import dot, fill
 
 NEVER = 1 << 40
@@ -47,14 +47,14 @@ GAUSS = 1.0 / math.sqrt(3.0)
 
 
 class Held(NamedTuple):
-    """The channels that press, in this order: what presses (n), tangents of what sticks (2 s), of what slides (2 l)."""
+    """The channels that press, in this order: those across gaps, both tangents of what sticks, both of what slides."""
 
-    number: IntArray
-    """(3,) n, s, l"""
+    ends: IntArray
+    """(3,) n, b, c: where in `channel` end those that press, stick, slide."""
     channel: IntArray
     """(c,) of m + 2 f at most"""
-    normal: IntArray
-    """(f,) of contacts that stick, then of those that slide: where in `channel` what presses them is."""
+    presses: IntArray
+    """(c,) of what sticks and slides: where in `channel` what presses it is."""
     piece: IntArray
     slope: FloatArray
     foot: FloatArray
@@ -81,14 +81,11 @@ class Held(NamedTuple):
     """(m + 2 f,) running mean of the forces, and what they swing by about it"""
     line: FloatArray
     """(m + 2 f,) forces at the end of the last step: of a long one those of the lines"""
-    used: FloatArray
-    """(1,) the last step's jump over what is allowed"""
     next: IntArray
     """(5,) `LEVEL`, `WAIT`, `SAME`, `PAUSE`, `CALM`: the level of the step to be tried next; steps near contact to it,
     since a channel last began or ceased to press or to stick, until the next try after one that fails; and those
     since a channel began or ceased to press."""
     rest: FlowState
-    moved: FlowState
     D: FloatArray
     """(4, p1 - p0) at work, for the response."""
 
@@ -99,14 +96,14 @@ def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
     size = 4 * min(channels, MOST) ** 2
     slots = levels + 1 if (levels + 1) * size <= ROOM else 1
     whole, none = np.zeros(channels, dtype=np.int64), np.full(slots, -1)
-    two = np.zeros(2 * channels)
+    one, two = np.zeros(channels), np.zeros(2 * channels)
     return Held(
         np.zeros(3, dtype=np.int64),
         whole,
-        np.zeros(channels - model.gap0.size if tried else 0, dtype=np.int64),
         whole.copy(),
-        np.zeros(channels),
-        np.zeros(channels),
+        whole.copy(),
+        one,
+        one.copy(),
         none,
         np.empty((slots, size)),
         np.empty((slots, size)),
@@ -116,12 +113,10 @@ def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
         two.copy(),
         two.copy(),
         np.zeros(model.u1 - model.u0),
-        np.zeros(channels),
-        np.zeros(channels),
-        np.zeros(channels),
-        np.zeros(1),
+        one.copy(),
+        one.copy(),
+        one.copy(),
         np.array([0, 0, 0, 1, 0]),
-        resting(model, loads),
         resting(model, loads),
         np.zeros((4, model.p1 - model.p0)),
     )
@@ -130,8 +125,8 @@ def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
 @inner
 def is_held(held, laws, now):  # type: ignore[no-untyped-def]
     """Are the channels of `held` those that press and stick now?"""
-    n, s = held.number[0], held.number[1]
-    count, stick, slide = 0, 0, 0
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
+    count, stick, slide = 0, n, b
     for i in range(now.gap.size):
         if now.force[i] > 0.0:
             if count >= n or held.channel[count] != i or held.piece[count] != piece_at(laws, i, now.gap[i]):
@@ -139,13 +134,12 @@ def is_held(held, laws, now):  # type: ignore[no-untyped-def]
             count += 1
     for f in range(now.stuck.size):
         if now.force[laws.rubs[f]] > 0.0:
-            at = n + 2 * (stick if now.stuck[f] else s + slide)
-            if at >= n + 2 * (s if now.stuck[f] else s + held.number[2]):
+            sticks = now.stuck[f]
+            at = stick if sticks else slide
+            if at >= (b if sticks else c) or held.channel[at] != now.gap.size + 2 * f:
                 return False
-            if held.channel[at] != now.gap.size + 2 * f:
-                return False
-            stick, slide = stick + now.stuck[f], slide + (not now.stuck[f])
-    return count == n and stick == s and slide == held.number[2]
+            stick, slide = stick + 2 * sticks, slide + 2 * (not sticks)
+    return count == n and stick == b and slide == c
 
 
 @inner
@@ -168,26 +162,24 @@ def hold_piece(held, laws, n, i, gap):  # type: ignore[no-untyped-def]
 @inner
 def gather(held, laws, now):  # type: ignore[no-untyped-def]
     """Hold the channels that press and stick now."""
-    m, n, s = now.gap.size, 0, 0
+    m, at = now.gap.size, 0
     fill(held.known, -1)
     for i in range(m):
         if now.force[i] > 0.0:
-            held.channel[n] = i
-            hold_piece(held, laws, n, i, now.gap[i])
-            n += 1
-    at, contacts = n, 0
+            held.channel[at] = i
+            hold_piece(held, laws, at, i, now.gap[i])
+            at += 1
+    held.ends[0] = at
     for sticks in range(1, -1, -1):
         for f in range(now.stuck.size):
             if now.force[laws.rubs[f]] > 0.0 and now.stuck[f] == sticks:
-                held.channel[at], held.channel[at + 1] = m + 2 * f, m + 2 * f + 1
-                for k in range(n):
-                    if held.channel[k] == laws.rubs[f]:
-                        held.normal[contacts] = k
-                at += 2
-                contacts += 1
-        if sticks:
-            s = contacts
-    held.number[0], held.number[1], held.number[2] = n, s, contacts - s
+                for tangent in range(2):
+                    held.channel[at] = m + 2 * f + tangent
+                    for k in range(held.ends[0]):
+                        if held.channel[k] == laws.rubs[f]:
+                            held.presses[at] = k
+                    at += 1
+        held.ends[2 - sticks] = at
 
 
 @inner
@@ -212,20 +204,28 @@ def moves(R, n, i):  # type: ignore[no-untyped-def]
     return R[i, i] > 0.0 and R[i, i] > IMMOBILE * R[other, other]
 
 
+@inner_fast
+def lean_on(row, a, b, h, D):  # type: ignore[no-untyped-def]
+    """D += row (a + b x), x from -1 to 1 in a step h."""
+    D0, D1, begin, slope = D[0], D[1], a - b, 2.0 / h * b
+    for i in range(row.size):
+        D0[i] += begin * row[i]
+        D1[i] += slope * row[i]
+
+
 @with_arrays
-def respond(model, laws, P, gain, h, held, slot):  # type: ignore[no-untyped-def]
-    """Responses to the channels' forces in a step h, and the inverse of the equations of what presses and sticks."""
-    n, s = held.number[0], held.number[1]
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-untyped-def]
+    """Responses to the channels' forces in a step h, and the inverse of the equations of what presses and sticks.
+
+    moved: an instant to work with.
+    """
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
     R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
-    D, moved = held.D, held.moved
-    fill(held.D[2], 0.0)
-    fill(held.D[3], 0.0)
+    D = held.D
     for j in range(2 * c):
-        lean = model.lean[held.channel[j % c]]
-        for i in range(lean.size):
-            D[0, i] = lean[i] if j < c else -lean[i]
-            D[1, i] = 0.0 if j < c else 2.0 / h * lean[i]
+        fill(D[0], 0.0)
+        fill(D[1], 0.0)
+        lean_on(model.lean[held.channel[j % c]], 1.0 if j < c else 0.0, 0.0 if j < c else 1.0, h, D)
         fly(model, P, gain, D, held.rest, moved, np.bool_(False))
         mean_of(model, P, D, held.rest, held.mean)
         z = moved.x.reshape(moved.x.size)
@@ -269,27 +269,17 @@ def respond(model, laws, P, gain, h, held, slot):  # type: ignore[no-untyped-def
 @inner
 def see(model, held, course, h, now, after):  # type: ignore[no-untyped-def]
     """What the channels see of the motion from now to after without their forces, into held.free."""
-    n, b = held.number[0], held.number[0] + 2 * held.number[1]
-    c = b + 2 * held.number[2]
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
     z0, z1 = now.x.reshape(now.x.size), after.x.reshape(after.x.size)
     u0, u1, v1 = z0[model.u0 : model.u1], z1[model.u0 : model.u1], z1[model.v0 : model.v1]
     for i in range(c):
         q = held.channel[i]
-        row = model.rows[q]
-        if i < n:
-            before = now.gap[q] - model.gap0[q]
-        else:
-            before = dot(row, u0)
-            for a in range(course.shape[1]):
-                before += model.rows_s[q, a] * now.support[0, a]
-        way = dot(row, u1) - before
-        for a in range(course.shape[1]):
-            way += model.rows_s[q, a] * after.support[0, a]
-        held.free[i] = way
+        before = now.gap[q] - model.gap0[q] if i < n else place_of(model, q, u0, now, 0.0)
+        held.free[i] = place_of(model, q, u1, after, -before)
         if n <= i < b:
             held.free[c + i] = 0.5 * h * rate_of(model, q, v1, after)
         else:
-            mean = dot(row, held.mean) - before
+            mean = dot(model.rows[q], held.mean) - before
             for a in range(course.shape[1]):
                 mean += model.rows_s[q, a] * mean_value(course[0, a], h)
             held.free[c + i] = mean
@@ -298,8 +288,7 @@ def see(model, held, course, h, now, after):  # type: ignore[no-untyped-def]
 @inner
 def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
     """Forces of what presses and sticks beside those of what slides, and what all channels then see."""
-    n, s = held.number[0], held.number[1]
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
     R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
     force, free, seen = held.force, held.free, held.seen
     for i in range(2 * c):
@@ -330,21 +319,18 @@ def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
 @inner
 def slide(laws, held, h):  # type: ignore[no-untyped-def]
     """Friction of what slides by its speed and pressure at the two points; the largest change of one of its forces."""
-    n, s, change = held.number[0], held.number[1], 0.0
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
-    force, m = held.force, held.rest.gap.size
-    for k in range(held.number[2]):
-        at, p = b + 2 * k, held.normal[s + k]
-        f = (held.channel[at] - m) // 2
+    b, c, change = held.ends[1], held.ends[2], 0.0
+    force, m = held.force, laws.stiffness.size
+    for at in range(b, c, 2):
+        p, f = held.presses[at], (held.channel[at] - m) // 2
         low0 = low1 = high0 = high1 = 0.0
-        for side in (-1.0, 1.0):
-            v0 = gauss_rate(held, at, c, h, side)
-            v1 = gauss_rate(held, at + 1, c, h, side)
+        for x in (-GAUSS, GAUSS):
+            v0, v1 = rate_at(held, at, c, h, x), rate_at(held, at + 1, c, h, x)
             speed = math.hypot(v0, v1)
-            pressure = max(0.0, force[p] + side * GAUSS * force[c + p])
+            pressure = max(0.0, force[p] + x * force[c + p])
             mu = coefficient(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], False)
             pull = -mu * pressure / speed if speed > 0.0 else 0.0
-            if side < 0.0:
+            if x < 0.0:
                 low0, low1 = pull * v0, pull * v1
             else:
                 high0, high1 = pull * v0, pull * v1
@@ -354,10 +340,10 @@ def slide(laws, held, h):  # type: ignore[no-untyped-def]
 
 
 @inner
-def gauss_rate(held, i, c, h, side):  # type: ignore[no-untyped-def]
-    """Rate of channel i at a point of Gauss, side -1 or 1, of the quadratic through what is seen of it."""
+def rate_at(held, i, c, h, x):  # type: ignore[no-untyped-def]
+    """Rate of channel i at x, from -1 to 1 in a step h, of the quadratic through what is seen of it."""
     way, mean = held.seen[i], held.seen[c + i]
-    return (way + side * 3.0 * GAUSS * (way - 2.0 * mean)) / h
+    return (way + 3.0 * x * (way - 2.0 * mean)) / h
 
 
 @inner

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.dynamics.books import GIVEN, SCHEME
+from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.flow.block import (
     APART,
@@ -43,7 +43,7 @@ from creak.dynamics.flow.motion import (
     shift_loads,
     value,
 )
-from creak.dynamics.flow.rows import bends, changes, pieces, restart, write_between
+from creak.dynamics.flow.rows import bends, changes, pieces, restart, write, write_between
 from creak.dynamics.loads import Loads
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, outer
@@ -174,16 +174,6 @@ def advance(  # type: ignore[no-untyped-def]
     return level, h
 
 
-@inner
-def write(out, row, time, x):  # type: ignore[no-untyped-def]
-    """One row of the table."""
-    to = out.table[row]
-    to[0] = time
-    at = put(to, put(to, put(to, 1, x.gap), x.force), x.sliding)
-    for i in range(SCHEME + 1):
-        to[at + i] = x.energy[i]
-
-
 @outer
 def march(  # type: ignore[no-untyped-def]
     model,
@@ -245,7 +235,7 @@ def march(  # type: ignore[no-untyped-def]
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, np.bool_(True))
-    held, was_held = False, False
+    held = False
     if begin == 0 and lasting.tried:
         put(together.line, 0, now.force)
         put(together.middle, 0, now.force)
@@ -257,34 +247,22 @@ def march(  # type: ignore[no-untyped-def]
         load_step(model, 3 * step, H / 3.0, course, drive, D)
         at = np.int64(0)  # a plain 0 would have `advance` compiled twice
         while at < parts:
-            kicked, held = acts(now.force, 0, now.force.size), False
+            kicked = acts(now.force, 0, now.force.size)
+            calm = kicked and lasting.tried and together.next[CALM] >= PATIENCE
             put(after.energy, 0, now.energy)
             if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
-                lasts = lasting.tried and together.next[CALM] >= PATIENCE
-                open_block(
-                    block,
-                    model,
-                    slope,
-                    band,
-                    D,
-                    energy,
-                    course,
-                    H / parts,
-                    (step + at / parts) * H,
-                    used,
-                    at,
-                    now,
-                    lasts,
-                )
-            if kicked and lasting.tried and together.next[CALM] >= PATIENCE and together.next[WAIT] <= 0:
-                if not was_held:
-                    look_watched(block, model, now)
+                begins = (step + at / parts) * H
+                open_block(block, model, slope, band, D, energy, course, H / parts, begins, used, at, now, calm)
+            tried = calm and together.next[WAIT] <= 0
+            if tried and not held:
+                look_watched(block, model, now)
+            longest = -1
+            if tried:
                 longest = hold_on(model, laws, slope, P, lasting, together, gain, D, course, H, at, now, after, block)
-                held = longest >= 0
-                if held:
-                    level, h = longest, H / (1 << longest)
-                    settled(W, H / parts, after)
-            was_held = held
+            held = longest >= 0
+            if held:
+                level, h = longest, H / (1 << longest)
+                settled(W, H / parts, after)
             if not held:
                 level, h = advance(
                     model,
@@ -319,11 +297,12 @@ def march(  # type: ignore[no-untyped-def]
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
                     look_rates(model, after)
-                if lasting.tried:
-                    wait_on(together, changes(now, after), now, after)
             else:
                 quiet(after)
                 together.next[CALM] = 0
+            changed = changes(now, after)
+            if lasting.tried and level == levels and not held:
+                wait_on(together, changed, now, after)
             book_flow(model, drive, h, now, after, light)
             if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
                 follow_swing(together, h, H, after.force)
@@ -345,23 +324,22 @@ def march(  # type: ignore[no-untyped-def]
             block.mark[KNOWN] = over
             if not all_finite(after):
                 return NOT_FINITE, step, used, kept, swapped, then
-            changed = changes(now, after)
             count = pieces(together, cone, parts >> level) if held else np.int64(1)
             if not written and (edge or changed or count > 1 or bends(cone, time, now, then, after)):
                 complete(model, laws, W, H / parts, now)
-                write(out, used, time, now)
+                write(out.table, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
             if count > 1:
                 complete(model, laws, W, H / parts, after)
-                used = write_between(model, laws, together, cone, count, time, h, now, after, out.table, used)
+                used = write_between(laws, together, cone, count, time, h, now, after, out.table, used)
             if over:
                 amend(block, out.table, used, then, after)
             now, after, time, edge = after, now, then, changed
             swapped = not swapped
             written = at == parts
         complete(model, laws, W, H / parts, now)
-        write(out, used, time, now)
+        write(out.table, used, time, now)
         restart(cone, time, now, edge)
         used += 1
         out.at[kept] = used - 1

@@ -20,6 +20,7 @@ from creak.dynamics.closing import dips
 from creak.dynamics.flow.block import END, look_near, under_way
 from creak.dynamics.flow.held import (
     CALM,
+    GAUSS,
     LEVEL,
     PAUSE,
     SAME,
@@ -27,10 +28,11 @@ from creak.dynamics.flow.held import (
     bind,
     cost,
     gather,
-    gauss_rate,
     is_held,
+    lean_on,
     moves,
     piece_at,
+    rate_at,
     respond,
     see,
     slide,
@@ -73,13 +75,11 @@ class Lasting(NamedTuple):
 
 @inner
 def same_pressing(now, after):  # type: ignore[no-untyped-def]
-    """Do the same channels press at both instants, and at least one?"""
-    any_presses = False
-    for i in range(now.gap.size):
+    """Do the same channels press at both instants?"""
+    for i in range(now.gap.size):  # noqa: SIM110 (compiled)
         if (now.force[i] > 0.0) != (after.force[i] > 0.0):
             return False
-        any_presses = any_presses or now.force[i] > 0.0
-    return any_presses
+    return True
 
 
 @inner
@@ -106,7 +106,7 @@ def wait_on(held, changed, now, after):  # type: ignore[no-untyped-def]
     put(held.line, 0, after.force)
     held.next[WAIT] -= 1
     held.next[SAME] += 1
-    held.next[CALM] = held.next[CALM] + 1 if same_pressing(now, after) else 0
+    held.next[CALM] = held.next[CALM] + 1 if not changed or same_pressing(now, after) else 0
     if changed:
         held.next[WAIT], held.next[SAME], held.next[PAUSE] = 0, 0, FIRST_PAUSE
 
@@ -128,10 +128,10 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
     if level > levels - SHORTEST:  # where such a step may begin is ahead
         return -1
     while level <= levels - SHORTEST:
-        if hold(
-            model, laws, slope, P[level], level, lasting, held, gain, D, course, H / (1 << level), now, after, block
-        ):
-            easy = held.used[0] <= EASY and level > 0
+        h = H / (1 << level)
+        jump = hold(model, laws, slope, P[level], level, lasting, held, gain, D, course, h, now, after, block)
+        if jump <= 1.0:
+            easy = jump <= EASY and level > 0
             next_[LEVEL], next_[WAIT], next_[PAUSE] = level - 1 if easy else level, 0, FIRST_PAUSE
             return level
         level += 1
@@ -142,21 +142,21 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
 
 @inner
 def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
-    """A long step; False, and nothing is done, where one channel would not go on as it is, or a force is no line."""
+    """A long step: its jump over what is allowed; more than 1, and nothing is done, where one channel would not go on
+    as it is, or a force is no line."""
     slot = level % held.known.size
     if held.known[slot] != level:
-        respond(model, laws, P, gain, h, held, slot)
+        respond(model, laws, P, gain, h, held, slot, after)
         held.known[slot] = level
     fly(model, P, gain, D, now, after, np.bool_(False))
     mean_of(model, P, D, now, held.mean)
     settle_supports(course, h, after)
     see(model, held, course, h, now, after)
-    n, s = held.number[0], held.number[1]
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
     R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
     for i in range(n, b):
         if held.free[i] != 0.0 and not moves(R, n, i):
-            return False
+            return np.inf
     for i in range(b, c):
         held.force[i], held.force[c + i] = now.force[held.channel[i]], 0.0
     bind(model, laws, held, slot, h, now)
@@ -168,47 +168,48 @@ def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, a
             if slide(laws, held, h) <= SAME_FORCE * top:
                 break
             if turn == PASSES - 1:
-                return False
+                return np.inf
             bind(model, laws, held, slot, h, now)
-    if not stays(laws, held, h, lasting, now) or (under_way(block) and spent(held, c, h, block)):
-        return False
-    return go(model, laws, slope, P, held, gain, D, course, h, now, after, block)
+    jump = jump_of(held, lasting, now)
+    if not jump <= 1.0 or not stays(laws, held, h, now) or (under_way(block) and spent(held, c, h, block)):
+        return np.inf
+    return jump if go(model, laws, slope, P, held, gain, D, course, h, now, after, block) else np.inf
 
 
 @inner
-def stays(laws, held, h, lasting, now):  # type: ignore[no-untyped-def]
-    """Do all channels go on as they are, with forces that are lines?"""
-    n, s = held.number[0], held.number[1]
-    c = n + 2 * (s + held.number[2])
-    force = held.force
+def jump_of(held, lasting, now):  # type: ignore[no-untyped-def]
+    """Jump of all forces against the lines of the step before, over what is allowed."""
+    c, force = held.ends[2], held.force
     jump = total = swing = 0.0
-    m = held.rest.gap.size
+    for i in range(c):
+        q = held.channel[i]
+        jump += abs(force[i] - force[c + i] - held.line[q])
+        total += abs(now.force[q])
+        swing += held.swing[q]
+    return jump / (lasting.jump * min(swing, total) + STILL * total)
+
+
+@inner
+def stays(laws, held, h, now):  # type: ignore[no-untyped-def]
+    """Do all channels go on as they are?"""
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
+    force, m = held.force, now.gap.size
     for i in range(n):
         q = held.channel[i]
         if force[i] <= abs(force[c + i]) or piece_at(laws, q, now.gap[q] + held.seen[i]) != held.piece[i]:
             return False
-    for i in range(c):
-        jump += abs(force[i] - force[c + i] - held.line[held.channel[i]])
-        total += abs(now.force[held.channel[i]])
-        swing += held.swing[held.channel[i]]
-    allowed = lasting.jump * min(swing, total) + STILL * total
-    if jump > allowed:
-        return False
-    held.used[0] = jump / allowed if allowed > 0.0 else 0.0
-    for k in range(s + held.number[2]):
-        at, p = n + 2 * k, held.normal[k]
-        f = (held.channel[at] - m) // 2
-        if k < s:
-            most = coefficient(0.0, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], True)
-            for side in (-1.0, 1.0):
-                along = math.hypot(force[at] + side * force[c + at], force[at + 1] + side * force[c + at + 1])
-                if along > most * (force[p] + side * force[c + p]):
-                    return False
-        else:
-            v0, v1 = now.rate[held.channel[at]], now.rate[held.channel[at + 1]]
-            for side in (-1.0, 1.0, math.sqrt(3.0)):  # the last: at the end
-                if v0 * gauss_rate(held, at, c, h, side) + v1 * gauss_rate(held, at + 1, c, h, side) <= 0.0:
-                    return False
+    for at in range(n, b, 2):
+        p, f = held.presses[at], (held.channel[at] - m) // 2
+        most = coefficient(0.0, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], True)
+        for x in (-1.0, 1.0):
+            along = math.hypot(force[at] + x * force[c + at], force[at + 1] + x * force[c + at + 1])
+            if along > most * (force[p] + x * force[c + p]):
+                return False
+    for at in range(b, c, 2):
+        v0, v1 = now.rate[held.channel[at]], now.rate[held.channel[at + 1]]
+        for x in (-GAUSS, GAUSS, 1.0):
+            if v0 * rate_at(held, at, c, h, x) + v1 * rate_at(held, at + 1, c, h, x) <= 0.0:
+                return False
     return True
 
 
@@ -224,8 +225,7 @@ def spent(held, c, h, block):  # type: ignore[no-untyped-def]
 @inner
 def go(model, laws, slope, P, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
     """The step under the channels' forces; False where another one closes in it."""
-    n, s = held.number[0], held.number[1]
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
     quiet(after)
     put(after.stuck, 0, now.stuck)
     load(model, held, c, h, 1.0, D)
@@ -269,16 +269,11 @@ def go(model, laws, slope, P, held, gain, D, course, h, now, after, block):  # t
     return True
 
 
-@inner_fast
+@inner
 def load(model, held, c, h, sign, D):  # type: ignore[no-untyped-def]
     """D += sign lean' (a + b x), x from -1 to 1 in a step h."""
-    D0, D1 = D[0], D[1]
     for j in range(c):
-        row, a, b = model.lean[held.channel[j]], sign * held.force[j], sign * held.force[c + j]
-        begin, slope = a - b, 2.0 / h * b
-        for i in range(row.size):
-            D0[i] += begin * row[i]
-            D1[i] += slope * row[i]
+        lean_on(model.lean[held.channel[j]], sign * held.force[j], sign * held.force[c + j], h, D)
 
 
 @inner_fast

@@ -28,7 +28,6 @@ from creak.dynamics.flow.resolution import (
     SETTLED,
     FlowSteps,
     Resolution,
-    contact_frequency,
     flow_steps,
     seen_through,
     steepest,
@@ -257,8 +256,7 @@ class FlowRun:
     def _lasting(self, resolution: Resolution) -> Lasting:
         """Long steps, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
         steps, levels = self.steps, self.steps.levels
-        fastest = contact_frequency(self.form, steps.mollifier, steepest(steps.laws)) if self.model.presses else 0.0
-        first = next((n for n in range(levels) if fastest * self.H / 2**n <= STIFF), levels)
+        first = next((n for n in range(levels) if steps.fastest * self.H / 2**n <= STIFF), levels)
         tried = self.model.presses and not self.light and first <= levels - SHORTEST
         return Lasting(tried, first, 0.01 * resolution.contact**2)
 

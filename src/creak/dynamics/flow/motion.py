@@ -228,10 +228,16 @@ def look_along(model, laws, watched, after):  # type: ignore[no-untyped-def]
 @inner
 def gap_of(model, i, u, after):  # type: ignore[no-untyped-def]
     """Gap of a channel."""
-    gap = model.gap0[i] + dot(model.rows[i], u)
-    for j in range(after.support.shape[1]):
-        gap += model.rows_s[i, j] * after.support[0, j]
-    return gap
+    return place_of(model, i, u, after, model.gap0[i])
+
+
+@inner
+def place_of(model, i, u, x, begin):  # type: ignore[no-untyped-def]
+    """Where a channel is, across its gap or along it, from `begin` on."""
+    place = begin + dot(model.rows[i], u)
+    for j in range(x.support.shape[1]):
+        place += model.rows_s[i, j] * x.support[0, j]
+    return place
 
 
 @inner

@@ -28,8 +28,8 @@ from creak.arrays import FloatArray
 
 SLOW, HEAVY = 0.5, 1.5
 """omega h, and c h / m, below which S comes from its power series."""
-TERMS = 20
-"""Of power series: 1.5^20 / 20! is below round-off."""
+TERMS = 24
+"""Of power series: 1.5^24 / 24! is below round-off."""
 UU, UV, VU, VV, Q0, MEAN = 0, 1, 2, 3, 4, 9
 """Rows of a propagator; S_r / m is row Q0 + r, the mean of u begins at row MEAN."""
 SINGLE = 15

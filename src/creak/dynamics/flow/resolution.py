@@ -57,6 +57,8 @@ class FlowSteps:
     """(n,) what the channels see of each mode, `mollify(omega h)` with the step near contact."""
     band: IntArray
     """(n,) band of each mode."""
+    fastest: float
+    """rad/s, of the contact springs through the filter."""
     reach: FloatArray
     """(levels + 1, n_band, m): largest distance between a gap and the cubic through its ends, over sqrt(2 energy)."""
 
@@ -75,11 +77,14 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
     """
     laws = _with_hard(form, laws, H)
     slopes = steepest(laws)
-    levels, mollifier = 0, np.ones(form.omega.size)
+    levels, mollifier, fastest = 0, np.ones(form.omega.size), 0.0
     for levels in range(DEEPEST + 1):
         h = math.ldexp(H, -levels)
+        if h > resolution.longest * H:
+            continue
         mollifier = mollify(form.omega * h)
-        if h <= resolution.longest * H and contact_frequency(form, mollifier, slopes) * h <= resolution.contact:
+        fastest = contact_frequency(form, mollifier, slopes)
+        if fastest * h <= resolution.contact:
             break
     else:
         whole = contact_frequency(form, np.ones(form.omega.size), slopes)
@@ -91,7 +96,7 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
     band, top = _bands(form.omega)
     slow = _too_small(form, mollifier, math.ldexp(H, -levels))
     reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), slow) for n in range(levels + 1)])
-    return FlowSteps(H, levels, laws, mollifier, band, np.ascontiguousarray(reach))
+    return FlowSteps(H, levels, laws, mollifier, band, fastest, np.ascontiguousarray(reach))
 
 
 def mollify(x: FloatArray) -> FloatArray:

@@ -18,8 +18,9 @@ from creak.arrays import FloatArray
 from creak.contact.step_problem import spring_force
 from creak.dynamics.books import SCHEME
 from creak.dynamics.flow.block import cubic
+from creak.dynamics.flow.held import rate_at
 from creak.linalg.compiled import inner
-from creak.linalg.loops import put
+from creak.linalg.loops import fill, put
 
 CLOSE = 1e-5
 """Of the largest value since contact last changed."""
@@ -55,8 +56,14 @@ def courses(x, out):  # type: ignore[no-untyped-def]
 @inner
 def restart(cone, time, x, fresh):  # type: ignore[no-untyped-def]
     """The instant x is kept; `fresh`: contact changes there."""
-    cone.at[0] = time
     courses(x, cone.tip)
+    begin(cone, time, fresh)
+
+
+@inner
+def begin(cone, time, fresh):  # type: ignore[no-untyped-def]
+    """Lines from the tip, kept at a time, on."""
+    cone.at[0] = time
     for j in range(cone.tip.size):
         cone.low[j], cone.high[j] = -np.inf, np.inf
         cone.top[j] = abs(cone.tip[j]) if fresh else max(cone.top[j], abs(cone.tip[j]))
@@ -92,10 +99,19 @@ def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
 
 
 @inner
+def write(table, row, time, x):  # type: ignore[no-untyped-def]
+    """An instant as a row of the table."""
+    to = table[row]
+    to[0] = time
+    at = put(to, put(to, put(to, 1, x.gap), x.force), x.sliding)
+    for i in range(SCHEME + 1):
+        to[at + i] = x.energy[i]
+
+
+@inner
 def pieces(held, cone, most):  # type: ignore[no-untyped-def]
-    """Straight lines, `most` at most, that pass the forces of a long step within `rows.CLOSE` of the largest."""
-    n, c, worst = held.number[0], held.number[0] + 2 * (held.number[1] + held.number[2]), 0.0
-    m = held.rest.gap.size
+    """Straight lines, `most` at most, that pass the forces of a long step within `CLOSE` of the largest."""
+    n, c, m, worst = held.ends[0], held.ends[2], held.rest.gap.size, 0.0
     for i in range(n):
         q = held.channel[i]
         top = max(cone.top[m + q], abs(held.line[q]))
@@ -105,35 +121,32 @@ def pieces(held, cone, most):  # type: ignore[no-untyped-def]
 
 
 @inner
-def write_between(model, laws, held, cone, count, time, h, now, after, table, used):  # type: ignore[no-untyped-def]
-    """Rows of the instants between the ends of a long step that part it into `count`, after the row `used`."""
-    n, s = held.number[0], held.number[1]
-    b, c = n + 2 * s, n + 2 * (s + held.number[2])
-    m, channels = now.gap.size, now.force.size
+def write_between(laws, held, cone, count, time, h, now, after, table, used):  # type: ignore[no-untyped-def]
+    """Rows of the instants between the ends of a long step that part it into `count`, from row `used` on; the next."""
+    n, b, c = held.ends[0], held.ends[1], held.ends[2]
+    m, sliding = now.gap.size, 1 + now.gap.size + now.force.size
     for k in range(1, count):
-        x, row = k / count, table[used]
-        row[0] = time + x * h
+        share, row = k / count, table[used]
+        x = 2.0 * share - 1.0
+        fill(row, 0.0)
+        row[0] = time + share * h
         for i in range(m):
-            row[1 + i] = cubic(x, now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i])
-        for j in range(1 + m, 1 + m + channels + after.sliding.size):
-            row[j] = 0.0
+            row[1 + i] = cubic(share, now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i])
         for i in range(c):
-            q, z = held.channel[i], 2.0 * x - 1.0
-            way, mean = held.seen[i], held.seen[c + i]
+            q, way, mean = held.channel[i], held.seen[i], held.seen[c + i]
             if i < n:
-                row[1 + q] = now.gap[q] + 0.5 * (1.0 + z) * way + 0.75 * (way - 2.0 * mean) * (z * z - 1.0)
-                rate = (way + 3.0 * (way - 2.0 * mean) * z) / h
-                row[1 + m + q] = max(0.0, spring_force(laws, q, row[1 + q]) - laws.damping[q] * rate)
+                row[1 + q] = now.gap[q] + share * way + 0.75 * (way - 2.0 * mean) * (x * x - 1.0)
+                damper = laws.damping[q] * rate_at(held, i, c, h, x)
+                row[1 + m + q] = max(0.0, spring_force(laws, q, row[1 + q]) - damper)
             else:
-                row[1 + m + q] = held.force[i] + z * held.force[c + i]
+                row[1 + m + q] = held.force[i] + x * held.force[c + i]
             if i >= b:
-                row[1 + m + channels + q - m] = (way + 3.0 * (way - 2.0 * mean) * z) / h
-        at = 1 + m + channels + after.sliding.size
+                row[sliding + q - m] = rate_at(held, i, c, h, x)
         for j in range(SCHEME + 1):
-            row[at + j] = now.energy[j] + x * (after.energy[j] - now.energy[j])
+            row[sliding + now.sliding.size + j] = now.energy[j] + share * (after.energy[j] - now.energy[j])
         used += 1
-    cone.at[0] = table[used - 1, 0]
+    last = table[used - 1]
     for j in range(cone.tip.size):
-        cone.tip[j], cone.low[j], cone.high[j] = table[used - 1, 1 + j], -np.inf, np.inf
-        cone.top[j] = max(cone.top[j], abs(cone.tip[j]))
+        cone.tip[j] = last[1 + j]
+    begin(cone, last[0], np.bool_(False))
     return used
