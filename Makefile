@@ -21,7 +21,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 $(VENV)/run.stamp: pyproject.toml
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -e '.[report,cluster]'
+	$(BIN)/pip install --quiet --no-compile --disable-pip-version-check -e '.[report]'
 	touch $@
 
 $(VENV)/docs.stamp: pyproject.toml

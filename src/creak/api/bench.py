@@ -31,7 +31,7 @@ from creak.studies.prepare.varied import OF_LOADS, varied
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
 from creak.studies.run.forced_step import limited
 from creak.studies.run.job import ReferenceRun
-from creak.studies.run.kernels import compile_for
+from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import prechecked, with_closed, with_linear_gaps
 from creak.studies.sweep.reference import SharedReference
@@ -206,7 +206,8 @@ def make_bench(
     report = progress if progress is not None else silent
     setup = set_up(study, ignore)
     positions = None if at is None else _positions(at)
-    compile_for(setup.marching, solves_steps=setup.solves_steps)
+    with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
+        compiled(report, steps=True)
     reference = build_reference(setup, report)
     if positions is None:
         smallest = with_linear_gaps(setup, reference, report).linear_gaps

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from creak.api.extras import need_report
 from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
 from creak.errors import NumericalError
+from creak.linalg.threads import one_blas_thread
 from creak.studies.evaluate import Evaluation
 from creak.studies.warned import Warned
 
@@ -113,6 +114,7 @@ class Result(Evaluation):
 
         return unreliable_runs(self.summary)
 
+    @one_blas_thread()
     def save(self, folder: str | Path, animation_mb: float = 5.0, page: str | None = None) -> list[Path]:
         """Write summary.json and results.h5 (and convergence.csv) into `folder`; returns their paths.
 
@@ -152,6 +154,7 @@ class Result(Evaluation):
             raise NumericalError(f"{notes[0]}, its results are in {folder}")
         return written
 
+    @one_blas_thread()
     def page(self, animation_mb: float = 5.0) -> str:
         """The report as the text of one HTML file; parameters and errors as `report`."""
         need_report()

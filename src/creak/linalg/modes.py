@@ -17,6 +17,7 @@ from creak.linalg.memory import MADE, fits, free_bytes, require
 from creak.linalg.pencil import Pencil, dense_pairs, full
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.sparse_product import BlockProduct, copy_fits
+from creak.linalg.threads import one_blas_thread
 from creak.linalg.windows import AMID, amid_or_in_windows, are_apart
 from creak.progress import Steps
 
@@ -80,6 +81,7 @@ def with_further(kept: int, in_band: int) -> int:
     return max(in_band, kept + max(AT_LEAST, -int(-HALF_AGAIN * kept // 1)))
 
 
+@one_blas_thread()
 def modes(
     K: Matrix,
     M: Matrix,

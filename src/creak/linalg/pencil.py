@@ -18,6 +18,7 @@ from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
 from creak.linalg.scratch import rows_of, spared
 from creak.linalg.sparse_product import BlockProduct
+from creak.linalg.threads import dense_threads
 
 NOTHING = 1e-13
 """Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
@@ -147,7 +148,8 @@ def regular_pairs(K: FloatArray, M: FloatArray) -> Pairs:
     ------
     LinAlgError : M is not positive.
     """
-    lam, X = sla.eigh(K, M, driver="gvd")
+    with dense_threads(len(K)):
+        lam, X = sla.eigh(K, M, driver="gvd")
     blur = _blur(lam)
     elastic, low = lam[lam > blur], lam < APART * lam.max(initial=0.0)
     if not (low.any() and elastic.size and blur > BLURRED * elastic[0]):

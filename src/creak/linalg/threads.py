@@ -50,14 +50,26 @@ def in_order(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[
             waiting.cancel()
 
 
+LARGE = 2000
+"""Equations of a dense eigenproblem from which all cores are worth while."""
+
+
 @contextmanager
 def one_blas_thread() -> Iterator[None]:
-    """Run NumPy's BLAS on one thread; the sparse solver keeps its own.
+    """Run NumPy's BLAS on one thread; the sparse solver, and the products that it makes, keep their own.
 
-    A time step alternates short vector operations with back-substitutions. Two thread pools that wait for
-    each other on the same cores cost several times what the second thread saves.
+    Time steps and Lanczos alternate short dense operations with back-substitutions. Two thread pools that wait for
+    each other on the same cores cost several times what the second thread saves: a dense eigenproblem of 900 equations
+    takes 20 times longer where something else runs on one of two cores.
     """
     with _numpys_blas().limit(limits=1):
+        yield
+
+
+@contextmanager
+def dense_threads(n: int) -> Iterator[None]:
+    """Run NumPy's BLAS on all cores where n equations are `LARGE`, on one thread else."""
+    with _numpys_blas().limit(limits=cores() if n >= LARGE else 1):
         yield
 
 

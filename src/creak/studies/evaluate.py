@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress
 from creak.studies.file.identity import store_of
 from creak.studies.findings.gather import findings_of
@@ -47,6 +48,7 @@ class Evaluation:
         return self.findings.convergence
 
 
+@one_blas_thread()
 def evaluate(
     setup: Setup,
     progress: Progress,

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
+import numba
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import join
+from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import at_rest
+from creak.linalg.by_reference import Reference
 from creak.linalg.compiled import few_collections
 from creak.linalg.diagonal import Diagonal
 
@@ -31,6 +36,19 @@ def compile_start() -> None:
     run = _at_rest(False)
     with few_collections():
         run.start()
+
+
+def compile_lasting() -> None:
+    """The part of it that takes long steps, a quarter: the signature is that of the call in `kernel.march`."""
+    run, typeof = _at_rest(False), cast(Any, numba.typeof)
+    desk, x, time, at = run.desk, Reference(typeof(run.empty())), numba.float64, numba.int64
+    bundles = run.model, run.steps.laws, run.lasting, desk.together, run.block
+    model, laws, lasting, together, block = (Reference(typeof(bundle)) for bundle in bundles)
+    gain, D, course = typeof(run.gain), typeof(desk.D), typeof(desk.course)
+    with few_collections():
+        hold_on.compile(
+            (model, laws, typeof(run.slope), typeof(run.P), lasting, together, gain, D, course, time, at, x, x, block)
+        )
 
 
 def _at_rest(solver: bool) -> FlowRun:

@@ -157,11 +157,16 @@ class Setup:
         return Observed(self.study.config.verification, self.static, self.watched, seen, points, record)
 
     @property
+    def solves_rest(self) -> bool:
+        """Whether a state at rest is solved for."""
+        pressed = any((g.gap0 < 0.0).any() or g.resting.any() for g in (self.contacts, self.connectors))
+        return bool(self.study.config.static) or pressed
+
+    @property
     def solves_steps(self) -> bool:
         """Whether a state at rest, or steps of the unreduced model, are solved for."""
-        c, gaps = self.study.config, (self.contacts, self.connectors)
-        pressed = any((g.gap0 < 0.0).any() or g.resting.any() for g in gaps)
-        return c.proof != "none" or c.reduction.method == "none" or bool(c.static) or pressed
+        c = self.study.config
+        return c.proof != "none" or c.reduction.method == "none" or self.solves_rest
 
     @property
     def origin(self) -> tuple[str, ...]:

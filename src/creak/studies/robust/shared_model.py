@@ -16,6 +16,7 @@ from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.history import History
+from creak.dynamics.loads import Loads
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
@@ -43,6 +44,11 @@ LEFT_OUT = 2.0
 FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
 """On the load, of the fragility curve."""
 NOTHING = np.zeros(0, dtype=np.int64)
+SURE = 0.05
+"""Of its closing without contact that must be left of a gap, so that it stays open for sure: between two instants its
+course is taken for a parabola."""
+SAME = 1e-12
+"""Of the largest load, round-off of a multiple of it."""
 TRIED = 8
 """Draws of the load whose linear runs the pre-check looks at."""
 
@@ -80,6 +86,33 @@ class Seen:
 
 
 @dataclass(frozen=True)
+class Linear:
+    """A run without contact."""
+
+    excursion: FloatArray
+    """(m,) most that each kept channel closes in the window, 0 or less."""
+    whole: FloatArray
+    """The same of the whole run."""
+    dropped: FloatArray
+    """(2, k) gap at rest of the channels that the pre-check dropped, and most that they close in the whole run."""
+
+    def times(self, factor: float) -> Linear:
+        """That of `factor` times the loads, at rest before."""
+        rest, closes = self.dropped
+        return Linear(factor * self.excursion, factor * self.whole, np.stack([rest, factor * closes]))
+
+    @property
+    def left_out(self) -> bool:
+        """Does a channel close that the pre-check dropped?"""
+        return bool((self.dropped.sum(axis=0) <= 0.0).any())
+
+    def clear_of(self, gaps: GapOperator) -> bool:
+        """Does nothing touch for sure, so that the run with contact is this one?"""
+        rest, closes = np.append(self.dropped[0], gaps.gap0), np.append(self.dropped[1], self.whole)
+        return bool(np.all(rest + (1.0 + SURE) * closes > 0.0))
+
+
+@dataclass(frozen=True)
 class SharedModel:
     """The model of a study, reduced once."""
 
@@ -93,8 +126,8 @@ class SharedModel:
     silent: FlowRun
     """The same without contact."""
     window: tuple[float, float]
-    excursion: FloatArray
-    """(m,) most that each kept channel closes without contact (0 or less), in the study's own load."""
+    linear: Linear
+    """In the study's own load."""
     notes: tuple[str, ...]
     lowest: FloatArray
     """(m,) what it was made for: `lowest_of` its draws."""
@@ -166,19 +199,22 @@ def shared_model(
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
     resolution, every = setup.marching.resolution, setup.loads.n_step // SAMPLES
-    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, silent_channels(setup.contacts, gaps))
+    dropped = silent_channels(setup.contacts, gaps)
+    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, dropped)
     window = setup.marching.window
-    silent = FlowRun(system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None, None, base.solver)
-    excursion = excursion_of(silent, window)
-    return SharedModel(
-        before, reference, gaps, system, base, silent, window, excursion, (*reduced.notes, *notes), lowest
-    )
+    open_, rest = gaps.without_force(), dropped.silent.gap0
+    silent = FlowRun(system, open_, setup.loads, resolution, NOTHING, every, None, dropped, base.solver)
+    linear = linear_of(march_chunks(silent, None), open_, window, rest)
+    return SharedModel(before, reference, gaps, system, base, silent, window, linear, (*reduced.notes, *notes), lowest)
 
 
 def march_draws(
     model: SharedModel, channels: GapOperator, draws: Iterable[Draw], threads: int | None = None
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
+
+    Where nothing touches in the motion without contact, that is the motion: a draw of which this is known beforehand is
+    not marched, and one in which nothing touched needs no run without contact to tell its slack.
 
     Parameters
     ----------
@@ -201,11 +237,18 @@ def march_draws(
             own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
-        closed = history.extremes is not None and history.extremes.gap.min(initial=1.0) <= 0.0
-        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places), impulse)
+        linear = linear_of(history, variant.gaps, model.window, model.linear.dropped[0])
+        known = linear if not history.force.any() else _foretold(model, variant)
+        return Seen(LEFT_OUT if linear.left_out else 0.0, figures, _slack(model, variant, places, known), impulse)
 
-    variants = (variant_of(model, draw) for draw in draws)
-    return march_many(model.base, variants, look, threads)
+    def seen(variant: Variant) -> Variant | tuple[int, Seen]:
+        known = _foretold(model, variant)
+        if known is None or _pressed(variant.gaps) or not known.clear_of(variant.gaps):
+            return variant
+        nothing = np.zeros((len(places), len(FIGURES)))
+        return variant.number, Seen(0.0, nothing, _slack(model, variant, places, known), np.zeros(channels.m))
+
+    return march_many(model.base, (seen(variant_of(model, draw)) for draw in draws), look, threads)
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:
@@ -213,27 +256,62 @@ def places_of(channels: GapOperator) -> tuple[str, ...]:
     return tuple(dict.fromkeys(channels.group))
 
 
-def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...]) -> FloatArray:
+def _pressed(gaps: GapOperator) -> bool:
+    """Do channels press from the start?"""
+    return bool(gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any())
+
+
+def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...], known: Linear | None) -> FloatArray:
     gaps = variant.gaps
     slack = np.full((len(places), len(FACTORS)), np.inf)
-    if gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any():
+    if _pressed(gaps):
         return np.full_like(slack, np.nan)
-    excursion = model.excursion
-    if variant.loads is not model.base.loads or variant.system is not None:
+    if known is None:
         alone = model.silent.again(gaps.without_force(), variant.loads, variant.system)
-        excursion = excursion_of(alone, model.window)
+        known = linear_of(march_chunks(alone, None), gaps, model.window, model.linear.dropped[0])
     for k, place in enumerate(places):
         own = np.flatnonzero(gaps.of_groups({place}))
         if own.size:
-            slack[k] = (gaps.gap0[own, None] + excursion[own, None] * np.array(FACTORS)).min(axis=0)
+            slack[k] = (gaps.gap0[own, None] + known.excursion[own, None] * np.array(FACTORS)).min(axis=0)
     return slack
 
 
-def excursion_of(silent: FlowRun, window: tuple[float, float]) -> FloatArray:
-    """(m,) most that gaps close in a window of a run without contact, 0 or less."""
-    history = march_chunks(silent, None)
+def _foretold(model: SharedModel, variant: Variant) -> Linear | None:
+    """The run without contact where it follows from that of the study: the same loads, or from rest a multiple."""
+    if variant.system is not None:
+        return None
+    if variant.loads is model.base.loads:
+        return model.linear
+    factor = None if model.system.velocity.any() else _multiple(variant.loads, model.base.loads)
+    return None if factor is None else model.linear.times(factor)
+
+
+def _multiple(loads: Loads, base: Loads) -> float | None:
+    """f with loads = f base, 0 or more; None: they are no such multiple."""
+    pairs = [(loads.support, base.support), (loads.force, base.force)]
+    on = [loads.force_labels, base.force_labels]
+    if any(a.shape != b.shape for a, b in pairs) or not all(map(np.array_equal, *on)):
+        return None
+    ours, of = (np.concatenate([x.ravel() for x in every]) for every in zip(*pairs, strict=True))
+    k = int(np.abs(of).argmax()) if of.size else 0
+    if not of.size or of[k] == 0.0:
+        return None
+    factor = float(ours[k] / of[k])
+    same = np.allclose(ours, factor * of, rtol=0.0, atol=SAME * float(np.abs(ours).max()))
+    return factor if factor >= 0.0 and same else None
+
+
+def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], rest: FloatArray) -> Linear:
+    """Of a run in which nothing touched, or could not, how far gaps closed.
+
+    Parameters
+    ----------
+    rest : (k,) gaps at rest of the channels that the pre-check dropped.
+    """
     inside = (history.time >= window[0]) & (history.time <= window[1])
-    return np.minimum(lowest_between(history.gap[inside]) - silent.gaps.gap0, 0.0)
+    closes = [np.minimum(lowest_between(g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
+    lowest = rest if history.extremes is None else history.extremes.gap
+    return Linear(closes[0], closes[1], np.stack([rest, lowest - rest]))
 
 
 def variant_of(model: SharedModel, draw: Draw) -> Variant:

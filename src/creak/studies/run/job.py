@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from creak.contact.gap_operator import GapOperator
 from creak.formats.stored.run_identity import RunIdentity
+from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
@@ -31,16 +32,13 @@ from creak.studies.run.compared import compare_events, main_run
 from creak.studies.run.elines import LineFindings, compare_lines, touched_points
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.foretold import foretold
-from creak.studies.run.kernels import compile_for
+from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import ready, run_with_closed, with_closed
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
 from creak.verify.matching import EventMatch
 from creak.verify.reliability import UNRELIABLE, reasons_against
-
-COMPILE = "compile kernels (first run: half a minute)"
-"""A phase of its own: slow once, then kept on disk."""
 
 if TYPE_CHECKING:
     from creak.reduction.health import Health
@@ -97,6 +95,7 @@ class StudyResult:
 
 
 @none_ignored()
+@one_blas_thread()
 def run_study(
     setup: Setup,
     progress: Progress,
@@ -122,67 +121,69 @@ def run_study(
     settle : raises f_max = "auto" from where it begins; None: it stays there.
     """
     c = setup.study.config
-    progress(COMPILE, 0, 1)
-    compile_for(setup.marching, solves_steps=setup.solves_steps)
-    progress(COMPILE, 1, 1)
-    setup, reference, gaps, notes = ready(setup, progress, store)
-    marching, kept, coords = setup.marching, gaps.m, setup.model.nodes.coords
-    limit = partial(limited, marching, coords, reference.system)
-    closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
-    observed = partial(setup.observed, lines=True, record=record)
-    runs: dict[str, Run] = {}
-    reduced: ReducedModel | None = None
-    band: ReducedRun | None = None
-    stopped: str | None = None
-    health: dict[str, Health] = {}
-    if c.reduction.method != "none":
-        model_of = partial(reduce_model, setup, reference, progress=progress, store=store, keep=keep)
-        settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
+    with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
+        setup, reference, gaps, notes = ready(setup, progress, store, compiled)
+        marching, kept, coords = setup.marching, gaps.m, setup.model.nodes.coords
+        limit = partial(limited, marching, coords, reference.system)
+        closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
+        observed = partial(setup.observed, lines=True, record=record)
+        runs: dict[str, Run] = {}
+        reduced: ReducedModel | None = None
+        band: ReducedRun | None = None
+        stopped: str | None = None
+        health: dict[str, Health] = {}
+        if c.reduction.method != "none":
+            model_of = partial(reduce_model, setup, reference, progress=progress, store=store, keep=keep)
+            settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
 
-        def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
-            model = model_of(gaps)
-            if said := foretold(marching, model.system, gaps, reference.linear_closed):
-                progress(Sentence(said), 1, 1)
+            def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
+                model = model_of(gaps)
+                if said := foretold(marching, model.system, gaps, reference.linear_closed):
+                    progress(Sentence(said), 1, 1)
 
-            def march(model: ReducedModel) -> Run:
-                return march_run("reduced", marching, observed(gaps), model, gaps, progress)
+                def march(model: ReducedModel) -> Run:
+                    compiled(progress)
+                    return march_run("reduced", marching, observed(gaps), model, gaps, progress)
 
-            found = ReducedRun(setup, model, march(model))
-            settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
-            if settled and settles is not None and gaps.presses:
-                found = settles(found, reference, gaps, march, progress)
-            return found, found.run
+                found = ReducedRun(setup, model, march(model))
+                settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
+                if settled and settles is not None and gaps.presses:
+                    found = settles(found, reference, gaps, march, progress)
+                return found, found.run
 
-        gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
-        band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
-        from creak.studies.models.health import checked  # what comes after the run is not waited for before it
+            gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
+            band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
+            from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
-        notes += [*more, *reduced.notes]
-        try:
-            found_of = partial(checked, reduced, coords, setup.band, progress, store)
-            health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
-        except KeyboardInterrupt:
-            stopped = "stopped while the superelements were checked"
-        notes += [Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings]
-    stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
-    if stopped is None and c.runs_unreduced:
-        checkpoint = None if checkpoints is None else partial(checkpoints.of, setup.origin)
-        own: ReferenceRun = partial(march_run, "reference", checkpoint=checkpoint)
-        if reduced is None:
+            notes += [*more, *reduced.notes]
+            try:
+                found_of = partial(checked, reduced, coords, setup.band, progress, store)
+                health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
+            except KeyboardInterrupt:
+                stopped = "stopped while the superelements were checked"
+            notes += [
+                Warned(f"superelement {name}: {text}") for name, h in health.items() for text in h.findings.warnings
+            ]
+        stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
+        compiled(progress, steps=True)
+        if stopped is None and c.runs_unreduced:
+            checkpoint = None if checkpoints is None else partial(checkpoints.of, setup.origin)
+            own: ReferenceRun = partial(march_run, "reference", checkpoint=checkpoint)
+            if reduced is None:
 
-            def only_run(gaps: GapOperator, last: bool) -> tuple[Run, Run]:
-                if record or reference_run is None:
-                    run = own(marching, observed(gaps), reference, gaps, progress)
-                else:
-                    run = reference_run(marching, setup.observed(gaps), reference, gaps, progress)
-                return run, run
+                def only_run(gaps: GapOperator, last: bool) -> tuple[Run, Run]:
+                    if record or reference_run is None:
+                        run = own(marching, observed(gaps), reference, gaps, progress)
+                    else:
+                        run = reference_run(marching, setup.observed(gaps), reference, gaps, progress)
+                    return run, run
 
-            gaps, runs["reference"], more = run_with_closed(gaps, limit, closed, only_run)
-            notes += more
-        else:
-            make = reference_run or own
-            runs["reference"] = make(marching.compared, setup.observed(gaps), reference, gaps, progress)
-        stopped = runs["reference"].stopped
+                gaps, runs["reference"], more = run_with_closed(gaps, limit, closed, only_run)
+                notes += more
+            else:
+                make = reference_run or own
+                runs["reference"] = make(marching.compared, setup.observed(gaps), reference, gaps, progress)
+            stopped = runs["reference"].stopped
     notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         notes.append("no channel can close under this load: both runs are linear")

@@ -1,70 +1,96 @@
-"""Kernels compiled before a run: those that it needs, side by side where they do not hang on each other."""
+"""Kernels that the runs of a study need, compiled by processes beside this one while it reads and reduces the model."""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
 from creak.contact.step_problem import compile_kernels, solve_alone
 from creak.dynamics.flow.ahead import compile_flow
+from creak.dynamics.flow.kernel import march
+from creak.progress import Progress
 from creak.studies.prepare.marching import Marching
 
-START_AND_SOLVER = (
-    "from creak.dynamics.flow.ahead import compile_start; from creak.contact.step_problem import compile_kernels; "
-    "compile_start(); compile_kernels()"
-)
-MARCH = "from creak.dynamics.flow.ahead import compile_flow; compile_flow()"
-"""What a process beside this one compiles; each function is there for others to take as soon as it is compiled."""
+COMPILE = "compile kernels (first run: half a minute)"
+"""A phase of its own: slow once, then kept on disk."""
+AHEAD = "import os; getattr(os, 'nice', int)(10); "
+"""First words of a process beside this one: it takes what this one leaves of the cores."""
+LASTING = "from creak.dynamics.flow.ahead import compile_lasting; compile_lasting(); "
+START = "from creak.dynamics.flow.ahead import compile_start; compile_start(); "
+STEPS = START + "from creak.contact.step_problem import compile_kernels; compile_kernels(); "
+MARCH = "from creak.dynamics.flow.ahead import compile_flow; compile_flow(); "
+SOLVING = "from creak.dynamics.flow.ahead import compile_flow; compile_flow(solver=True); "
+SOUND = "import numpy; from creak.sound.loudness import loudness; loudness(numpy.zeros(4800), 48000.0)"
+"""What a process compiles; each function is there for others to take as soon as it is compiled."""
 
 
-def compile_for(marching: Marching, *, solves_steps: bool) -> None:
-    """Compile what the runs of a study need; what was compiled before is read from numba's cache.
+class Compiled(Protocol):
+    """Waits until kernels are compiled, the first time that it is called."""
 
-    Springs alone press without a solver: that of dampers, friction and steps is compiled beside the march, by another
-    process, and only where the unreduced model or a state at rest takes it, which read it from the cache once it is
-    there; so does the march what comes before its first step, which that process compiles first. Where the march has
-    the solver in it, the solver is compiled here and what else the march is made of beside it.
+    def __call__(self, progress: Progress, *, steps: bool = False) -> None:
+        """Those of a march; with `steps` those of a state at rest and of the unreduced model too."""
+        ...
+
+
+@contextmanager
+def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
+    """Compile what the runs of a study need beside what is done within, which calls what it is handed before each run.
+
+    Two processes write to numba's cache, where this one finds it; what they failed at it compiles itself, as where
+    there is one core. Springs alone press without a solver: that of dampers, friction and steps is compiled only where
+    the unreduced model or a state at rest takes it. Where the march has the solver in it, one process compiles both and
+    the other what the march is made of besides.
 
     Parameters
     ----------
     solves_steps : whether a state at rest, or steps of the unreduced model, are solved for.
     """
-    if not marching.table.exact:
-        compile_kernels()
-    elif marching.solver:
-        with _beside(MARCH):
-            compile_kernels()
-            compile_flow(solver=True)
-    elif not solves_steps:
-        compile_flow()
+    exact, solver = marching.table.exact, marching.solver
+    steps = solver or solves_steps or not exact
+    if not exact:
+        words = [STEPS, SOUND]
+    elif solver:
+        words = [STEPS + SOLVING, MARCH + SOUND]
     else:
-        with _beside(START_AND_SOLVER) as other:
-            compile_flow()
-            if other is not None:
-                other.wait()  # one that failed is made up for here
-            compile_kernels()
+        words = [MARCH, LASTING + (STEPS if steps else START) + SOUND]
+    kernels = [*([march] if exact else []), *([solve_alone] if steps else [])]
+    alone = os.cpu_count() == 1 or all(_cached(kernel) for kernel in kernels)
+    others = [] if alone else [other for w in words if (other := _started(AHEAD + w))]
+    wanted: dict[str, Callable[[], None]] = {"march": partial(compile_flow, solver=solver)} if exact else {}
+    if steps:
+        wanted["steps"] = compile_kernels
 
+    def compiled(progress: Progress, *, steps: bool = False) -> None:
+        every = steps or solver or not exact
+        now = [name for name in wanted if name == "march" or every]
+        if not now:
+            return
+        progress(COMPILE, 0, 1)
+        for other in others if every else others[:1]:
+            other.wait()
+        for name in now:
+            wanted.pop(name)()
+        progress(COMPILE, 1, 1)
 
-@contextmanager
-def _beside(words: str) -> Iterator[subprocess.Popen[bytes] | None]:
-    """Another process that compiles, ended at the end; None where nothing is left to do or there is but one core."""
-    other = None if os.cpu_count() == 1 or _compiled() else _started(words)
     try:
-        yield other
+        yield compiled
     finally:
-        if other is not None:
+        for other in others:
             other.kill()
             other.wait()
 
 
-def _compiled() -> bool:
-    """Is the solver in numba's cache, compiled after its source was last changed?"""
-    folder, source = solve_alone.stats.cache_path, Path(solve_alone.py_func.__code__.co_filename).stat().st_mtime
-    found = [] if folder is None else Path(folder).glob("step_problem.solve_alone-*.nbi")
+def _cached(function: Any) -> bool:
+    """Is it in numba's cache, compiled after its source was last changed?"""
+    folder, source = function.stats.cache_path, Path(function.py_func.__code__.co_filename).stat().st_mtime
+    module, name = Path(function.py_func.__code__.co_filename).stem, function.py_func.__qualname__
+    found = [] if folder is None else Path(folder).glob(f"{module}.{name}-*.nbi")
     return any(path.stat().st_mtime >= source for path in found)
 
 

@@ -33,6 +33,7 @@ from creak.studies.prepare.start_check import figure_warnings, nothing_closes
 from creak.studies.prepare.structure import Structure
 from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_run
+from creak.studies.run.kernels import Compiled
 from creak.studies.run.one_run import Run
 from creak.studies.run.static_start import started
 from creak.studies.solved import solved
@@ -185,7 +186,7 @@ def _damped(structure: Structure, omega2: FloatArray, kept: dict[str, FloatArray
 
 
 def ready(
-    setup: Setup, progress: Progress, store: Path | None = None
+    setup: Setup, progress: Progress, store: Path | None = None, compiled: Compiled | None = None
 ) -> tuple[Setup, ReferenceModel, GapOperator, list[str]]:
     """The setup at its start, the unreduced model, the channels that the pre-check keeps (connectors last), notes.
 
@@ -194,12 +195,15 @@ def ready(
     Parameters
     ----------
     store : folder of saved superelements, beside which what was solved is kept.
+    compiled : waits for the kernels of the linear run and of the state at rest.
 
     Raises
     ------
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
     reference = reference_that_fits(setup, assembled(setup.structure, progress, store), progress, store)
+    if compiled is not None:
+        compiled(progress, steps=setup.solves_rest)
     setup = started(setup, reference, progress)
     c, mass = setup.study.config, reference.system.stats.mass
     figures = figure_warnings(setup.model, c.model.units, mass, reference.modes.omega2)

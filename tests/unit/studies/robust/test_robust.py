@@ -16,6 +16,7 @@ import creak
 from creak.assembly.system import to_dense
 from creak.cli.main import main
 from creak.dynamics.chunks import march_chunks
+from creak.dynamics.flow import batch
 from creak.dynamics.flow.march import simulate_flow
 from creak.errors import InputError, NumericalError
 from creak.formats.stored.record_log import read_records, record_log
@@ -26,11 +27,13 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.varied import varied
 from creak.studies.robust import job
+from creak.studies.robust import shared_model as shared_model_room
 from creak.studies.robust.batches import batches
 from creak.studies.robust.changes import tables_of
 from creak.studies.robust.draws import field_shapes
-from creak.studies.robust.shared_model import FACTORS, Draw, shared_model, variant_of
+from creak.studies.robust.shared_model import FACTORS, Draw, Linear, shared_model, variant_of
 from creak.verify.odds import Index
+from helpers_core import channels
 from helpers_decks import STUDY, write_strips
 
 LENGTH, SIDE, MODULUS, N, ZETA = 200.0, 2.0, 210000.0, 2, 0.02
@@ -407,6 +410,59 @@ def test_records_survive_and_damage_is_seen(tmp_path):
     with record_log(path, made, 3, used) as log:
         log.add(9, np.zeros(3))
     assert sorted(read_records(path, made, 3)[0]) == [0, 1, 9]
+
+
+@pytest.mark.parametrize("seeds", [False, True])
+def test_draws_that_cannot_touch_are_not_marched(tmp_path, monkeypatch, seeds):
+    """What the motion without contact settles is what the march finds; seeds of their own have to be marched."""
+    low, high = (0.05, 0.12) if seeds else (0.3, 0.7)
+    text = STOPPED.replace(f"low = {LOW}, high = {HIGH}", f"low = {low}, high = {high}")
+    if seeds:
+        course = 'type = "multisine", amplitude = 0.1, f_min = 20, f_max = 200'
+        text = text.replace('type = "step", amplitude = 0.7', course)
+        text += '"excitation.tip.signal.seed" = { type = "seed" }\n'
+    path, marched = stopped(tmp_path, text), []
+    march = batch.march_chunks
+    monkeypatch.setattr(batch, "march_chunks", lambda run, progress: marched.append(run) or march(run, progress))
+    few = creak.robust(path, 32, indices=False, threads=1).draws
+    hits, count = int(few.figures[:, :, 0].any(axis=1).sum()), len(marched)
+    monkeypatch.setattr(shared_model_room, "_foretold", lambda *_: None)
+    every = creak.robust(path, 32, indices=False, threads=1).draws
+    assert len(marched) - count == 32
+    assert 0 < hits < 16
+    assert count == 32 if seeds else hits <= count < 20
+    np.testing.assert_array_equal(few.figures, every.figures)
+    np.testing.assert_array_equal(few.impulse, every.impulse)
+    np.testing.assert_array_equal(few.state, every.state)
+    np.testing.assert_allclose(few.slack, every.slack, atol=1e-8 * MEAN)
+
+
+def test_only_multiples_of_the_loads_are_foretold(tmp_path):
+    """Another course, another number of loads and a load turned round are not the study's own, whatever its size."""
+    base = set_up(read_study(stopped(tmp_path))).loads
+    multiple = shared_model_room._multiple
+    assert multiple(replace(base, force=0.7 * base.force), base) == pytest.approx(0.7, rel=1e-15)
+    assert multiple(replace(base, force=-base.force), base) is None
+    assert (
+        multiple(replace(base, force=base.force * (1.0 + 1e-9 * np.linspace(0.0, 1.0, len(base.force))[:, None])), base)
+        is None
+    )
+    assert multiple(replace(base, force_labels=tuple(k + 1 for k in base.force_labels)), base) is None
+    assert multiple(replace(base, force=np.hstack([base.force, base.force])), base) is None
+    assert multiple(base, replace(base, force=0.0 * base.force)) is None
+
+
+def test_a_dropped_channel_that_a_larger_load_would_close_is_looked_at():
+    """Twice the load closes what the pre-check let stay open: nothing is settled, and it is told."""
+    gap = np.array([1.0])
+    linear = Linear(np.array([-0.2]), np.array([-0.2]), np.array([[1.0], [-0.6]]))
+    gaps = channels(np.eye(1), gap, np.array([1e3]))
+    assert linear.clear_of(gaps)
+    assert not linear.left_out
+    assert not linear.times(2.0).clear_of(gaps)
+    assert linear.times(2.0).left_out
+    assert not linear.times(1.63).clear_of(gaps)  # within the margin
+    assert not linear.times(1.63).left_out
 
 
 def test_a_load_that_closes_nothing_is_an_answer(tmp_path):

@@ -10,6 +10,8 @@ import pytest
 
 import creak
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.flow.ahead import compile_flow, compile_lasting
+from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
@@ -30,51 +32,118 @@ def study(tmp_path_factory):
 
 @pytest.fixture
 def calls(monkeypatch):
-    """What is compiled, in this order, without compiling it; none of it was compiled before."""
-    found: list[str] = []
-    monkeypatch.setattr(kernels, "compile_kernels", lambda: found.append("solver"))
-    monkeypatch.setattr(kernels, "compile_flow", lambda solver=False: found.append(f"march {solver}"))
-    monkeypatch.setattr(kernels, "_compiled", lambda: False)
+    """What is compiled here, in this order, without compiling it, and the processes beside; nothing was compiled yet.
+
+    Each of them fails, so that what it should have done is left to this one.
+    """
+    here: list[str] = []
+    beside: list[str] = []
+
+    def start(words: str) -> subprocess.Popen[bytes]:
+        beside.append(words.removeprefix(kernels.AHEAD))
+        return subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"])
+
+    monkeypatch.setattr(kernels, "compile_kernels", lambda: here.append("solver"))
+    monkeypatch.setattr(kernels, "compile_flow", lambda solver=False: here.append(f"march {solver}"))
+    monkeypatch.setattr(kernels, "_cached", lambda _: False)
+    monkeypatch.setattr(kernels, "_started", start)
     monkeypatch.setattr(kernels.os, "cpu_count", lambda: 2)
-    return found
+    return here, beside
+
+
+BOTH = [kernels.MARCH, kernels.LASTING + kernels.STEPS + kernels.SOUND]
 
 
 @pytest.mark.parametrize(
-    ("changes", "aside", "expected"),
+    ("changes", "beside", "here"),
     [
-        ({}, True, ["march False", "solver"]),
-        ({"reference.run": False}, False, ["march False"]),
-        ({"reference.run": False, "reduction.method": "none"}, True, ["march False", "solver"]),
-        ({"contact.tip.friction": 0.3}, True, ["solver", "march True"]),
-        ({"contact.tip.damping": 1e-4}, True, ["solver", "march True"]),
-        ({"time.step": 5e-4}, False, ["solver"]),
+        ({}, BOTH, ["march False", "solver"]),
+        ({"reference.run": False}, [kernels.MARCH, kernels.LASTING + kernels.START + kernels.SOUND], ["march False"]),
+        ({"reference.run": False, "reduction.method": "none"}, BOTH, ["march False", "solver"]),
+        (
+            {"contact.tip.friction": 0.3},
+            [kernels.STEPS + kernels.SOLVING, kernels.MARCH + kernels.SOUND],
+            ["march True", "solver"],
+        ),
+        (
+            {"contact.tip.damping": 1e-4},
+            [kernels.STEPS + kernels.SOLVING, kernels.MARCH + kernels.SOUND],
+            ["march True", "solver"],
+        ),
+        ({"time.step": 5e-4}, [kernels.STEPS, kernels.SOUND], ["solver"]),
     ],
 )
-def test_what_a_study_needs_is_compiled(study, changes, aside, expected, calls, monkeypatch):
+def test_what_a_study_needs_is_compiled_beside_it(study, changes, beside, here, calls):
+    setup = set_up(creak.change_study(study, changes))
+    with kernels.compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
+        compiled(lambda *_: None)
+        assert calls == (
+            here if len(here) == 1 or setup.marching.solver else [name for name in here if name != "solver"],
+            beside,
+        )
+        for _ in range(2):  # the second time nothing is left to do
+            compiled(lambda *_: None, steps=True)
+            assert calls == (here, beside)
+
+
+def test_one_core_compiles_when_it_is_asked(study, calls, monkeypatch):
+    monkeypatch.setattr(kernels.os, "cpu_count", lambda: 1)
+    setup = set_up(study)
+    with kernels.compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
+        compiled(lambda *_: None, steps=True)
+    assert calls == (["march False", "solver"], [])
+
+
+def test_processes_end_with_what_they_were_started_for(study, monkeypatch):
     started = []
 
     def start(words: str) -> subprocess.Popen[bytes]:
-        started.append(words)
-        return subprocess.Popen([sys.executable, "-c", "raise SystemExit(1)"])  # one that fails is made up for
+        started.append(subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"]))
+        return started[-1]
 
+    monkeypatch.setattr(kernels, "_cached", lambda _: False)
     monkeypatch.setattr(kernels, "_started", start)
-    setup = set_up(creak.change_study(study, changes))
-    kernels.compile_for(setup.marching, solves_steps=setup.solves_steps)
-    assert calls == expected
-    assert bool(started) == aside
+    monkeypatch.setattr(kernels.os, "cpu_count", lambda: 2)
+    setup = set_up(study)
+    with (
+        pytest.raises(KeyboardInterrupt),
+        kernels.compiling(setup.marching, solves_steps=setup.solves_steps),
+    ):
+        raise KeyboardInterrupt
+    assert [process.returncode is not None for process in started] == [True, True]
 
 
-def test_the_process_beside_compiles_what_is_looked_for(monkeypatch, tmp_path):
-    """Its words run, and the cache then holds what tells that nothing is left to do."""
-    assert isinstance(kernels._compiled(), bool)
-    idle = "import creak.contact.step_problem as s, creak.dynamics.flow.ahead as a; s.solve_channels = lambda *_: None"
-    words = f"{idle}; a.FlowRun.start = lambda _: None; {kernels.START_AND_SOLVER}"
-    assert subprocess.run([sys.executable, "-c", words], capture_output=True, timeout=600).returncode == 0
+@pytest.mark.parametrize("words", [kernels.STEPS + kernels.SOLVING, kernels.MARCH + kernels.SOUND, kernels.START])
+def test_the_words_of_a_process_run(words):
+    """Without compiling: what they call is there, takes these arguments, and no more is needed."""
+    idle = (
+        "import creak.contact.step_problem as s, creak.dynamics.flow.ahead as a, creak.sound.loudness as n; "
+        "s.solve_channels = n.loudness = lambda *_: None; a.FlowRun.start = lambda _: None; "
+        "a.FlowRun.chunk = lambda *_: None; "
+    )
+    done = subprocess.run([sys.executable, "-c", idle + kernels.AHEAD + words], capture_output=True, timeout=600)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_the_part_that_takes_long_steps_is_what_the_march_calls():
+    """What is compiled by itself is what was compiled amid the march: it is found, and nothing is compiled."""
+    compile_flow()
+    cache = hold_on._cache
+    known = set(cache._cache_file._load_index()) if hold_on.stats.cache_path else set()
+    compile_lasting()
+    assert known
+    assert set(cache._cache_file._load_index()) == known
+    assert not hold_on.stats.cache_misses
+
+
+def test_the_cache_tells_what_was_compiled(monkeypatch, tmp_path):
+    assert isinstance(kernels._cached(kernels.march), bool)
     name = f"step_problem.{kernels.solve_alone.py_func.__qualname__}-7.py311.nbi"
     monkeypatch.setattr(type(kernels.solve_alone), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
-    assert not kernels._compiled()
+    assert not kernels._cached(kernels.solve_alone)
     (tmp_path / name).write_bytes(b"")
-    assert kernels._compiled()
+    assert kernels._cached(kernels.solve_alone)
+    assert not kernels._cached(kernels.march)
 
 
 def test_springs_move_the_same_with_the_solver_and_without():
