@@ -155,6 +155,16 @@ def test_multisine_lines_lie_in_the_band(f_min, f_max, period, first, last):
     np.testing.assert_allclose(omega * period / (2 * np.pi), np.arange(first, last + 1))
 
 
+@pytest.mark.parametrize("t", [0.3 + 1.25e-4 * np.arange(5003), np.sort(np.random.default_rng(1).random(900))])
+@pytest.mark.parametrize("order", [-1, 0, 2])
+def test_a_multisine_is_its_sum_of_cosines(t, order):
+    """At even instants, which are computed together, and at others."""
+    m = Multisine(2.0, 200.0, 0.7, 0.5, 5)
+    omega, phase = m.lines
+    wanted = sum(0.7 * w**order * np.cos(w * t + p + 0.5 * np.pi * order) for w, p in zip(omega, phase, strict=True))
+    np.testing.assert_allclose(m.derivative(t, order), wanted, atol=1e-11 * np.abs(wanted).max())
+
+
 def test_multisine_displacement_fades_in_from_rest(measured):
     m = Multisine(1.0, 40.0, 1.9, 1.0, 1)
     t = np.arange(0.0, 1.0, 1e-4)
