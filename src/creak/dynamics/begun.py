@@ -13,7 +13,7 @@ from creak.dynamics.instant import Instant
 from creak.dynamics.loads import follow
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms, Outside, Predictor
-from creak.dynamics.step_matrix import StepFactor
+from creak.linalg.together import Solver
 
 REFRESH = 500
 """Steps after which the carried products are computed anew, so that round-off does not pile up."""
@@ -70,7 +70,7 @@ def residual(
 
 def first_instant(
     terms: LinearTerms,
-    solver: StepFactor,
+    solver: Solver,
     scheme: Scheme,
     gaps: GapOperator,
     on: ChannelMatrices,

@@ -30,6 +30,7 @@ from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import InputError, NumericalError
 from creak.linalg.threads import one_blas_thread
+from creak.linalg.together import Solver
 
 Progress = Callable[[int, int], None]
 
@@ -82,8 +83,10 @@ class _Gear:
 
     def __init__(self, system: System, gaps: GapOperator, on: ChannelMatrices, scheme: Scheme, h: float) -> None:
         self.h = h
-        self.solver = StepFactor(system, scheme, h)
-        self.contact = CondensedContact(gaps, on, self.solver, scheme, h) if gaps.presses else None
+        factor = StepFactor(system, scheme, h)
+        self.solver: Solver = factor
+        self.memory = factor.memory
+        self.contact = CondensedContact(gaps, on, factor, scheme, h) if gaps.presses else None
 
 
 class CondensedStepper:
@@ -114,15 +117,29 @@ class CondensedStepper:
         self.setup_s = clock.perf_counter() - started
 
     @property
-    def solver(self) -> StepFactor:
+    def memory(self) -> float:
+        """Bytes that the factor of a whole step holds."""
+        return self._whole.memory
+
+    @property
+    def solver(self) -> Solver:
         """The factor of a whole step."""
         return self._whole.solver
 
-    def over(self, loads: Loads, begins: tuple[FloatArray, FloatArray, FloatArray]) -> CondensedStepper:
+    def over(
+        self, loads: Loads, begins: tuple[FloatArray, FloatArray, FloatArray], solver: Solver | None = None
+    ) -> CondensedStepper:
         """The same with other loads of the same step, from a displacement and velocity (n,) and friction forces (2 f,)
-        on; factors are shared."""
+        on; factors are shared.
+
+        solver: in place of the factor of a whole step, of a stepper that divides none.
+        """
         other = copy.copy(self)
         other.loads, other.terms, other._begins, other.residual = loads, self.terms.under(loads), begins, 0.0
+        if solver is not None:
+            assert self._divided is self._whole, "steps are divided"
+            other._whole = other._divided = copy.copy(self._whole)
+            other._whole.solver = solver
         return other
 
     def start(self) -> Instant:

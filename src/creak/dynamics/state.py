@@ -16,9 +16,10 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System, to_dense
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.step_matrix import StepFactor, rayleigh_weights
+from creak.dynamics.step_matrix import rayleigh_weights
 from creak.dynamics.vector_kernels import correct, predict
 from creak.linalg.diagonal import Diagonal
+from creak.linalg.together import Solver
 
 
 @dataclass
@@ -108,7 +109,7 @@ class LinearTerms:
         return self.inside_at_rest(0), self.system.velocity + self.inside_at_rest(1)
 
     def start(
-        self, solver: StepFactor, scheme: Scheme, contact: FloatArray, begins: tuple[FloatArray, FloatArray]
+        self, solver: Solver, scheme: Scheme, contact: FloatArray, begins: tuple[FloatArray, FloatArray]
     ) -> State:
         """The state of displacement and velocity `begins`, its acceleration under loads and `contact` forces (n,)."""
         K, M = self.system.K, self.system.M

@@ -50,8 +50,8 @@ def in_order(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[
             waiting.cancel()
 
 
-LARGE = 2000
-"""Equations of a dense eigenproblem from which all cores are worth while."""
+LARGE = 4000
+"""Equations of a dense eigenproblem from which all cores are worth the risk that others run on them."""
 
 
 @contextmanager

@@ -66,7 +66,7 @@ class FlightStepper:
             self.rule = radau_iia(like.flight.stages)
             self.stride, self.because = like.flight.samples, like.flight.because
         elif flight is None:
-            self.rule, self.stride, self.because = choose(loads, substeps, self._parts.solver.memory)
+            self.rule, self.stride, self.because = choose(loads, substeps, self._parts.memory)
         else:
             self.rule, self.stride, self.because = radau_iia(5), flight, ""
         self._flight = FlightStep(self.terms, gaps, self.on, self.rule, self.stride)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.dynamics.flow.march import FlowStates
+from creak.linalg.together import Solver
 from creak.progress import Progress
 from creak.studies.converge.figures import change
 from creak.studies.converge.structure import Spot, Structure
@@ -41,7 +43,7 @@ def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Struct
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
     taken = affordable(order, rows, of.budget, FEWEST_EVENTS)
-    progress("spot checks", 0, len(taken) + 1)
+    progress("spot checks", 0, 1)
     at = sorted({s.first for s in taken})
     states = states_at(result.setup.marching, of, at)
     spots, solves = _marched(of, taken, near, states, at, progress)
@@ -53,32 +55,38 @@ def _marched(
 ) -> tuple[list[Spot], int]:
     """Each stretch by its steps, finer ones first; the first one of all by half of its steps besides."""
     found: dict[int, tuple[Spot, Stretch]] = {}
-    queue, solves = list(enumerate(taken)), 0
+    queue, solves, marched = list(enumerate(taken)), 0, 0
+    foreseen = sum(s.steps for s in taken) + 2 * taken[0].steps
 
-    def through(checker: Checker, s: Stretch) -> _Seen:
-        return _compared(of, checker, s, states_of(of, states, at.index(s.first), s.first))
+    def counted(more: int) -> None:
+        nonlocal marched
+        marched += more
+        progress("spot checks", min(marched, foreseen - 1), foreseen)
+
+    def through(checker: Checker, s: Stretch, solver: Solver) -> _Seen:
+        return _compared(of, checker, s, states_of(of, states, at.index(s.first), s.first), solver)
 
     while queue:
         parts = max(s.parts for _, s in queue)
         checker = Checker(of, parts, near, states.stiffness)
         solves += FACTOR + checker.rows
         here, queue = [x for x in queue if x[1].parts == parts], [x for x in queue if x[1].parts != parts]
-        for k, s in here:
-            seen = through(checker, s)
+        every = checker.side_by_side([partial(through, checker, s) for _, s in here], counted)
+        for (k, s), seen in zip(here, every, strict=True):
             solves += seen.steps
             if seen.goes_on and (coarser := seen.stretch.coarser(of.ends.size - 1)) is not None:
                 queue.append((k, coarser))
                 continue
             unreduced = None if seen.problem else seen.unreduced
             found[k] = Spot(s.event, s.why, seen.reduced or {}, unreduced, None, seen.problem), seen.stretch
-            progress("spot checks", len(found), len(taken) + 1)
     first, s = found[0]
     if first.unreduced is not None:
         checker = Checker(of, 2 * s.parts, near, states.stiffness)
-        seen = through(checker, replace(s, parts=2 * s.parts, steps=2 * s.steps))
+        finer = partial(through, checker, replace(s, parts=2 * s.parts, steps=2 * s.steps))
+        (seen,) = checker.side_by_side([finer], counted)
         solves += FACTOR + checker.rows + seen.steps
         found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
-    progress("spot checks", len(taken) + 1, len(taken) + 1)
+    progress("spot checks", foreseen, foreseen)
     return [found[k][0] for k in range(len(taken))], solves
 
 
@@ -100,12 +108,14 @@ class _Seen:
         return self.unreduced is not None and "duration" not in self.unreduced
 
 
-def _compared(of: Handover, checker: Checker, s: Stretch, begins: tuple[FloatArray, FloatArray]) -> _Seen:
+def _compared(
+    of: Handover, checker: Checker, s: Stretch, begins: tuple[FloatArray, FloatArray], solver: Solver
+) -> _Seen:
     """Figures of the event in both models; a stretch at whose end the unreduced one still touches is marched again,
     twice as long."""
     steps = 0
     while True:
-        history, problem = checker.through(s, *begins)
+        history, problem = checker.through(s, *begins, solver)
         own, steps = own_figures(of, s), steps + s.steps
         problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
         seen = _Seen(s, checker.figures(s, history), own, problem, steps)

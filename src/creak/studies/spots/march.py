@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,11 +16,16 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
+from creak.linalg.memory import free_bytes
+from creak.linalg.together import Solver, side_by_side
 from creak.studies.converge.figures import FIGURES, figures_of
 from creak.studies.spots.choose import Span, Stretch
 from creak.studies.spots.handover import Handover
 from creak.verify.events import REACH, Event, find_events
 
+Result = TypeVar("Result")
+VECTORS = 40
+"""Of all unknowns that a march holds: two instants, what their step is made of, its columns in the solver."""
 ROUND_OFF = 1e-12
 """Of a time."""
 OPEN = 0.25
@@ -53,11 +60,23 @@ class Checker:
         """Right sides that its compliance took."""
         return self.gaps.m + 2 * self.gaps.rubbing
 
-    def through(self, s: Span, u: FloatArray, v: FloatArray) -> tuple[History, str]:
-        """The march from displacement and velocity (n,), and what makes it worthless."""
+    def side_by_side(
+        self, works: Sequence[Callable[[Solver], Result]], counted: Callable[[int], object] = int
+    ) -> list[Result]:
+        """Results of marches, as many at once as memory holds beside each other (`linalg.together`)."""
+        each = VECTORS * 8.0 * self._of.unreduced.n
+        at_once = max(1, int(min(free_bytes() / each, len(works))))
+        groups = [works[k : k + at_once] for k in range(0, len(works), at_once)]
+        return [found for own in groups for found in side_by_side(self._stepper.solver, own, counted)]
+
+    def through(self, s: Span, u: FloatArray, v: FloatArray, solver: Solver) -> tuple[History, str]:
+        """The march from displacement and velocity (n,), and what makes it worthless.
+
+        solver: what it takes in place of its own, so that several marches go on side by side.
+        """
         row = np.searchsorted(self._of.history.time, s.time(self._of.ends)[0] * (1.0 - ROUND_OFF))
         held = self._of.history.tangential[row, self._rubs] if self._rubs.size else np.zeros(0)
-        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v, held))
+        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v, held), solver)
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
         seen = history.extremes
         closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.dynamics.history import History
+from creak.linalg.together import Solver
 from creak.studies.converge.structure import RubSpot
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.models.reduced import FACTOR
@@ -57,9 +60,18 @@ def check_rubs(result: StudyResult, places: Sequence[Place], of: Handover) -> tu
     at = sorted({p.first for p in taken})
     states = states_at(result.setup.marching, of, at)
     checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
+
+    def through(p: Piece, solver: Solver) -> tuple[History, str]:
+        return checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first), solver)
+
+    marched: dict[int, tuple[History, str]] = {}
+    for parts, checker in checkers.items():
+        own_pieces = [k for k, p in enumerate(taken) if p.parts == parts]
+        several = checker.side_by_side([partial(through, taken[k]) for k in own_pieces])
+        marched.update(zip(own_pieces, several, strict=True))
     found = []
-    for p in taken:
-        history, problem = checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first))
+    for k, p in enumerate(taken):
+        history, problem = marched[k]
         reduced = within(of.history, p.time(of.ends))
         if reduced.time.size < 2:
             continue  # nothing happens in it

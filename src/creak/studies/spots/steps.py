@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 from creak.dynamics.flight.contact_steps import steps_in_contact
+from creak.dynamics.history import History
+from creak.linalg.together import Solver
 from creak.studies.converge.figures import TIMES, change
 from creak.studies.converge.settling import LEAST
 from creak.studies.converge.structure import MOVED
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import StudyResult
 from creak.studies.spots.check import FEWEST_EVENTS
-from creak.studies.spots.choose import near_channels, stretch_of
+from creak.studies.spots.choose import Stretch, near_channels, stretch_of
 from creak.studies.spots.handover import Handover, ordered, states_at, states_of
 from creak.studies.spots.march import Checker
 
@@ -43,10 +46,17 @@ def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     states = states_at(result.setup.marching, of, at)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
-    for s in order:
-        begins, lasts = states_of(of, states, at.index(s.first), s.first), s.event.t_end - s.event.t_start
-        finer = replace(s, parts=half, steps=2 * s.steps)
-        (coarse, why), (fine, problem) = (c.through(x, *begins) for c, x in zip(runs, (s, finer), strict=True))
+    stretches = order, [replace(s, parts=half, steps=2 * s.steps) for s in order]
+
+    def through(checker: Checker, s: Stretch, solver: Solver) -> tuple[History, str]:
+        return checker.through(s, *states_of(of, states, at.index(s.first), s.first), solver)
+
+    both = [
+        checker.side_by_side([partial(through, checker, s) for s in own])
+        for checker, own in zip(runs, stretches, strict=True)
+    ]
+    for s, finer, (coarse, why), (fine, problem) in zip(*stretches, *both, strict=True):
+        lasts = s.event.t_end - s.event.t_start
         a, b = runs[0].figures(s, coarse) or {}, runs[1].figures(finer, fine) or {}
         for name in () if why or problem else a.keys() & b.keys():
             by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
