@@ -8,6 +8,8 @@ iteration touches the structure, and the result is that of a converged Newton lo
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, Matrix
@@ -19,6 +21,7 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
 from creak.dynamics.vector_kernels import combination
 from creak.linalg.dense_product import symmetric
+from creak.linalg.together import Solver
 
 RESPONSE_MEMORY = 2_000_000_000
 """Bytes up to which W = S^-1 [G; T]' is kept, so that contact costs no second back-substitution."""
@@ -92,12 +95,19 @@ class CondensedContact:
 
     def __init__(self, gaps: GapOperator, on: ChannelMatrices, solver: StepFactor, scheme: Scheme, h: float) -> None:
         self.gaps, self.on, self.laws = gaps, on, gaps.laws
-        self._solver, self._weight, self._h = solver, 1.0 - scheme.alpha_f, h
+        self._solver: Solver = solver
+        self._weight, self._h = 1.0 - scheme.alpha_f, h
         self._rate_gain, self._slip_gain = scheme.gamma / (scheme.beta * h), scheme.gamma / scheme.beta
         self._rows = on.rows
         compliance, self._W = response(solver, self._rows, keep=True)
         compliance *= self._weight * scheme.beta * h * h
         self.compliance = np.ascontiguousarray(symmetric(compliance))
+
+    def by(self, solver: Solver) -> CondensedContact:
+        """The same that solves with another solver of the same matrix."""
+        other = copy.copy(self)
+        other._solver = solver
+        return other
 
     def forces(
         self, gap_free: FloatArray, rate_free: FloatArray, slip_free: FloatArray, stuck: BoolArray, before: FloatArray

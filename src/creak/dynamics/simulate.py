@@ -88,6 +88,12 @@ class _Gear:
         self.memory = factor.memory
         self.contact = CondensedContact(gaps, on, factor, scheme, h) if gaps.presses else None
 
+    def by(self, solver: Solver) -> _Gear:
+        """The same that solves with another solver of the same matrix."""
+        other = copy.copy(self)
+        other.solver, other.contact = solver, None if self.contact is None else self.contact.by(solver)
+        return other
+
 
 class CondensedStepper:
     """A step is a back-substitution, the equations of the channels, and their effect on the acceleration.
@@ -138,8 +144,7 @@ class CondensedStepper:
         other.loads, other.terms, other._begins, other.residual = loads, self.terms.under(loads), begins, 0.0
         if solver is not None:
             assert self._divided is self._whole, "steps are divided"
-            other._whole = other._divided = copy.copy(self._whole)
-            other._whole.solver = solver
+            other._whole = other._divided = self._whole.by(solver)
         return other
 
     def start(self) -> Instant:

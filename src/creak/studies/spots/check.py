@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -63,15 +64,16 @@ def _marched(
         marched += more
         progress("spot checks", min(marched, foreseen - 1), foreseen)
 
-    def through(checker: Checker, s: Stretch, solver: Solver) -> _Seen:
-        return _compared(of, checker, s, states_of(of, states, at.index(s.first), s.first), solver)
+    def march(checker: Checker, s: Stretch) -> Callable[[Solver], _Seen]:
+        """Through it, from its state, which is recovered before: that solves, too, and no two may at once."""
+        return partial(_compared, of, checker, s, states_of(of, states, at.index(s.first), s.first))
 
     while queue:
         parts = max(s.parts for _, s in queue)
         checker = Checker(of, parts, near, states.stiffness)
         solves += FACTOR + checker.rows
         here, queue = [x for x in queue if x[1].parts == parts], [x for x in queue if x[1].parts != parts]
-        every = checker.side_by_side([partial(through, checker, s) for _, s in here], counted)
+        every = checker.side_by_side([march(checker, s) for _, s in here], counted)
         for (k, s), seen in zip(here, every, strict=True):
             solves += seen.steps
             if seen.goes_on and (coarser := seen.stretch.coarser(of.ends.size - 1)) is not None:
@@ -82,8 +84,8 @@ def _marched(
     first, s = found[0]
     if first.unreduced is not None:
         checker = Checker(of, 2 * s.parts, near, states.stiffness)
-        finer = partial(through, checker, replace(s, parts=2 * s.parts, steps=2 * s.steps))
-        (seen,) = checker.side_by_side([finer], counted)
+        finer = replace(s, parts=2 * s.parts, steps=2 * s.steps)
+        (seen,) = checker.side_by_side([march(checker, finer)], counted)
         solves += FACTOR + checker.rows + seen.steps
         found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
     progress("spot checks", foreseen, foreseen)

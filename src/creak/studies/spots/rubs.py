@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -61,13 +61,13 @@ def check_rubs(result: StudyResult, places: Sequence[Place], of: Handover) -> tu
     states = states_at(result.setup.marching, of, at)
     checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
 
-    def through(p: Piece, solver: Solver) -> tuple[History, str]:
-        return checkers[p.parts].through(p, *states_of(of, states, at.index(p.first), p.first), solver)
+    def march(checker: Checker, p: Piece) -> Callable[[Solver], tuple[History, str]]:
+        return partial(checker.through, p, *states_of(of, states, at.index(p.first), p.first))
 
     marched: dict[int, tuple[History, str]] = {}
     for parts, checker in checkers.items():
         own_pieces = [k for k, p in enumerate(taken) if p.parts == parts]
-        several = checker.side_by_side([partial(through, taken[k]) for k in own_pieces])
+        several = checker.side_by_side([march(checker, taken[k]) for k in own_pieces])
         marched.update(zip(own_pieces, several, strict=True))
     found = []
     for k, p in enumerate(taken):

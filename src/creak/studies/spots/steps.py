@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
@@ -48,12 +49,11 @@ def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [replace(s, parts=half, steps=2 * s.steps) for s in order]
 
-    def through(checker: Checker, s: Stretch, solver: Solver) -> tuple[History, str]:
-        return checker.through(s, *states_of(of, states, at.index(s.first), s.first), solver)
+    def march(checker: Checker, s: Stretch) -> Callable[[Solver], tuple[History, str]]:
+        return partial(checker.through, s, *states_of(of, states, at.index(s.first), s.first))
 
     both = [
-        checker.side_by_side([partial(through, checker, s) for s in own])
-        for checker, own in zip(runs, stretches, strict=True)
+        checker.side_by_side([march(checker, s) for s in own]) for checker, own in zip(runs, stretches, strict=True)
     ]
     for s, finer, (coarse, why), (fine, problem) in zip(*stretches, *both, strict=True):
         lasts = s.event.t_end - s.event.t_start

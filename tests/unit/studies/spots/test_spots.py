@@ -11,10 +11,12 @@ import pytest
 from benchmarks.coverage.closed import cases
 
 import creak
+from creak.dynamics import condensed
 from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.structure import Spot, Structure, surely
 from creak.studies.run.integrate import flowing
+from creak.studies.spots.check import check_spots
 from creak.studies.spots.choose import Stretch, affordable
 from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
@@ -179,6 +181,27 @@ def test_the_state_taken_over_is_that_of_the_run(strips):
         if step in kept:
             np.testing.assert_allclose(u, rows[0] @ h.coordinates[:, kept[step]] + rows[1] @ s[0], rtol=1e-12)
     assert np.isfinite(states.velocities).all()
+
+
+@pytest.mark.parametrize("kept", [True, False])
+def test_marches_side_by_side_are_those_one_by_one(strips, monkeypatch, kept):
+    """With the response of the channels kept, and solved for at each contact: nothing of one march is in another."""
+    result = strips.found
+    of, _ = handed_over(result)
+    monkeypatch.setattr(condensed, "RESPONSE_MEMORY", condensed.RESPONSE_MEMORY if kept else 0)
+    several = [check_spots(result, of, lambda *_: None).spots for _ in range(3)]
+
+    def alone(solver, works, counted=int):
+        return [work(solver) for work in works]
+
+    monkeypatch.setattr("creak.studies.spots.march.side_by_side", alone)
+    one = check_spots(result, of, lambda *_: None).spots
+    assert len(one) > 2
+    for other in several:
+        assert other == several[0]  # whatever thread is faster
+    for a, b in zip(several[0], one, strict=True):
+        assert (a.event, a.why, a.problem) == (b.event, b.why, b.problem)
+        assert a.unreduced == pytest.approx(b.unreduced, rel=1e-7)
 
 
 def test_summary_tells_them(strips):
