@@ -47,22 +47,40 @@ def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Struct
     progress("spot checks", 0, 1)
     at = sorted({s.first for s in taken})
     states = states_at(result.setup.marching, of, at)
-    spots, solves = _marched(of, taken, near, states, at, progress)
+    spots, solves = _marched(of, taken, near, rows, states, at, progress)
     return Structure(tuple(spots), solves=solves)
 
 
 def _marched(
-    of: Handover, taken: list[Stretch], near: IntArray, states: FlowStates, at: list[int], progress: Progress
+    of: Handover,
+    taken: list[Stretch],
+    near: IntArray,
+    rows: int,
+    states: FlowStates,
+    at: list[int],
+    progress: Progress,
 ) -> tuple[list[Spot], int]:
-    """Each stretch by its steps, finer ones first; the first one of all by half of its steps besides."""
+    """Each stretch by its steps, finer ones first; the first one of all by half of its steps besides.
+
+    Parameters
+    ----------
+    rows : right sides that the compliance of the channels `near` takes.
+    """
     found: dict[int, tuple[Spot, Stretch]] = {}
     queue, solves, marched = list(enumerate(taken)), 0, 0
-    foreseen = sum(s.steps for s in taken) + 2 * taken[0].steps
+    begin = FACTOR + rows
+    lengths = {s.parts for s in taken} | {2 * taken[0].parts}
+    foreseen = sum(s.steps for s in taken) + 2 * taken[0].steps + len(lengths) * begin
 
     def counted(more: int) -> None:
         nonlocal marched
         marched += more
         progress("spot checks", min(marched, foreseen - 1), foreseen)
+
+    def checker_of(parts: int) -> Checker:
+        checker = Checker(of, parts, near, states.stiffness)
+        counted(begin)
+        return checker
 
     def march(checker: Checker, s: Stretch) -> Callable[[Solver], _Seen]:
         """Through it, from its state, which is recovered before: that solves, too, and no two may at once."""
@@ -70,8 +88,8 @@ def _marched(
 
     while queue:
         parts = max(s.parts for _, s in queue)
-        checker = Checker(of, parts, near, states.stiffness)
-        solves += FACTOR + checker.rows
+        checker = checker_of(parts)
+        solves += begin
         here, queue = [x for x in queue if x[1].parts == parts], [x for x in queue if x[1].parts != parts]
         every = checker.side_by_side([march(checker, s) for _, s in here], counted)
         for (k, s), seen in zip(here, every, strict=True):
@@ -83,10 +101,10 @@ def _marched(
             found[k] = Spot(s.event, s.why, seen.reduced or {}, unreduced, None, seen.problem), seen.stretch
     first, s = found[0]
     if first.unreduced is not None:
-        checker = Checker(of, 2 * s.parts, near, states.stiffness)
+        checker = checker_of(2 * s.parts)
         finer = replace(s, parts=2 * s.parts, steps=2 * s.steps)
         (seen,) = checker.side_by_side([march(checker, finer)], counted)
-        solves += FACTOR + checker.rows + seen.steps
+        solves += begin + seen.steps
         found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
     progress("spot checks", foreseen, foreseen)
     return [found[k][0] for k in range(len(taken))], solves

@@ -55,11 +55,6 @@ class Checker:
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
         self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT)
 
-    @property
-    def rows(self) -> int:
-        """Right sides that its compliance took."""
-        return self.gaps.m + 2 * self.gaps.rubbing
-
     def side_by_side(
         self, works: Sequence[Callable[[Solver], Result]], counted: Callable[[int], object] = int
     ) -> list[Result]:
