@@ -122,9 +122,6 @@ def side_by_side(
 def _block(solver: Solver, asked: dict[int, FloatArray]) -> dict[int, FloatArray]:
     """Solutions by the same numbers, solved for as one block."""
     columns = [b.reshape(len(b), -1) for b in asked.values()]
-    if len(columns) == 1 and columns[0].shape[1] == 1:
-        ((number, b),) = asked.items()
-        return {number: solver.solve(b)}
     B = np.empty((len(columns[0]), sum(c.shape[1] for c in columns)), order="F")
     ends = np.cumsum([c.shape[1] for c in columns]).tolist()
     for c, end in zip(columns, ends, strict=True):

@@ -72,9 +72,7 @@ def march_many(
                         under_way[pool.submit(one, variant)] = variant.number
                     else:
                         yield variant
-                if not under_way:
-                    if taken:
-                        continue
+                if not under_way and not taken:
                     return
                 for future in wait(under_way, return_when=FIRST_COMPLETED).done:
                     yield under_way.pop(future), future.result()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -101,11 +102,6 @@ class Linear:
         rest, closes = self.dropped
         return Linear(factor * self.excursion, factor * self.whole, np.stack([rest, factor * closes]))
 
-    @property
-    def left_out(self) -> bool:
-        """Does a channel close that the pre-check dropped?"""
-        return bool((self.dropped.sum(axis=0) <= 0.0).any())
-
     def clear_of(self, gaps: GapOperator) -> bool:
         """Does nothing touch for sure, so that the run with contact is this one?"""
         rest, closes = np.append(self.dropped[0], gaps.gap0), np.append(self.dropped[1], self.whole)
@@ -202,9 +198,9 @@ def shared_model(
     dropped = silent_channels(setup.contacts, gaps)
     base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, dropped)
     window = setup.marching.window
-    open_, rest = gaps.without_force(), dropped.silent.gap0
-    silent = FlowRun(system, open_, setup.loads, resolution, NOTHING, every, None, dropped, base.solver)
-    linear = linear_of(march_chunks(silent, None), open_, window, rest)
+    unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None)
+    linear = linear_of(march_chunks(unhindered(dropped, base.solver), None), gaps, window, dropped.silent.gap0)
+    silent = unhindered(None, base.solver)
     return SharedModel(before, reference, gaps, system, base, silent, window, linear, (*reduced.notes, *notes), lowest)
 
 
@@ -237,9 +233,10 @@ def march_draws(
             own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
-        linear = linear_of(history, variant.gaps, model.window, model.linear.dropped[0])
-        known = linear if not history.force.any() else _foretold(model, variant)
-        return Seen(LEFT_OUT if linear.left_out else 0.0, figures, _slack(model, variant, places, known), impulse)
+        closed = closes(dropped_of(history, model.linear.dropped[0]))
+        untouched = not history.force.any()
+        known = _linear(model, variant, history) if untouched else _foretold(model, variant)
+        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places, known), impulse)
 
     def seen(variant: Variant) -> Variant | tuple[int, Seen]:
         known = _foretold(model, variant)
@@ -268,12 +265,17 @@ def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...], known:
         return np.full_like(slack, np.nan)
     if known is None:
         alone = model.silent.again(gaps.without_force(), variant.loads, variant.system)
-        known = linear_of(march_chunks(alone, None), gaps, model.window, model.linear.dropped[0])
+        known = _linear(model, variant, march_chunks(alone, None))
     for k, place in enumerate(places):
         own = np.flatnonzero(gaps.of_groups({place}))
         if own.size:
             slack[k] = (gaps.gap0[own, None] + known.excursion[own, None] * np.array(FACTORS)).min(axis=0)
     return slack
+
+
+def _linear(model: SharedModel, variant: Variant, history: History) -> Linear:
+    """That of a draw whose history has no contact."""
+    return linear_of(history, variant.gaps, model.window, model.linear.dropped[0])
 
 
 def _foretold(model: SharedModel, variant: Variant) -> Linear | None:
@@ -309,9 +311,19 @@ def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], 
     rest : (k,) gaps at rest of the channels that the pre-check dropped.
     """
     inside = (history.time >= window[0]) & (history.time <= window[1])
-    closes = [np.minimum(lowest_between(g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
+    closing = [np.minimum(lowest_between(g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
+    return Linear(closing[0], closing[1], dropped_of(history, rest))
+
+
+def dropped_of(history: History, rest: FloatArray) -> FloatArray:
+    """`Linear.dropped` of any run; channels that were not watched stay at rest."""
     lowest = rest if history.extremes is None else history.extremes.gap
-    return Linear(closes[0], closes[1], np.stack([rest, lowest - rest]))
+    return np.stack([rest, lowest - rest])
+
+
+def closes(dropped: FloatArray) -> bool:
+    """Does one of the channels that the pre-check dropped close?"""
+    return bool((dropped.sum(axis=0) <= 0.0).any())
 
 
 def variant_of(model: SharedModel, draw: Draw) -> Variant:

@@ -88,10 +88,9 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
 
 def _cached(function: Any) -> bool:
     """Is it in numba's cache, compiled after its source was last changed?"""
-    folder, source = function.stats.cache_path, Path(function.py_func.__code__.co_filename).stat().st_mtime
-    module, name = Path(function.py_func.__code__.co_filename).stem, function.py_func.__qualname__
-    found = [] if folder is None else Path(folder).glob(f"{module}.{name}-*.nbi")
-    return any(path.stat().st_mtime >= source for path in found)
+    folder, source = function.stats.cache_path, Path(function.py_func.__code__.co_filename)
+    found = [] if folder is None else Path(folder).glob(f"{source.stem}.{function.py_func.__qualname__}-*.nbi")
+    return any(path.stat().st_mtime >= source.stat().st_mtime for path in found)
 
 
 def _started(words: str) -> subprocess.Popen[bytes] | None:

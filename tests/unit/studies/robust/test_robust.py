@@ -31,7 +31,7 @@ from creak.studies.robust import shared_model as shared_model_room
 from creak.studies.robust.batches import batches
 from creak.studies.robust.changes import tables_of
 from creak.studies.robust.draws import field_shapes
-from creak.studies.robust.shared_model import FACTORS, Draw, Linear, shared_model, variant_of
+from creak.studies.robust.shared_model import FACTORS, Draw, Linear, closes, shared_model, variant_of
 from creak.verify.odds import Index
 from helpers_core import channels
 from helpers_decks import STUDY, write_strips
@@ -458,11 +458,11 @@ def test_a_dropped_channel_that_a_larger_load_would_close_is_looked_at():
     linear = Linear(np.array([-0.2]), np.array([-0.2]), np.array([[1.0], [-0.6]]))
     gaps = channels(np.eye(1), gap, np.array([1e3]))
     assert linear.clear_of(gaps)
-    assert not linear.left_out
+    assert not closes(linear.dropped)
     assert not linear.times(2.0).clear_of(gaps)
-    assert linear.times(2.0).left_out
+    assert closes(linear.times(2.0).dropped)
     assert not linear.times(1.63).clear_of(gaps)  # within the margin
-    assert not linear.times(1.63).left_out
+    assert not closes(linear.times(1.63).dropped)
 
 
 def test_a_load_that_closes_nothing_is_an_answer(tmp_path):
