@@ -13,6 +13,7 @@ from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.history import ENERGIES, History
 from creak.progress import silent
+from creak.reduction.modal import shares_at
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.setup import Setup
@@ -102,14 +103,7 @@ def full_model(setup: Setup, fastest: float) -> Full:
     omega2, shapes = sla.eigh(follow.T @ K @ follow, follow.T @ M @ follow)
     Phi = follow @ shapes
     omega = np.sqrt(np.where(omega2 > 1e-9 * np.median(omega2), omega2, 0.0))
-    C = damping_of(system, M, K)
-    damped = Phi.T @ C @ Phi
-    c = np.diag(damped).copy()
-    beside = np.abs(damped - np.diag(c)) / np.maximum(
-        np.sqrt(np.outer(np.abs(c), np.abs(c))), 1e-3 * np.abs(c).max() + 1e-300
-    )
-    if c.any() and beside.max() > DIAGONAL:
-        raise ValueError(f"damping couples the modes: {beside.max():.1e}")
+    c, by_rate = damping_of(setup, system, omega, Phi, by_support)
     end = float(setup.loads.time[-1])
     spacing = min(1.0 / (OF_LOADS * fastest), end / 100.0)
     time = spacing * np.arange(int(np.ceil(end / spacing)) + 2)
@@ -118,13 +112,11 @@ def full_model(setup: Setup, fastest: float) -> Full:
     B = np.zeros((system.n, len(loads.force_labels)))
     for j, labels in enumerate(loads.force_labels):
         B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
-    alpha, beta = system.damping.alpha, system.damping.beta
     M_qs, K_qs = to_dense(sup.M_qs), to_dense(sup.K_qs)
-    C_qs = alpha * M_qs + beta * K_qs + sup.C_qs
     load = np.hstack(
         [
             -Phi.T @ (K_qs + K @ by_support),
-            -Phi.T @ (C_qs + C @ by_support),
+            by_rate,
             -Phi.T @ (M_qs + M @ by_support),
             Phi.T @ B,
         ]
@@ -177,7 +169,31 @@ def massless(system: System, M: FloatArray) -> FloatArray:
     return np.flatnonzero(diagonal <= MASSLESS * largest[turning.astype(int)])
 
 
-def damping_of(system: System, M: FloatArray, K: FloatArray) -> FloatArray:
-    """C, whole."""
-    d = system.damping
-    return d.alpha * M + d.beta * K + np.asarray(d.other(np.eye(system.n)))
+def damping_of(
+    setup: Setup, system: System, omega: FloatArray, Phi: FloatArray, by_support: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """(n_mode,) damping of each mode, rad/s, and (n_mode, n_support) its force by the rate of the supports.
+
+    As the study says it: a share of critical is that of every mode, of the motion relative to what the supports carry
+    along without inertia; Rayleigh's is alpha M + beta K.
+
+    Raises
+    ------
+    ValueError : it couples the modes, or is of two kinds.
+    """
+    M, K = to_dense(system.M), to_dense(system.K)
+    sup, zeta, d = system.supports, setup.modal, system.damping
+    if zeta is not None:
+        if d.extra is not None:
+            raise ValueError("dashpots beside modal damping")
+        c = 2.0 * shares_at(zeta, omega**2) * omega
+        carried = -np.linalg.solve(K, to_dense(sup.K_qs)) if sup.count else np.zeros((system.n, 0))
+        return c, c[:, None] * (Phi.T @ (M @ (carried - by_support)))
+    C = d.alpha * M + d.beta * K + np.asarray(d.other(np.eye(system.n)))
+    damped = Phi.T @ C @ Phi
+    c = np.diag(damped).copy()
+    size = np.maximum(np.sqrt(np.outer(np.abs(c), np.abs(c))), 1e-3 * np.abs(c).max() + 1e-300)
+    if c.any() and (np.abs(damped - np.diag(c)) / size).max() > DIAGONAL:
+        raise ValueError("damping couples the modes")
+    C_qs = d.alpha * to_dense(sup.M_qs) + d.beta * to_dense(sup.K_qs) + sup.C_qs
+    return c, -Phi.T @ (C_qs + C @ by_support)

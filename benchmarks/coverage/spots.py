@@ -13,13 +13,13 @@ import time
 from pathlib import Path
 
 from benchmarks.stamp import stamp
-from creak.studies.converge.figures import FIGURES
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.job import run_study
 from creak.studies.spots.beside import beside_unreduced
+from creak.verify.figures import FIGURES
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 

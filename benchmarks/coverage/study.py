@@ -15,8 +15,8 @@ import creak
 from benchmarks.coverage.full import OF_CONTACT, Full
 from benchmarks.coverage.march import Course
 from benchmarks.coverage.prepare import prepared
-from creak.studies.converge.figures import FIGURES, change
 from creak.verify.events import Event
+from creak.verify.figures import FIGURES, change
 from creak.verify.matching import match_events
 from creak.verify.statistics import compare_statistics
 

@@ -179,6 +179,17 @@ def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: ModalD
     return replace(system, damping=damping, supports=supports)
 
 
+def without_modal_damping(system: System, R: FloatArray) -> System:
+    """The System before `with_modal_damping`, its dashpots left."""
+    d, sup = system.damping, system.supports
+    if d.modal_shapes is None or d.modal_values is None:
+        return system
+    by = d.modal_shapes * d.modal_values
+    relative = R.T @ d.modal_shapes
+    supports = replace(sup, C_qs=sup.C_qs + by @ relative.T, C_ss=sup.C_ss - (relative * d.modal_values) @ relative.T)
+    return replace(system, damping=Damping(extra=d.extra), supports=supports)
+
+
 def modal_values(omega2: FloatArray, zeta: ModalDamping, beyond: bool) -> tuple[float, FloatArray]:
     """beta, and 2 zeta omega - beta omega^2 of each mode, 0 where it is round-off; see `with_modal_damping`."""
     omega = np.sqrt(omega2)

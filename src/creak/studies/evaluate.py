@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -83,10 +83,15 @@ def evaluate(
     """
     store = store_of(setup.study) if superelements is None else superelements
     from creak.studies.converge.auto_band import settle
+    from creak.studies.spots.beside import beside_unreduced, events_beside
 
+    proof, said_of_proof = setup.study.config.proof, list[str]()
+    prove = None if proof == "none" else partial(events_beside, notes=said_of_proof)
     options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
-    found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else settle)
+    found = run_study(
+        setup, progress, store, reference_run, **options, settle=None if quick else partial(settle, prove=prove)
+    )
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat
@@ -96,14 +101,13 @@ def evaluate(
     from creak.studies.findings.sound import heard_places
     from creak.studies.run.compared import main_run
     from creak.studies.sound.heard import Sound, hear
-    from creak.studies.spots.beside import beside_unreduced
 
     told = converge is not False or changes != "none"
     if converge is None:
         table = setup.study.config.time
         settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
         converge = settles and found.stopped is None and found.gaps.presses
-    main, notes = main_run(found.runs), [*found.notes]
+    main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
     if first is not None and (converge or changes != "none"):
         save = first
         attempted("a first copy of the results", lambda: save(Evaluation(found, findings_of(found))), None, notes)

@@ -12,8 +12,8 @@ from creak.report.figures.axes import Trace, axis, base_layout, line
 from creak.report.figures.run import Figure
 from creak.report.words.text import number
 from creak.studies.converge.settling import SETTLED
-from creak.studies.converge.structure import Spot
 from creak.studies.findings.tree import Findings
+from creak.verify.unreduced import Spot, Structure
 
 SHOWN = {"impulse": ("impulse", "circle"), "force": ("force", "diamond"), "closing_speed": ("closing speed", "square")}
 """Figures drawn -> name and mark."""
@@ -38,7 +38,7 @@ def spots_figure(result: Findings, units: Units) -> Figure:
     layout = base_layout(HEIGHT, legend=True)
     layout["xaxis"] = axis("unreduced model, share of the largest", range=[0.0, 1.06])
     layout["yaxis"] = axis("reduced model", range=[0.0, 1.06])
-    return Figure({"data": data, "layout": layout}, _caption(structure.spots), HEIGHT)
+    return Figure({"data": data, "layout": layout}, _caption(structure), HEIGHT)
 
 
 def _bar() -> list[Trace]:
@@ -71,11 +71,12 @@ def _points(
     }
 
 
-def _caption(spots: tuple[Spot, ...]) -> str:
-    if not spots:
+def _caption(structure: Structure) -> str:
+    if not structure.spots:
         return "Events that the runs of both models share."
+    steps = " Here it has all modes, so what differs is the error of the unreduced model's own contact steps."
     return (
         "The unreduced model took over the motion of the reduced one shortly before each of these events (the hardest "
         "of each place, and some drawn at random) and went through it by itself. A point on the line is an event that "
-        "the reduction does not change."
+        "the reduction does not change." + ("" if structure.counts else steps)
     )

@@ -9,9 +9,9 @@ import numpy as np
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
-from creak.studies.converge.figures import FIGURES, TIMES
 from creak.studies.converge.settling import BASE, OF_DURATION, SETTLED, Convergence, EventSettling, Outcome, Settling
 from creak.studies.converge.words import TOTALS, WORDS
+from creak.verify.figures import FIGURES, TIMES
 from creak.words import listed
 
 MOST_EVENTS = 400

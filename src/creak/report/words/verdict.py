@@ -89,6 +89,8 @@ def _spotted(result: Findings) -> str:
     if not known:
         why = f": {structure.why_not}" if structure is not None and structure.why_not else ""
         return f"Nothing was held against the unreduced model{why}."
+    if structure is not None and structure.complete:
+        return "The reduced model has all modes that there are: it is the unreduced one."
     off = [abs(x) for s in known if (x := s.difference("impulse")) is not None]
     if np.isnan(off).any():
         return (

@@ -1,28 +1,41 @@
-"""[reduction] f_max = "auto": the run again with more modes until they change nothing, or cost too much."""
+"""[reduction] f_max = "auto": modes until neither more of them nor the unreduced model change anything."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from creak.contact.gap_operator import GapOperator
 from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
 from creak.progress import Progress
 from creak.studies.converge.compared import assess
 from creak.studies.converge.repeats import outcome_of
-from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, SETTLED, EventSettling, Repeat, Settling
+from creak.studies.converge.settling import (
+    BASE,
+    ENOUGH,
+    MORE_MODES,
+    SETTLED,
+    EventSettling,
+    Repeat,
+    Settling,
+    limit,
+)
 from creak.studies.file.config import VerificationTable
+from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.job import March, ReducedRun
 from creak.studies.run.one_run import Run
+from creak.verify.events import Event
+from creak.verify.figures import FIGURES
 from creak.verify.slips import SlipEvent
 from creak.verify.statistics import MANY
+from creak.verify.unreduced import Structure
 from creak.words import duration
 
 BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
-PATIENCE = 5.0
+PATIENCE = 20.0
 """s that all stages together may take in any case. Both are reckoned from counts (`_reckoned`), not from a clock: the
 same study ends at the same f_max, however busy the machine is."""
 SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S = 1.4e-7, 5e-10, 5e-6, 4e-9
@@ -30,54 +43,65 @@ SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S = 1.4e-7, 5e-10, 5e-6, 4e-9
 channel in it: one core of today (door at 40 mm)."""
 ROOM = 0.4
 """Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
+PROOF = 0.5
+"""Of the same, that is for the unreduced model."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
+
+
+Prove = Callable[[ReducedRun, ReferenceModel, Progress], Structure]
 
 
 def settle(
     first: ReducedRun,
     reference: ReferenceModel,
-    gaps: GapOperator,
     march: March,
     progress: Progress,
+    *,
+    prove: Prove | None = None,
 ) -> ReducedRun:
-    """Raise f_max by half until the run with more modes finds what the one before it found.
+    """Raise f_max by half until the run with more modes, and the unreduced model, find what the run found.
 
-    The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay.
+    The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay. The
+    unreduced model is asked where more modes change nothing any more: it knows of all that are left out.
 
     Parameters
     ----------
     first : of the first f_max.
     march : makes the run of a model.
+    prove : lets the unreduced model march through events of a run; None: it is not asked.
     """
-    setup, reduced, run = first.setup, first.reduced, first.run
-    v, window = setup.study.config.verification, setup.marching.window
-    stages = [_stage(setup.band.f_max, reduced, run, reduced.wall_s)]
-    reckoned = [_reckoned(reference, reduced, run)]
-    while not reduced.complete and run.stopped is None:
-        before = reduced.wall_s
+    v, at = first.setup.study.config.verification, first
+    stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
+    reckoned = [_reckoned(reference, first.reduced, first.run)]
+    while not at.reduced.complete and at.run.stopped is None:
+        before = at.reduced.wall_s
         try:
-            more = with_more_modes(setup, reference, gaps, reduced, progress)
+            more = with_more_modes(at.setup, reference, at.gaps, at.reduced, progress)
         except OutOfMemory as error:
-            return ReducedRun(setup, reduced, run, None, tuple(stages), f"more modes do not fit: {error}")
-        more = replace(more, wall_s=before + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
-        following = replace(setup, raised=setup.raised + 1)
+            return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
+        more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
-        agree = again.stopped is None and tell_the_same(v, window, run, again)
-        stages[-1] = replace(stages[-1], same=agree)
+        agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
+        alike = damped_alike(at.setup.modal, at.setup.raised > 0, reference, at.reduced)
+        structure = prove(at, alike, progress) if agree and prove is not None else None
+        proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
+        following = replace(at.setup, raised=at.setup.raised + 1)
+        stages[-1] = replace(stages[-1], same=agree, proven=proven)
         stages.append(_stage(following.band.f_max, more, again, more.wall_s - before))
-        reckoned.append(_reckoned(reference, more, again, reduced))
-        why = "" if agree else _too_much(following.band.f_max, more, reckoned)
-        if agree or why or again.stopped is not None:
-            return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
-        try:
-            reduced = more if more.complete else raised_model(following.band, reference, more, progress)
-        except OutOfMemory as error:
-            why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
-            return ReducedRun(setup, reduced, run, (more, again), tuple(stages), why)
+        reckoned.append(_reckoned(reference, more, again, at.reduced))
+        enough = agree and proven is not False
+        why = "" if enough else _too_much(following.band.f_max, more, reckoned)
+        if not (enough or why) and again.stopped is None:
+            try:
+                reduced = more if more.complete else raised_model(following.band, reference, more, progress)
+            except OutOfMemory as error:
+                why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
+        if enough or why or again.stopped is not None:
+            return replace(at, more=(more, again), stages=tuple(stages), why=why, structure=structure)
         stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
-        setup, run = following, again
-    return ReducedRun(setup, reduced, run, None, tuple(stages))
+        at = replace(at, setup=following, reduced=reduced, run=again)
+    return replace(at, stages=tuple(stages))
 
 
 def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stage:
@@ -136,6 +160,13 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     s = c.statistics["modes"]
     known = [d.alike for d in (s.force, s.impulse) if d is not None]
     return len(c.events) >= MANY and s.rates_alike and all(known)
+
+
+def is_proven(structure: Structure, events: Sequence[Event]) -> bool:
+    """Does the unreduced model change little (`PROOF`) in the events that carry 95 % of the impulse?"""
+    still = [e for e in events if all(structure.change(name, e) <= PROOF * limit(name, e) for name in FIGURES)]
+    total, held = (sum(e.impulse for e in some) for some in (events, still))
+    return held >= ENOUGH * total
 
 
 def _fits(figure: Settling) -> bool:

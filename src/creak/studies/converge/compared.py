@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES, change
 from creak.studies.converge.rubbing import settled_rubs
 from creak.studies.converge.settling import (
     BAND,
@@ -24,10 +23,11 @@ from creak.studies.converge.settling import (
     Outcome,
     Settling,
 )
-from creak.studies.converge.structure import Structure
 from creak.verify.events import Event, events_in
+from creak.verify.figures import FIGURES, OF_PLACE, TIMES, change
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
+from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
 
@@ -60,7 +60,7 @@ def assess(
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
-    if structure is not None and structure.looked:
+    if structure is not None and structure.counts:
         events = tuple(_beside(e, structure) for e in events)
     new = {name: len(match.extra) for name, match in matches.items()}
     of_all = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
@@ -172,7 +172,7 @@ def _totals(
 
 def _of_all(structure: Structure | None) -> dict[str, float]:
     """What the unreduced model changes of figures of many events: shares."""
-    if structure is None or not structure.looked:
+    if structure is None or not structure.counts:
         return {}
     seen = [s for s in (structure.run or structure.spots) if not s.problem]
     lost = sum(s.unreduced is None for s in seen) + max(structure.missed, len(structure.extra))

@@ -26,7 +26,6 @@ from creak.studies.converge.settling import (
     Outcome,
     Repeat,
 )
-from creak.studies.converge.structure import Structure
 from creak.studies.file.config import TimeTable
 from creak.studies.models.reduced import with_more_modes
 from creak.studies.prepare.marching import Observed
@@ -35,6 +34,7 @@ from creak.studies.prepare.varied import varied
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run, march_run
 from creak.verify.rubbing import Rub
+from creak.verify.unreduced import Structure
 from creak.words import listed
 
 NO_PLACES = Followed()

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.studies.converge.figures import change
 from creak.studies.converge.settling import (
     BASE,
     ENOUGH,
@@ -20,9 +19,10 @@ from creak.studies.converge.settling import (
     RubSettling,
     Settling,
 )
-from creak.studies.converge.structure import Structure
+from creak.verify.figures import change
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
 from creak.verify.statistics import MANY
+from creak.verify.unreduced import Structure
 
 FLOOR = 0.1
 """Of the time in contact, and of the mean force: what is less changes by shares of this."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.studies.converge.figures import FIGURES, OF_PLACE, TIMES
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
 from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import REMEDIES
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
+from creak.verify.figures import FIGURES, OF_PLACE, TIMES
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval

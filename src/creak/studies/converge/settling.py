@@ -11,11 +11,11 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.studies.converge.figures import FIGURES, TIMES, change
-from creak.studies.converge.structure import Structure
 from creak.verify.events import Event
+from creak.verify.figures import FIGURES, TIMES, change
 from creak.verify.rubbing import Rub
 from creak.verify.statistics import EventStatistics
+from creak.verify.unreduced import Structure
 
 SETTLED = 0.05
 """Low-passed force, impulse and closing speed are settled when all that they hang on changes them together by no more
@@ -49,6 +49,11 @@ UNSEEN, LEAST = "unseen", 2e-3
 """Source of what no run sees, share; of times a share of the event's duration. Found by coverage as well."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
+
+
+def limit(name: str, event: Event) -> float:
+    """What the verdict lets a figure of an event move by: s, or a share."""
+    return OF_DURATION * (event.t_end - event.t_start) if name in TIMES else SETTLED
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from creak.studies.converge.figures import FIGURES
 from creak.studies.converge.rubbing import rub_words, rubs_as_dict
 from creak.studies.converge.settling import BAND, SCATTER, SETTLED, UNREDUCED, WAYS, Convergence, Outcome, Settling
+from creak.verify.figures import FIGURES
 from creak.verify.statistics import Distance
 
 WORDS = {

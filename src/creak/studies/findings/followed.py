@@ -12,7 +12,6 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import History
 from creak.model.mesh import Model
-from creak.studies.converge.figures import OF_PLACE
 from creak.studies.converge.settling import Followed
 from creak.studies.file.config import VerificationTable
 from creak.studies.findings.places import Place, channels_at, events_at, resting_places
@@ -21,6 +20,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import WHAT, Sound, n5_of_less, share_apart
+from creak.verify.figures import OF_PLACE
 from creak.verify.rubbing import Rub, rub_of
 
 MOST_PLACES = 12

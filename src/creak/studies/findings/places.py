@@ -14,7 +14,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
 from creak.studies.file.config import VerificationTable
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun, StudyResult
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event, counted_instants, events_in, find_events
 from creak.verify.rubbing import NOTHING, SELDOM, Rub, rub_of
@@ -78,7 +78,7 @@ class Place:
         return float(between.std() / between.mean()) if between.size > 1 and between.mean() > 0.0 else None
 
 
-def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
+def find_places(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
     """The places that touch in the verification window, by worst force, and those that only squeak or scrape.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
@@ -87,12 +87,12 @@ def find_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
     return tuple(p for p in _known(result, run) if p.number)
 
 
-def resting_places(result: StudyResult, run: Run) -> tuple[Place, ...]:
+def resting_places(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
     """Patches that have pressed since the start without a hit or a slip: no places, but what they carry is told."""
     return tuple(p for p in _known(result, run) if not p.number)
 
 
-def _known(result: StudyResult, run: Run) -> tuple[Place, ...]:
+def _known(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
     gaps, known = run.places_known.get(result.window, (None, ()))
     if gaps is not result.gaps:
         known = _find(result, run)
@@ -100,7 +100,7 @@ def _known(result: StudyResult, run: Run) -> tuple[Place, ...]:
     return known
 
 
-def _find(result: StudyResult, run: Run) -> tuple[Place, ...]:
+def _find(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
     h, gaps, model = run.history, result.gaps, result.setup.model
     inside = counted_instants(h.time, run.events, result.window)
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
@@ -160,7 +160,9 @@ def channels_at(places: Sequence[Place], model: Mesh, gaps: GapOperator, history
     return [np.flatnonzero(place == k).astype(np.int64) for k in range(len(places))]
 
 
-def _slips(result: StudyResult, run: Run, touched: IntArray, patch: IntArray) -> dict[int, list[SlipEvent]]:
+def _slips(
+    result: StudyResult | ReducedRun, run: Run, touched: IntArray, patch: IntArray
+) -> dict[int, list[SlipEvent]]:
     """Patch -> stick-slip events of its nodes, with those of their slips that begin in the window."""
     nodes, group = result.gaps.nodes_idx, result.gaps.group
     own: dict[int, list[SlipEvent]] = {}

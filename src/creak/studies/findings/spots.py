@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-from creak.studies.converge.figures import TIMES
 from creak.studies.converge.settled import KEYS
-from creak.studies.converge.structure import RubSpot, Spot, Structure
 from creak.studies.findings.tree import Findings
 from creak.verify.events import Event
+from creak.verify.figures import TIMES
 from creak.verify.rubbing import FIGURES
+from creak.verify.unreduced import RubSpot, Spot, Structure
 
 
 def spots_of(findings: Findings) -> dict[str, Any]:
     """`spots`, one for each event that it marched through, and their cost; nothing where it was not asked.
 
     A figure is {reduced, unreduced, numerical}; unreduced is null where the unreduced model has no such event,
-    numerical (what half its contact step changes: s of times, else a share) where that was not looked at.
+    numerical (what half its contact step changes: s of times, else a share) where that was not looked at. They do not
+    count where the reduced model is complete.
     """
     run, convergence = findings.runs.get("reduced"), findings.convergence
     if run is None or convergence is None or convergence.structure is None:
@@ -41,6 +42,7 @@ def spots_of(findings: Findings) -> dict[str, Any]:
         "spots": [told(s) for s in structure.spots],
         "rub_spots": [_rub(s) for s in structure.rubs],
         "spot_cost": {"back_substitutions": structure.solves, "wall_s": structure.wall_s},
+        "spots_count": structure.counts,
         "spots_missing": structure.why_not or None,
     }
 

@@ -113,6 +113,8 @@ class Stage:
     """What making it and its run took, beyond the stage before."""
     same: bool | None = None
     """Whether the next one, with more modes, finds the same; None: there was no next one to tell."""
+    proven: bool | None = None
+    """Whether the unreduced model makes the same of the events that it marched through; None: it was not asked."""
 
 
 def reduce_model(

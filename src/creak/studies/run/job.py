@@ -13,6 +13,7 @@ from creak.formats.stored.run_identity import RunIdentity
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
+from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching, Observed
@@ -39,6 +40,7 @@ from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
 from creak.verify.matching import EventMatch
 from creak.verify.reliability import UNRELIABLE, reasons_against
+from creak.verify.unreduced import Structure
 
 if TYPE_CHECKING:
     from creak.reduction.health import Health
@@ -52,6 +54,8 @@ class ReducedRun:
 
     setup: Setup
     """Raised as often as it took."""
+    gaps: GapOperator
+    """Channels of the run."""
     reduced: ReducedModel
     run: Run
     more: tuple[ReducedModel, Run] | None = None
@@ -59,11 +63,18 @@ class ReducedRun:
     stages: tuple[Stage, ...] = ()
     """All models that were run; none where f_max was given."""
     why: str = ""
-    """Why no further stage was made although more modes change the answer, and what it would cost."""
+    """Why no further stage was made although the answer has not settled, and what it would cost."""
+    structure: Structure | None = None
+    """What the unreduced model says of the run; None: it was not asked yet."""
+
+    @property
+    def window(self) -> tuple[float, float]:
+        """Of the run, that the verification looks at, s."""
+        return self.setup.marching.window
 
 
 March = Callable[[ReducedModel], Run]
-Settle = Callable[[ReducedRun, ReferenceModel, GapOperator, March, Progress], ReducedRun]
+Settle = Callable[[ReducedRun, ReferenceModel, March, Progress], ReducedRun]
 
 
 @dataclass(frozen=True)
@@ -145,14 +156,15 @@ def run_study(
                     compiled(progress)
                     return march_run("reduced", marching, observed(gaps), model, gaps, progress)
 
-                found = ReducedRun(setup, model, march(model))
+                found = ReducedRun(setup, gaps, model, march(model))
                 settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
                 if settled and settles is not None and gaps.presses:
-                    found = settles(found, reference, gaps, march, progress)
+                    found = settles(found, reference, march, progress)
                 return found, found.run
 
             gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
             band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
+            reference = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
             from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
             notes += [*more, *reduced.notes]

@@ -7,15 +7,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from creak.progress import Progress
-from creak.studies.converge.structure import RubSpot, Structure
 from creak.studies.findings.places import Place
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.compared import event_statistics
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun, StudyResult
 from creak.studies.spots.check import check_spots
 from creak.studies.spots.handover import handed_over
 from creak.studies.spots.rubs import check_rubs
 from creak.studies.spots.steps import bars_of_steps
 from creak.studies.warned import attempted
+from creak.verify.unreduced import RubSpot, Structure
 
 FAILED = Structure(why_not="they could not be made")
 
@@ -31,27 +32,45 @@ def beside_unreduced(
     ----------
     places : of the reduced run, numbered as they are told.
     """
-    if "reduced" not in result.runs:
+    run = result.band
+    if run is None:
         return None
     found = Structure(why_not='[reference] run = "none"')
     if result.setup.study.config.proof != "none":
-        found = attempted("spot checks", lambda: _checked(result, places, progress, notes), FAILED, notes)
+        if result.stopped is not None:
+            found = Structure(why_not="the run was stopped")
+        else:
+            events = run.structure or events_beside(run, result.reference, progress, notes)
+            found = attempted("spot checks", lambda: _checked(result, run, events, places, notes), FAILED, notes)
     samples = None if result.events is None else event_statistics(result)
     return found.beside(result.events, samples)
 
 
-def _checked(result: StudyResult, places: Sequence[Place], progress: Progress, notes: list[str]) -> Structure:
-    """By marches from the reduced model's states: events, rubbing, and contact steps of its own run; each may fail."""
+def events_beside(run: ReducedRun, reference: ReferenceModel, progress: Progress, notes: list[str]) -> Structure:
+    """Some of its events, marched through by the unreduced model."""
     started = clock.perf_counter()
-    of, why = handed_over(result)
+
+    def checked() -> Structure:
+        of, why = handed_over(run, reference)
+        return Structure(why_not=why) if of is None else check_spots(run, of, progress)
+
+    found = attempted("spot checks", checked, FAILED, notes)
+    return replace(found, complete=run.reduced.complete, wall_s=clock.perf_counter() - started)
+
+
+def _checked(
+    result: StudyResult, run: ReducedRun, events: Structure, places: Sequence[Place], notes: list[str]
+) -> Structure:
+    """The same with its rubbing, and with how far its own run hangs on contact steps; each may fail."""
+    started = clock.perf_counter()
+    of, _ = handed_over(run, result.reference)
     if of is None:
-        return Structure(why_not=why)
+        return events
     nothing: tuple[tuple[RubSpot, ...], int] = (), 0
     no_bars: dict[str, float] = {}
-    found = attempted("spot checks", lambda: check_spots(result, of, progress), FAILED, notes)
-    rubs, solves = attempted("spot checks of friction", lambda: check_rubs(result, places, of), nothing, notes)
+    rubs, solves = attempted("spot checks of friction", lambda: check_rubs(run, places, of), nothing, notes)
     bars = no_bars
     if "reference" in result.runs:
-        bars = attempted("bars of the unreduced run", lambda: bars_of_steps(result, of), no_bars, notes)
-    wall_s = clock.perf_counter() - started
-    return replace(found, rubs=rubs, of_steps=bars, solves=found.solves + solves, wall_s=wall_s)
+        bars = attempted("bars of the unreduced run", lambda: bars_of_steps(run, of), no_bars, notes)
+    wall_s = events.wall_s + clock.perf_counter() - started
+    return replace(events, rubs=rubs, of_steps=bars, solves=events.solves + solves, wall_s=wall_s)

@@ -12,19 +12,24 @@ from creak.arrays import FloatArray, IntArray
 from creak.dynamics.flow.march import FlowStates
 from creak.linalg.together import Solver
 from creak.progress import Progress
-from creak.studies.converge.figures import change
-from creak.studies.converge.structure import Spot, Structure
+from creak.studies.converge.settling import limit
 from creak.studies.models.reduced import FACTOR
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import Stretch, affordable, near_channels, stretch
 from creak.studies.spots.handover import Handover, ordered, states_at, states_of
 from creak.studies.spots.march import Checker, own_figures
+from creak.verify.figures import change
+from creak.verify.unreduced import Spot, Structure
 
 FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
+RESOLVED = 0.2
+"""Of what the verdict lets a figure move by, that half a contact step may change."""
+HALVINGS = 3
+"""Most of the contact steps: where eight times as many do not tell the same, chatter hangs on them."""
 
 
-def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Structure:
+def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structure:
     """March the unreduced model through the hardest event of each place of the reduced run and some drawn ones.
 
     It takes over displacement and velocity of the reduced model a little before the event, under the same loads, and
@@ -35,9 +40,11 @@ def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Struct
     march itself.
 
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
-    back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost.
+    back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost. Where half the steps
+    change the hardest event by more than a part (`RESOLVED`) of what the verdict lets it move by, all are marched again
+    by these, as often as the rest of that holds it, `HALVINGS` times at most.
     """
-    made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(result, of)]
+    made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(found, of)]
     order = [s for s in made if s is not None]
     if not order:
         return Structure(why_not="there is no event to check")
@@ -46,9 +53,16 @@ def check_spots(result: StudyResult, of: Handover, progress: Progress) -> Struct
     taken = affordable(order, rows, of.budget, FEWEST_EVENTS)
     progress("spot checks", 0, 1)
     at = sorted({s.first for s in taken})
-    states = states_at(result.setup.marching, of, at)
+    states = states_at(found.setup.marching, of, at)
     spots, solves = _marched(of, taken, near, rows, states, at, progress)
-    return Structure(tuple(spots), solves=solves)
+    for _ in range(HALVINGS):
+        taken = [s.finer() for s in taken]
+        if _is_resolved(spots[0]) or len(affordable(taken, rows, of.budget - solves, 0)) < len(taken):
+            break
+        spots, more = _marched(of, taken, near, rows, states, at, progress)
+        solves += more
+    first_end = min(e.t_end for e in found.run.events)
+    return Structure(tuple(spots), first_end=first_end, solves=solves)
 
 
 def _marched(
@@ -102,8 +116,7 @@ def _marched(
     first, s = found[0]
     if first.unreduced is not None:
         checker = checker_of(2 * s.parts)
-        finer = replace(s, parts=2 * s.parts, steps=2 * s.steps)
-        (seen,) = checker.side_by_side([march(checker, finer)], counted)
+        (seen,) = checker.side_by_side([march(checker, s.finer())], counted)
         solves += begin + seen.steps
         found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
     progress("spot checks", foreseen, foreseen)
@@ -143,6 +156,11 @@ def _compared(
         if not seen.goes_on or longer is None:
             return seen
         s = longer
+
+
+def _is_resolved(spot: Spot) -> bool:
+    """Does half the step change little of what the unreduced march finds? So where that was not looked at."""
+    return all(x <= RESOLVED * limit(name, spot.event) for name, x in (spot.numerical or {}).items())
 
 
 def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | None:

@@ -70,6 +70,10 @@ class Stretch(Span):
     event: Event
     why: str
 
+    def finer(self) -> Stretch:
+        """The same by steps of half the length."""
+        return replace(self, parts=2 * self.parts, steps=2 * self.steps)
+
     def longer(self, n_step: int) -> Stretch | None:
         """Twice as long, or as long as it may be in a run of so many flight steps; None: it is."""
         steps = min(2 * self.steps, LONGEST * STEPS, (n_step - self.first) * self.parts)

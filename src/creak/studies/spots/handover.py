@@ -14,12 +14,13 @@ from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.errors import InputError
 from creak.studies.findings.places import find_places
+from creak.studies.models.alike import recovered_on
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.integrate import flowing
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
@@ -60,48 +61,32 @@ class Handover:
         return [{(self.gaps.group[j], self.gaps.names[j]) for j in own.tolist()} for own in sides(self.gaps)]
 
 
-def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
-    """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
-
-    Raises
-    ------
-    InputError : the unreduced System has coordinates that are no dofs of nodes.
-    """
-    at = np.searchsorted(reduced.labels, unreduced.coordinates)
-    if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
-        raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
-    return np.asarray(reduced.recover(q, s)[at])
-
-
-def handed_over(result: StudyResult) -> tuple[Handover | None, str]:
+def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover | None, str]:
     """What the marches need, or why there are none."""
-    setup, run, reduced = result.setup, result.runs.get("reduced"), result.reduced
+    setup, run, reduced = found.setup, found.run, found.reduced
     c = setup.study.config
-    if run is None or reduced is None:
-        return None, "nothing was reduced"
     if not c.time.exact:
         return None, "a scheme was forced, which the unreduced model does not share"
-    if run.stopped is not None or result.stopped is not None:
+    if run.stopped is not None:
         return None, "the run was stopped"
-    if result.reference.of_parts is not None:
+    if reference.of_parts is not None:
         return None, "memory does not hold a factor of the whole model"
     system, why = flowing(reduced.system)
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
     v = c.verification
-    unreduced = result.reference.system
+    unreduced = reference.system
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
     budget = max(FEWEST / unreduced.n, SHARE * BLOCKED * reduced.solves)
-    handover = Handover(unreduced, system, result.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
+    handover = Handover(unreduced, system, found.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
     return handover, ""
 
 
-def ordered(result: StudyResult, of: Handover) -> list[tuple[Event, str]]:
+def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
     """Events of each place of the reduced run in the order in which they are looked at."""
-    run = result.runs["reduced"]
-    return chosen(run.events, find_places(result, run), of.gaps, SEED)
+    return chosen(found.run.events, find_places(found, found.run), of.gaps, SEED)
 
 
 def states_at(marching: Marching, of: Handover, at: list[int]) -> FlowStates:

@@ -18,10 +18,10 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import free_bytes
 from creak.linalg.together import Solver, side_by_side
-from creak.studies.converge.figures import FIGURES, figures_of
 from creak.studies.spots.choose import Span, Stretch
 from creak.studies.spots.handover import Handover
 from creak.verify.events import REACH, Event, find_events
+from creak.verify.figures import FIGURES, figures_of
 
 Result = TypeVar("Result")
 VECTORS = 40

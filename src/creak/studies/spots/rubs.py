@@ -12,14 +12,14 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.dynamics.history import History
 from creak.linalg.together import Solver
-from creak.studies.converge.structure import RubSpot
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.models.reduced import FACTOR
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
 from creak.studies.spots.handover import SEED, Handover, states_at, states_of
 from creak.studies.spots.march import Checker, within
 from creak.verify.rubbing import rub_of
+from creak.verify.unreduced import RubSpot
 
 SLIPS = 8
 """In a piece of stick-slip."""
@@ -36,7 +36,7 @@ class Piece(Span):
     place: Place
 
 
-def check_rubs(result: StudyResult, places: Sequence[Place], of: Handover) -> tuple[tuple[RubSpot, ...], int]:
+def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[tuple[RubSpot, ...], int]:
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
     It takes over displacement, velocity and friction forces of the reduced model; what rubs begins as stuck, and slips
@@ -48,17 +48,17 @@ def check_rubs(result: StudyResult, places: Sequence[Place], of: Handover) -> tu
     ----------
     places : of the reduced run, numbered as they are told.
     """
-    places = [p for p in (*places, *resting_places(result, result.runs["reduced"])) if p.rub.figures]
+    places = [p for p in (*places, *resting_places(run, run.run)) if p.rub.figures]
     draw, order = np.random.default_rng(SEED), list[Piece]()
     for _ in range(EACH):
-        order += [x for p in places if (x := _piece(p, of.ends, of.fewest, result.window, draw.random())) is not None]
+        order += [x for p in places if (x := _piece(p, of.ends, of.fewest, run.window, draw.random())) is not None]
     if not order:
         return (), 0
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
     taken = affordable(order, rows, of.budget, 1)
     at = sorted({p.first for p in taken})
-    states = states_at(result.setup.marching, of, at)
+    states = states_at(run.setup.marching, of, at)
     checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
 
     def march(checker: Checker, p: Piece) -> Callable[[Solver], tuple[History, str]]:

@@ -9,21 +9,21 @@ from functools import partial
 from creak.dynamics.flight.contact_steps import steps_in_contact
 from creak.dynamics.history import History
 from creak.linalg.together import Solver
-from creak.studies.converge.figures import TIMES, change
 from creak.studies.converge.settling import LEAST
-from creak.studies.converge.structure import MOVED
 from creak.studies.run.integrate import flowing
-from creak.studies.run.job import StudyResult
+from creak.studies.run.job import ReducedRun
 from creak.studies.spots.check import FEWEST_EVENTS
 from creak.studies.spots.choose import Stretch, near_channels, stretch_of
 from creak.studies.spots.handover import Handover, ordered, states_at, states_of
 from creak.studies.spots.march import Checker
+from creak.verify.figures import TIMES, change
+from creak.verify.unreduced import MOVED
 
 FALLS = 2.0
 """Times what half a contact step changes: all that smaller ones would."""
 
 
-def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
+def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     """How far events of the unreduced model's own run hang on its contact steps (`Structure.of_steps`).
 
     Hard events, of as many places as there are up to `FEWEST_EVENTS`, are marched through twice from the state of the
@@ -33,18 +33,18 @@ def bars_of_steps(result: StudyResult, of: Handover) -> dict[str, float]:
     """
     if flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
-    step, longest = of.ends[1] - of.ends[0], result.setup.marching.resolution.stepped
+    step, longest = of.ends[1] - of.ends[0], run.setup.marching.resolution.stepped
     parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
     half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
     if half != 2 * parts:
         return {}
     most = (of.ends.size - 1) * parts
-    made = [stretch_of(e, why, of.ends, parts, most)[0] for e, why in ordered(result, of)[:FEWEST_EVENTS]]
+    made = [stretch_of(e, why, of.ends, parts, most)[0] for e, why in ordered(run, of)[:FEWEST_EVENTS]]
     order = [s for s in made if s is not None]
     near, at = near_channels(of.history, of.gaps, order, of.ends), sorted({s.first for s in order})
     if not order:
         return {}
-    states = states_at(result.setup.marching, of, at)
+    states = states_at(run.setup.marching, of, at)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [replace(s, parts=half, steps=2 * s.steps) for s in order]

@@ -13,6 +13,9 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import job
+from creak.studies.spots import beside
+from creak.verify.figures import figures_of
+from creak.verify.unreduced import Spot, Structure
 from helpers_bar import IMPULSE, LASTS, bar
 
 AUTO = 'f_max = "auto"'
@@ -69,6 +72,50 @@ def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
     assert result.setup.raised > 0
     again = reduce_model(result.setup, result.reference, result.gaps, silent)
     assert (again.modes, again.system.n) == (result.reduced.modes, result.reduced.system.n)
+
+
+def differing(by):
+    """Spot checks of every event that find the impulse off by the next of `by`."""
+    calls = []
+
+    def check(run, *_, **__):
+        off = by[min(len(calls), len(by) - 1)]
+        calls.append(run.reduced.modes)
+        own = [figures_of(e) for e in run.run.events]
+        pairs = zip(run.run.events, own, strict=True)
+        spots = tuple(Spot(e, "drawn", f, f | {"impulse": (1.0 + off) * f["impulse"]}) for e, f in pairs)
+        return Structure(spots, first_end=min(e.t_end for e in run.run.events))
+
+    return check, calls
+
+
+def test_where_the_unreduced_model_disagrees_there_are_more_modes(tmp_path, monkeypatch):
+    """The stage at which more modes change nothing is not the last one; each model is checked once."""
+    check, calls = differing([0.1, 0.1, 0.001])
+    monkeypatch.setattr(beside, "events_beside", check)
+    found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    told = found.summary["runs"]["reduced"]
+    proven = [s["proven"] for s in told["stages"]]
+    assert [p for p in proven if p is not None] == [False, False, True]
+    assert proven[-2:] == [True, None]
+    assert calls == [s["modes"] for s in told["stages"] if s["proven"] is not None]
+    assert told["verdict"] == "settled"
+    assert found.found.band.structure.spots == found.convergence.structure.spots
+
+
+def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, monkeypatch):
+    check, calls = differing([0.1])
+    monkeypatch.setattr(beside, "events_beside", check)
+    monkeypatch.setattr(auto_band, "BUDGET", 0.0)
+    monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
+    told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    while told.summary["runs"]["reduced"]["stages"][-2]["proven"] is None:  # the first stages change by themselves
+        monkeypatch.setattr(auto_band, "PATIENCE", 2.0 * auto_band.PATIENCE + 1e-3)
+        told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    found = told.summary["runs"]["reduced"]
+    assert (found["verdict"], found["stages"][-2]["same"], found["stages"][-2]["proven"]) == ("unsettled", True, False)
+    assert "would take some" in found["reasons"][-1]
+    assert len(calls) >= 1
 
 
 def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):

@@ -15,7 +15,6 @@ from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.studies.converge import repeats as module
 from creak.studies.converge.compared import assess
-from creak.studies.converge.figures import FIGURES, change
 from creak.studies.converge.repeats import converge, repeated_setup, scaled_contact
 from creak.studies.converge.settled import _of_convergence, is_chaotic
 from creak.studies.converge.settling import (
@@ -38,6 +37,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run import one_run as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
+from creak.verify.figures import FIGURES, change
 from helpers_decks import STOP, STUDY, write_strips
 from helpers_findings import summarised
 

@@ -13,14 +13,14 @@ from benchmarks.coverage.closed import cases
 import creak
 from creak.dynamics import condensed
 from creak.dynamics.flow.march import SAMPLES, flow_states
-from creak.studies.converge.figures import FIGURES
-from creak.studies.converge.structure import Spot, Structure, surely
 from creak.studies.run.integrate import flowing
 from creak.studies.spots.check import check_spots
 from creak.studies.spots.choose import Stretch, affordable
 from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
+from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch
+from creak.verify.unreduced import Spot, Structure, surely
 from helpers_bar import IMPULSE, LASTS, bar
 from helpers_decks import STOP, STUDY, write_strips
 
@@ -167,7 +167,7 @@ def test_the_whole_run_has_bars_that_cover_what_finer_steps_find(strips, tmp_pat
 def test_the_state_taken_over_is_that_of_the_run(strips):
     """Displacement of the second march at its flight steps, and velocity, against those that the run kept."""
     found = strips.found
-    of, _ = handed_over(found)
+    of, _ = handed_over(found.band, found.reference)
     at = [4, 9]
     states = flow_states(of.reduced, of.gaps, of.loads, at, resolution=found.setup.marching.resolution)
     h = of.history
@@ -187,15 +187,15 @@ def test_the_state_taken_over_is_that_of_the_run(strips):
 def test_marches_side_by_side_are_those_one_by_one(strips, monkeypatch, kept):
     """With the response of the channels kept, and solved for at each contact: nothing of one march is in another."""
     result = strips.found
-    of, _ = handed_over(result)
+    of, _ = handed_over(result.band, result.reference)
     monkeypatch.setattr(condensed, "RESPONSE_MEMORY", condensed.RESPONSE_MEMORY if kept else 0)
-    several = [check_spots(result, of, lambda *_: None).spots for _ in range(3)]
+    several = [check_spots(result.band, of, lambda *_: None).spots for _ in range(3)]
 
     def alone(solver, works, counted=int):
         return [work(solver) for work in works]
 
     monkeypatch.setattr("creak.studies.spots.march.side_by_side", alone)
-    one = check_spots(result, of, lambda *_: None).spots
+    one = check_spots(result.band, of, lambda *_: None).spots
     assert len(one) > 2
     for other in several:
         assert other == several[0]  # whatever thread is faster
@@ -246,12 +246,14 @@ def test_differences_cover_the_next_one_as_often_as_said():
 
 def test_events_that_were_looked_at_have_their_own_difference():
     a, b, c = hit(0.1), hit(0.2), hit(0.3)
-    of = Structure((spot(a, 0.01), spot(b, -0.04)))
-    assert of.change("impulse", a) == pytest.approx(0.01 / 1.01)
-    assert of.change("impulse", b) == pytest.approx(0.04 / 0.96)
-    rms = math.sqrt(((0.01 / 1.01) ** 2 + (0.04 / 0.96) ** 2) / 2)
+    of = Structure((spot(a, 0.01), spot(b, -0.04)), first_end=a.t_end)
+    worst = 0.04 / 0.96
+    assert of.change("impulse", a) == pytest.approx(0.01 / 1.01)  # nothing was before it
+    assert of.change("impulse", b) == pytest.approx(worst)
+    rms = math.sqrt(((0.01 / 1.01) ** 2 + worst**2) / 2)
     assert of.change("impulse", c) == pytest.approx(rms * surely(2))
-    assert of.change("closing_speed", c) == pytest.approx(0.04 / 0.96)  # by what impulses before it move
+    assert of.change("closing_speed", a) == 0.0
+    assert of.change("closing_speed", c) == pytest.approx(worst)  # by what impulses before it move
     rest = 2.0 * 0.04 / 0.96 * (c.t_end - c.t_start)
     assert of.change("start", c) == pytest.approx(math.sqrt((1e-5**2 + 4e-5**2) / 2) * surely(2) + rest)
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from creak.studies.converge.figures import TIMES, figures_of
 from creak.verify.events import Event
+from creak.verify.figures import TIMES, figures_of
 from creak.verify.matching import EventMatch
 from creak.verify.statistics import EventStatistics
 
@@ -87,6 +87,11 @@ class Structure:
     """Events of the reduced run that its own does not have."""
     samples: EventStatistics | None = None
     """Events of both runs as samples; None: it was not run."""
+    first_end: float = -np.inf
+    """When the first event of the reduced run ends, s: those that begin before it have none before them."""
+    complete: bool = False
+    """The reduced model has all modes that there are, and is the unreduced one in other coordinates: what it differs by
+    from spot checks is the error of their contact steps."""
     solves: int = 0
     """Back-substitutions that the spot checks of events and of rubbing took, each factor counted as so many
     (`models.reduced.FACTOR`)."""
@@ -101,6 +106,11 @@ class Structure:
     def looked(self) -> bool:
         """Does it say anything?"""
         return bool(self.run or self.extra or self.missed) or any(not s.problem for s in self.spots)
+
+    @property
+    def counts(self) -> bool:
+        """Does it say anything of what the reduction left out?"""
+        return self.looked and (bool(self.run or self.extra or self.missed) or not self.complete)
 
     def of_rub(self, name: str, contact: str, number: int, floor: float) -> float | None:
         """What it changes of friction at a place, over all pieces of it together: a share; None: not looked at.
@@ -127,7 +137,8 @@ class Structure:
         Where it looked at single events alone, start and closing speed hang on what came before, too (`inherited`).
         """
         unit = event.t_end - event.t_start if name in TIMES else 1.0
-        more = 0.0 if self.run or name not in MOVED else MOVED[name] * self.inherited * unit
+        alone = bool(self.run) or event.t_start < self.first_end
+        more = 0.0 if alone or name not in MOVED else MOVED[name] * self.inherited * unit
         found = [s.error(name) for s in (*self.spots, *self.run) if s.event is event]
         known = [x for x in found if x is not None]
         if known:

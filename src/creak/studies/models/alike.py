@@ -1,0 +1,67 @@
+"""The unreduced model in the motion of the reduced one, and damped as that is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from creak.arrays import FloatArray
+from creak.assembly.system import System
+from creak.errors import InputError
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.memory import fits
+from creak.linalg.modes import Modes
+from creak.reduction.modal import ModalDamping, with_modal_damping, without_modal_damping
+from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.reference import SMALL, ReferenceModel
+
+COPIES = 3
+"""Of all shapes in memory."""
+
+
+def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
+    """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
+
+    Raises
+    ------
+    InputError : the unreduced System has coordinates that are no dofs of nodes.
+    """
+    at = np.searchsorted(reduced.labels, unreduced.coordinates)
+    if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
+        raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
+    return np.asarray(reduced.recover(q, s)[at])
+
+
+def damped_alike(
+    zeta: ModalDamping | None, raised: bool, reference: ReferenceModel, reduced: ReducedModel
+) -> ReferenceModel:
+    """The unreduced model with the modal damping of a reduced one that has more modes than are known of it.
+
+    C = M Phi diag(2 zeta omega - beta omega^2) Phi' M + beta K with the modes of the reduced model, recovered, in place
+    of those of the whole up to the first f_max. A share of critical is that of every mode. Beyond known modes damping
+    grows with the frequency (`with_modal_damping`), so a blow that excites modes up to many times the first f_max loses
+    up to a tenth of its impulse to that.
+
+    It stays as it is where the damping is another, where f_max was not raised and modes are left, beyond `SMALL` dofs,
+    and where memory does not hold the shapes.
+    """
+    whole, small = reference.system, reduced.system
+    n, k = whole.n, small.n
+    if (
+        zeta is None
+        or not (raised or reduced.complete)
+        or not isinstance(small.M, Diagonal)
+        or reference.of_parts is not None
+    ):
+        return reference
+    if n > SMALL or np.any(whole.coordinates < 0) or not fits(COPIES * 8.0 * n * k):
+        return reference
+    heavy = np.flatnonzero(small.M.d > 0.0)
+    unit = np.zeros((k, heavy.size))
+    unit[heavy, np.arange(heavy.size)] = 1.0
+    shapes = recovered_on(whole, small, unit, np.zeros((small.supports.count, heavy.size)))
+    known = Modes(np.asarray(small.K.diagonal())[heavy], shapes, 0.0, True)
+    R = reference.support_shapes
+    plain = without_modal_damping(whole, R)
+    return replace(reference, system=with_modal_damping(plain, known, R, zeta, beyond=not reduced.complete))

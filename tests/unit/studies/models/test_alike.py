@@ -1,0 +1,96 @@
+"""Modal damping of the unreduced model where the reduced one has more modes than are known of the whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.linalg as sla
+
+import creak
+from creak.assembly.system import to_dense
+from creak.reduction.modal import without_modal_damping
+from creak.studies.file.reader import read_study
+from creak.studies.models.alike import damped_alike
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import run_study
+from helpers_decks import STUDY, write_strips
+
+ZETA = 0.03
+TEXT = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "end = 2e-3") + f"[damping]\nmodal = {ZETA}\n"
+
+
+def silent(*_):
+    """No progress."""
+
+
+def damping(system):
+    """C, whole."""
+    d = system.damping
+    plain = d.alpha * to_dense(system.M) + d.beta * to_dense(system.K)
+    return plain + np.asarray(d.other(np.eye(system.n)))
+
+
+@pytest.fixture(scope="module")
+def setup(tmp_path_factory):
+    path = write_strips(tmp_path_factory.mktemp("alike"), study=TEXT)
+    return set_up(read_study(path))
+
+
+@pytest.fixture(scope="module")
+def complete(setup):
+    """The reduced model with all modes that there are, and the reference with few."""
+    high = set_up(creak.change_study(setup.study, {"reduction.f_max": 1e8}))
+    return run_study(high, silent).reduced, build_reference(setup, silent)
+
+
+def test_every_mode_has_its_share_of_critical(setup, complete):
+    """phi' C phi = 2 zeta omega of all modes of the full matrices, by SciPy's eigh; before, of the first ones alone."""
+    reduced, reference = complete
+    assert reduced.complete
+    M, K = to_dense(reference.system.M), to_dense(reference.system.K)
+    light = np.flatnonzero(M.diagonal() <= 1e-10 * M.diagonal().max())
+    assert not light.size
+    omega2, phi = sla.eigh(K, M)
+    omega = np.sqrt(omega2)
+
+    def shares(system):
+        return np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * omega)
+
+    alike = damped_alike(setup.modal, True, reference, reduced).system
+    np.testing.assert_allclose(shares(alike), ZETA, rtol=1e-6)
+    own = phi.T @ damping(alike) @ phi
+    scale = np.sqrt(np.outer(omega, omega)) * 2.0 * ZETA
+    assert np.abs(own - np.diag(np.diag(own))).max() < 1e-6 * scale.max()
+    before = shares(reference.system)
+    assert before[0] == pytest.approx(ZETA, rel=1e-6)
+    assert before[-1] > 5.0 * ZETA
+
+
+def test_a_structure_that_its_supports_carry_along_is_not_damped(setup, complete):
+    """C R s' + C_qs s' = 0 for the motion R without inertia, which has no deformation rate of its own."""
+    reduced, reference = complete
+    system = damped_alike(setup.modal, True, reference, reduced).system
+    R, d = reference.support_shapes, system.damping
+    sides = d.alpha * to_dense(system.supports.M_qs) + d.beta * to_dense(system.supports.K_qs) + system.supports.C_qs
+    force = damping(system) @ R
+    np.testing.assert_allclose(force + sides, 0.0, atol=1e-9 * np.abs(force).max())
+
+
+def test_what_was_damped_comes_back_plain(setup, complete):
+    _, reference = complete
+    whole = reference.system
+    plain = without_modal_damping(whole, reference.support_shapes)
+    assert plain.damping.is_rayleigh
+    assert (plain.damping.alpha, plain.damping.beta) == (0.0, 0.0)
+    scale = np.abs(whole.supports.C_ss).max()
+    np.testing.assert_allclose(plain.supports.C_ss, 0.0, atol=1e-12 * scale)
+    assert without_modal_damping(plain, reference.support_shapes) is plain
+
+
+def test_other_damping_and_a_band_that_was_not_raised_stay(setup, complete):
+    reduced, reference = complete
+    assert damped_alike(None, True, reference, reduced) is reference
+    few = run_study(setup, silent).reduced
+    assert not few.complete
+    assert damped_alike(setup.modal, False, reference, few) is reference
