@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from functools import cache
+from typing import NamedTuple
 
+import numba
 import numpy as np
 import pytest
 import scipy.linalg as sla
@@ -11,7 +13,9 @@ from benchmarks.random_contact import LIMIT, random_run
 
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
+from creak.contact.laws.parameters import law_arrays
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow.kicks import share_out
 from creak.dynamics.flow.march import SAMPLES, form_of, simulate_flow
 from creak.dynamics.flow.propagator import propagator
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
@@ -323,3 +327,29 @@ def test_random_systems_create_no_energy_in_contact(seed):
     history = random_run(seed)
     assert (history.force >= 0.0).all()
     assert created_of_contact(history) < 0.25 * LIMIT
+
+
+class Pressed(NamedTuple):
+    """What the shares of a kick are found from."""
+
+    force: np.ndarray
+    gap: np.ndarray
+    rate: np.ndarray
+    drift: np.ndarray
+
+
+@numba.njit
+def shared(laws, W, h, x, other, sign, share):
+    """`share_out` as other compiled code calls it: it counts no references."""
+    share_out(laws, W, h, x, other, sign, share)
+
+
+def test_a_spring_that_is_not_pressed_yet_keeps_its_whole_share_of_a_kick():
+    """Its gap is zero in a step in which friction's solver has a force for it: there is no work to share out."""
+    laws = law_arrays(np.array([1e3, 1e3]), np.zeros(2), None, None)
+    x = Pressed(np.array([1.0, 1.0]), np.array([0.0, -1e-3]), np.array([2.0, 2.0]), np.zeros(2))
+    share = np.ones(2)
+    shared(laws, 1e-3 * np.eye(2), 1e-3, x, np.array([1e-3, 1e-3]), 1.0, share)
+    assert np.isfinite(share).all()
+    assert share[0] == 1.0
+    assert share[1] == pytest.approx(0.5 * 1e3 * 1e-6 / (0.5 * 1e-3 * 1.0 * 2.0), rel=0.01)

@@ -167,8 +167,9 @@ def share_out(laws, W, h, x, other, sign, share):  # type: ignore[no-untyped-def
             spring = spring_force(laws, i, x.gap[i])
             rate = x.rate[i] + 0.25 * h * felt(laws, W, i, x.force, share)
             holds = spring_energy(laws, i, x.gap[i]) - held_by_kick(laws, W, h, x, i)
-            if sign * rate > 0.0:
-                share[i] = min(max(holds, 0.0) / (0.5 * h * spring * abs(rate)), MOST)
+            work = 0.5 * h * spring * abs(rate)
+            if sign * rate > 0.0 and work > 0.0:  # none of a gap that is zero
+                share[i] = min(max(holds, 0.0) / work, MOST)
             else:
                 share[i] = 1.0
 

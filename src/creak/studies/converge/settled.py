@@ -205,7 +205,12 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
         said.append(f"{len(open_ones)} of {len(c.events)} events have not settled ({parts})")
     if new:
         said.append(f"up to {new} events come and go from run to run")
-    said += [f"the {t.name} of the whole run changes by up to {100.0 * t.settled_to:.2g} %" for t in whole]
+    said += [
+        f"the {t.name} of the whole run changes by up to {100.0 * t.settled_to:.2g} %"
+        if np.isfinite(t.settled_to)
+        else f"the {t.name} of the whole run is not known in all runs{f': {t.problem}' if t.problem else ''}"
+        for t in whole
+    ]
     causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
     causes += [t.worst for t in whole if t.worst]
     return (*said, *_remedy(causes))
