@@ -118,8 +118,8 @@ def test_a_second_run_finds_the_modes_of_the_assembly(tmp_path, store, monkeypat
 
 def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, store, monkeypatch):
     study = read_study(write_strips(tmp_path, study=STUDY))
-    made, real = [], precheck.linear_run
-    monkeypatch.setattr(precheck, "linear_run", lambda *a: made.append(1) or real(*a))
+    made, real = [], precheck.linear_gaps
+    monkeypatch.setattr(precheck, "linear_gaps", lambda *a: made.append(1) or real(*a))
 
     def gaps(changes, folder=store):
         setup = set_up(with_changes(study, changes))

@@ -43,7 +43,7 @@ SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S = 1.4e-7, 5e-10, 5e-6, 4e-9
 channel in it: one core of today (door at 40 mm)."""
 ROOM = 0.4
 """Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
-PROOF = 0.5
+PROOF = 0.25
 """Of the same, that is for the unreduced model."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""

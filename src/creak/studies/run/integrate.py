@@ -8,7 +8,7 @@ from typing import TypedDict
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
@@ -17,6 +17,7 @@ from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
 from creak.dynamics.flow.coupled import MOST, can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
+from creak.dynamics.flow.unhindered import gaps_without_contact
 from creak.dynamics.history import History
 from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
@@ -127,22 +128,16 @@ def simulate_settled(
     )
 
 
-def linear_run(marching: Marching, contacts: GapOperator, system: System, progress: Report | None) -> History:
-    """Of the contacts' channels without any force, on a small System; only gaps are kept."""
+def linear_gaps(
+    marching: Marching, contacts: GapOperator, system: System, progress: Report | None = None
+) -> FloatArray:
+    """(n_time, m) gaps of the contacts' channels without any force, on a small System."""
     silent, nothing = contacts.without_force(), np.zeros(0, dtype=np.int64)
     table, loads = marching.table, marching.loads
     every = loads.n_step // table.substeps
     flows = flowing(system)[0] if table.exact else None
     if flows is not None:
-        return simulate_flow(
-            flows,
-            silent,
-            loads,
-            observed=nothing,
-            output_every=every,
-            progress=progress,
-            solver=marching.solver,
-        )
+        return gaps_without_contact(flows, silent, loads, progress)
     return simulate(
         system,
         silent,
@@ -152,7 +147,7 @@ def linear_run(marching: Marching, contacts: GapOperator, system: System, progre
         output_every=every,
         substeps=table.substeps,
         progress=progress,
-    )
+    ).gap
 
 
 def _is_reduced(system: System) -> bool:

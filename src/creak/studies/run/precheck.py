@@ -32,7 +32,7 @@ from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, nothing_closes
 from creak.studies.prepare.structure import Structure
 from creak.studies.run.foretold import closed_in
-from creak.studies.run.integrate import linear_run
+from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.kernels import Compiled
 from creak.studies.run.one_run import Run
 from creak.studies.run.static_start import started
@@ -92,9 +92,8 @@ def linear_course(
 
     def run() -> dict[str, FloatArray]:
         system = linear_system(structure, reduction, exterior, loads, reference)
-        history = linear_run(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
-        lowest = np.asarray((history.gap - contacts.gap0).min(axis=0))
-        return {"closes": lowest, "closed": closed_in(history.gap)}
+        gap = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
+        return {"closes": np.asarray((gap - contacts.gap0).min(axis=0)), "closed": closed_in(gap)}
 
     made_from: list[str] = []
     if reference.store is not None:
@@ -109,7 +108,7 @@ def _made_from(structure: Structure, marching: Marching, contacts: GapOperator) 
     table, loads = marching.table, marching.loads
     damping = [structure.rayleigh, structure.override_damping, structure.modal]
     driven = [loads.time, loads.support, loads.force]
-    asked = [contacts.G, repr(marching.scheme), table.exact, table.substeps, marching.solver]
+    asked = [contacts.G, repr(marching.scheme), table.exact, table.substeps]
     return [digest(one) for one in (damping, driven, asked)]
 
 
@@ -195,14 +194,14 @@ def ready(
     Parameters
     ----------
     store : folder of saved superelements, beside which what was solved is kept.
-    compiled : waits for the kernels of the linear run and of the state at rest.
+    compiled : waits for the kernels of the state at rest, and of forced steps.
 
     Raises
     ------
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
     reference = reference_that_fits(setup, assembled(setup.structure, progress, store), progress, store)
-    if compiled is not None:
+    if compiled is not None and (setup.solves_rest or not setup.study.config.time.exact):
         compiled(progress, steps=setup.solves_rest)
     setup = started(setup, reference, progress)
     c, mass = setup.study.config, reference.system.stats.mass
