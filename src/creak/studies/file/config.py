@@ -112,7 +112,8 @@ class ReductionTable(Table):
     f_max: Positive | Literal["auto"] = "auto"
     """Fixed-interface modes (gap-modes: modes of the assembly) up to this frequency are kept, Hz; it
     must lie above the excitation. "auto": 11 times the excitation's highest frequency, and half as much again and
-    again until more modes change no event by more than the verdict allows, or the next stage would cost too much.
+    again until neither more modes nor the unreduced model change an event by more than the verdict allows, or the next
+    stage would cost too much.
     With accuracy "quick" it stays where it begins."""
     keep_out: NonNegative = 0.0
     """length; elements with all nodes within this distance of the contact stay unreduced."""

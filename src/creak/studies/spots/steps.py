@@ -62,4 +62,4 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
             by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
             found[name] = max(found.get(name, 0.0), by)
     inherited = found.get("impulse", 0.0)  # what an event gets wrong moves the later ones
-    return {name: x + LEAST + (inherited if name in MOVED else 0.0) for name, x in found.items()}
+    return {name: x + LEAST[name] + (inherited if name in MOVED else 0.0) for name, x in found.items()}

@@ -115,7 +115,7 @@ def test_mass_on_a_stop_settles_to_the_exact_blow(tmp_path):
     assert c.model == "reference"
     first = c.events[0]
     assert first.settled
-    assert first.figures["force"].settled_to < 1e-3 + LEAST
+    assert first.figures["force"].settled_to < 1e-3 + LEAST["force"]
     assert first.figures["force"].values[QUARTER] == pytest.approx(1e6 / OMEGA, rel=1e-3)
     assert first.figures["duration"].values[QUARTER] == pytest.approx(math.pi / OMEGA, rel=1e-3)
     assert c.totals["impulse"].settled
@@ -293,8 +293,8 @@ def test_what_an_event_hangs_on_adds_up(modes, settled):
     force = c.events[0].figures["force"]
     more = 1.0 / modes - 1.0
     assert force.changes == pytest.approx({"step": -0.01, "stiffness": 0.02, "modes": -more})
-    assert force.sources == pytest.approx({"time": 0.01, "stiffness": 0.02, "modes": 2.0 * more, "unseen": LEAST})
-    assert (force.settled_to, force.settled) == (pytest.approx(0.03 + LEAST + 2.0 * more), settled)
+    assert force.sources == pytest.approx({"time": 0.01, "stiffness": 0.02, "modes": 2.0 * more, "unseen": LEAST["force"]})
+    assert (force.settled_to, force.settled) == (pytest.approx(0.03 + LEAST["force"] + 2.0 * more), settled)
     assert force.worst == ("stiffness" if settled else "modes")
     assert c.events[0].settled is settled
 
@@ -305,7 +305,7 @@ def test_times_may_move_by_a_third_of_the_duration(moved, settled):
     c = assess(outcomes(base=[event(0.5)], h2=[event(0.5)], h4=[event(0.5 + moved)]), "reduced", (0.0, 1.0), 0.01)
     start = c.events[0].figures["start"]
     assert start.settled is settled
-    assert start.settled_to == pytest.approx(moved + LEAST * 2e-3, rel=0.01)
+    assert start.settled_to == pytest.approx(moved + LEAST["start"] * 2e-3, rel=0.01)
     assert c.events[0].figures["duration"].settled
 
 
@@ -383,7 +383,7 @@ def test_a_stiffness_that_the_study_gives_unsettles_nothing():
         assert c.new[TENFOLD] == 1
         force = c.events[1].figures["force"]
         assert force.changes["stiffness"] == pytest.approx(-1.0)
-        assert force.settled_to == pytest.approx((1.0 if judged else 0.0) + LEAST)
+        assert force.settled_to == pytest.approx((1.0 if judged else 0.0) + LEAST["force"])
         assert all(e.settled for e in c.events) is not judged
 
 
