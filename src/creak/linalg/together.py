@@ -85,10 +85,21 @@ class _Member:
         return self._desk.solve(self._number, b)
 
 
+class _Alone:
+    """The solver of a work beside which there is no other."""
+
+    def __init__(self, solver: Solver, counted: Callable[[int], object]) -> None:
+        self._solver, self._counted = solver, counted
+
+    def solve(self, b: FloatArray) -> FloatArray:
+        self._counted(1)
+        return self._solver.solve(b)
+
+
 def side_by_side(
     solver: Solver, works: Sequence[Callable[[Solver], Result]], counted: Callable[[int], object] = int
 ) -> list[Result]:
-    """Results of works, each in a thread of its own, which all solve by what they are handed.
+    """Results of works, each in a thread of its own where there are several, which all solve by what they are handed.
 
     Right sides wait until every work that still goes on has one; columns stand in the order of the works. So results
     do not depend on which thread is faster. The solver itself is used by the calling thread alone.
@@ -101,6 +112,8 @@ def side_by_side(
     ------
     What a work raises, the first of them in order, once all have ended.
     """
+    if len(works) == 1:
+        return [works[0](_Alone(solver, counted))]
     desk = _Desk(len(works))
 
     def run(number: int) -> Result:

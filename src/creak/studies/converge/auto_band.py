@@ -35,15 +35,15 @@ from creak.words import duration
 
 BUDGET = 4.0
 """What all stages together may cost over the first one, its reduction and its two runs."""
-PATIENCE = 20.0
+PATIENCE = 40.0
 """s that all stages together may take in any case. Both are reckoned from counts (`_reckoned`), not from a clock: the
 same study ends at the same f_max, however busy the machine is."""
-SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S = 1.4e-7, 5e-10, 5e-6, 4e-9
-"""s for a dof of a back-substitution, for a cube of the dense eigenproblem, for a kept instant, and for a mode of a
-channel in it: one core of today (door at 40 mm)."""
+SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S, STEP_S = 1.4e-7, 5e-10, 5e-6, 4e-9, 3e-4
+"""s for a dof of a back-substitution, for a cube of the dense eigenproblem, for a kept instant, for a mode of a channel
+in it, and for what a contact step of the unreduced model takes beside its solution: one core (door at 40 mm)."""
 ROOM = 0.4
 """Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
-PROOF = 0.25
+PROOF = 0.35
 """Of the same, that is for the unreduced model."""
 GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
@@ -85,6 +85,8 @@ def settle(
         agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
         alike = damped_alike(at.setup.modal, at.setup.raised > 0, reference, at.reduced)
         structure = prove(at, alike, progress) if agree and prove is not None else None
+        if structure is not None:
+            reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
         following = replace(at.setup, raised=at.setup.raised + 1)
         stages[-1] = replace(stages[-1], same=agree, proven=proven)

@@ -25,8 +25,8 @@ FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
 RESOLVED = 0.2
 """Of what the verdict lets a figure move by, that half a contact step may change."""
-HALVINGS = 3
-"""Most of the contact steps: where eight times as many do not tell the same, chatter hangs on them."""
+HALVINGS = 1
+"""Most of the contact steps: where twice as many do not tell the same, chatter hangs on them."""
 
 
 def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structure:
@@ -42,7 +42,8 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
     back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost. Where half the steps
     change the hardest event by more than a part (`RESOLVED`) of what the verdict lets it move by, all are marched again
-    by these, as often as the rest of that holds it, `HALVINGS` times at most.
+    by these, `HALVINGS` times at most, where the rest of that holds it. Of a complete model, where they count for
+    nothing (`Structure.complete`), they are not.
     """
     made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(found, of)]
     order = [s for s in made if s is not None]
@@ -55,7 +56,7 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     at = sorted({s.first for s in taken})
     states = states_at(found.setup.marching, of, at)
     spots, solves = _marched(of, taken, near, rows, states, at, progress)
-    for _ in range(HALVINGS):
+    for _ in range(0 if found.reduced.complete else HALVINGS):
         taken = [s.finer() for s in taken]
         if _is_resolved(spots[0]) or len(affordable(taken, rows, of.budget - solves, 0)) < len(taken):
             break

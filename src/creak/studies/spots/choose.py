@@ -23,6 +23,8 @@ BLOCKED = 0.2
 1.15 million."""
 FEWEST = 5e7
 """Back-substitutions times unknowns that they may take in any case: ten seconds or so."""
+STEP = 2_500
+"""Unknowns whose back-substitution takes as long as the rest of a contact step (0.3 ms)."""
 EACH = 8
 """Most checks of each place, as far as the cost allows: the spread of eight is known to within a quarter."""
 STEPS = 30

@@ -21,7 +21,7 @@ from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, chosen
+from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, STEP, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
 
@@ -79,7 +79,7 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
-    budget = max(FEWEST / unreduced.n, SHARE * BLOCKED * reduced.solves)
+    budget = max(FEWEST / (unreduced.n + STEP), SHARE * BLOCKED * reduced.solves)
     handover = Handover(unreduced, system, found.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
     return handover, ""
 

@@ -18,7 +18,7 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import free_bytes
 from creak.linalg.together import Solver, side_by_side
-from creak.studies.spots.choose import Span, Stretch
+from creak.studies.spots.choose import STEP, Span, Stretch
 from creak.studies.spots.handover import Handover
 from creak.verify.events import REACH, Event, find_events
 from creak.verify.figures import FIGURES, figures_of
@@ -58,9 +58,12 @@ class Checker:
     def side_by_side(
         self, works: Sequence[Callable[[Solver], Result]], counted: Callable[[int], object] = int
     ) -> list[Result]:
-        """Results of marches, as many at once as memory holds beside each other (`linalg.together`)."""
-        each = VECTORS * 8.0 * self._of.unreduced.n
-        at_once = max(1, int(min(free_bytes() / each, len(works))))
+        """Results of marches, as many at once as memory holds beside each other (`linalg.together`).
+
+        Of a small model, one after the other: a step of it costs less than to wait for others.
+        """
+        n = self._of.unreduced.n
+        at_once = 1 if n <= STEP else max(1, int(min(free_bytes() / (VECTORS * 8.0 * n), len(works))))
         groups = [works[k : k + at_once] for k in range(0, len(works), at_once)]
         return [found for own in groups for found in side_by_side(self._stepper.solver, own, counted)]
 

@@ -293,7 +293,9 @@ def test_what_an_event_hangs_on_adds_up(modes, settled):
     force = c.events[0].figures["force"]
     more = 1.0 / modes - 1.0
     assert force.changes == pytest.approx({"step": -0.01, "stiffness": 0.02, "modes": -more})
-    assert force.sources == pytest.approx({"time": 0.01, "stiffness": 0.02, "modes": 2.0 * more, "unseen": LEAST["force"]})
+    assert force.sources == pytest.approx(
+        {"time": 0.01, "stiffness": 0.02, "modes": 2.0 * more, "unseen": LEAST["force"]}
+    )
     assert (force.settled_to, force.settled) == (pytest.approx(0.03 + LEAST["force"] + 2.0 * more), settled)
     assert force.worst == ("stiffness" if settled else "modes")
     assert c.events[0].settled is settled
