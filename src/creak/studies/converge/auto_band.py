@@ -21,7 +21,6 @@ from creak.studies.converge.settling import (
     limit,
 )
 from creak.studies.file.config import VerificationTable
-from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.job import March, ReducedRun
@@ -83,9 +82,9 @@ def settle(
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
-        alike = damped_alike(at.setup.modal, at.setup.raised > 0, reference, at.reduced)
-        structure = prove(at, alike, progress) if agree and prove is not None else None
-        if structure is not None:
+        structure = None
+        if agree and prove is not None:
+            structure = prove(at, reference, progress)
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
         following = replace(at.setup, raised=at.setup.raised + 1)

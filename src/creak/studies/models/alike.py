@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from creak.arrays import FloatArray
@@ -33,10 +31,8 @@ def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArra
     return np.asarray(reduced.recover(q, s)[at])
 
 
-def damped_alike(
-    zeta: ModalDamping | None, raised: bool, reference: ReferenceModel, reduced: ReducedModel
-) -> ReferenceModel:
-    """The unreduced model with the modal damping of a reduced one that has more modes than are known of it.
+def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceModel, reduced: ReducedModel) -> System:
+    """The unreduced System for a short march, with the modal damping of a reduced one that has more modes than it.
 
     C = M Phi diag(2 zeta omega - beta omega^2) Phi' M + beta K with the modes of the reduced model, recovered, in place
     of those of the whole up to the first f_max. A share of critical is that of every mode. Beyond known modes damping
@@ -44,7 +40,8 @@ def damped_alike(
     up to a tenth of its impulse to that.
 
     It stays as it is where the damping is another, where f_max was not raised and modes are left, beyond `SMALL` dofs,
-    and where memory does not hold the shapes.
+    and where memory does not hold the shapes. All shapes take part in each step, which a march of the whole time cannot
+    afford.
     """
     whole, small = reference.system, reduced.system
     n, k = whole.n, small.n
@@ -54,9 +51,9 @@ def damped_alike(
         or not isinstance(small.M, Diagonal)
         or reference.of_parts is not None
     ):
-        return reference
+        return whole
     if n > SMALL or np.any(whole.coordinates < 0) or not fits(COPIES * 8.0 * n * k):
-        return reference
+        return whole
     heavy = np.flatnonzero(small.M.d > 0.0)
     unit = np.zeros((k, heavy.size))
     unit[heavy, np.arange(heavy.size)] = 1.0
@@ -64,4 +61,4 @@ def damped_alike(
     known = Modes(np.asarray(small.K.diagonal())[heavy], shapes, 0.0, True)
     R = reference.support_shapes
     plain = without_modal_damping(whole, R)
-    return replace(reference, system=with_modal_damping(plain, known, R, zeta, beyond=not reduced.complete))
+    return with_modal_damping(plain, known, R, zeta, beyond=not reduced.complete)

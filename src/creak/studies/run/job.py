@@ -13,7 +13,6 @@ from creak.formats.stored.run_identity import RunIdentity
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
-from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching, Observed
@@ -164,7 +163,6 @@ def run_study(
 
             gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
             band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
-            reference = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
             from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
             notes += [*more, *reduced.notes]

@@ -15,7 +15,7 @@ from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.studies.findings.places import find_places
-from creak.studies.models.alike import recovered_on
+from creak.studies.models.alike import damped_alike, recovered_on
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
@@ -75,7 +75,7 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
     v = c.verification
-    unreduced = reference.system
+    unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
     if np.any(unreduced.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
