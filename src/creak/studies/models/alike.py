@@ -8,14 +8,13 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.memory import fits
 from creak.linalg.modes import Modes
 from creak.reduction.modal import ModalDamping, with_modal_damping, without_modal_damping
 from creak.studies.models.reduced import ReducedModel
-from creak.studies.models.reference import SMALL, ReferenceModel
+from creak.studies.models.reference import ReferenceModel
 
-COPIES = 3
-"""Of all shapes in memory."""
+LARGEST = 8e6
+"""Dofs times modes: each step goes through all shapes some five times, 30 ms or so."""
 
 
 def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
@@ -39,9 +38,8 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
     grows with the frequency (`with_modal_damping`), so a blow that excites modes up to many times the first f_max loses
     up to a tenth of its impulse to that.
 
-    It stays as it is where the damping is another, where f_max was not raised and modes are left, beyond `SMALL` dofs,
-    and where memory does not hold the shapes. All shapes take part in each step, which a march of the whole time cannot
-    afford.
+    It stays as it is where the damping is another, where f_max was not raised and modes are left, and beyond `LARGEST`.
+    All shapes take part in each step, which a march of the whole time cannot afford.
     """
     whole, small = reference.system, reduced.system
     n, k = whole.n, small.n
@@ -52,7 +50,7 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
         or reference.of_parts is not None
     ):
         return whole
-    if n > SMALL or np.any(whole.coordinates < 0) or not fits(COPIES * 8.0 * n * k):
+    if n * k > LARGEST or np.any(whole.coordinates < 0):
         return whole
     heavy = np.flatnonzero(small.M.d > 0.0)
     unit = np.zeros((k, heavy.size))
