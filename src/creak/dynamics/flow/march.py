@@ -23,7 +23,16 @@ from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.lasting import SHORTEST, STIFF, Lasting
-from creak.dynamics.flow.model import CONSTANT, DONE, FORCE, FlowForm, FlowState, filtered, resting, single_modes
+from creak.dynamics.flow.model import (
+    DONE,
+    FlowForm,
+    FlowState,
+    amplitudes,
+    at_start,
+    filtered,
+    resting,
+    single_modes,
+)
 from creak.dynamics.flow.resolution import (
     SETTLED,
     FlowSteps,
@@ -325,14 +334,8 @@ class FlowRun:
         model, terms = self.model, self.terms
         x = resting(model, self.loads)
         x.support[:] = self.loads.support[:, 0]
-        for j, (order, column) in enumerate(zip(model.order, model.column, strict=True)):
-            loads = {FORCE: self.loads.force[0], CONSTANT: np.ones(2)}
-            x.amplitude[j] = loads[order][column] if order >= FORCE else x.support[order, column]
-        x.x[:] = self.form.start(terms.inside_at_rest(0), self.system.velocity + terms.inside_at_rest(1))
-        massless = model.m <= 0.0
-        if massless.any():
-            x.x[1, massless] = 0.0
-            x.x[0, massless] = (model.load.T @ x.amplitude)[massless] / model.k[massless]
+        x.amplitude[:] = amplitudes(model, slice(0, 1))[:, 0]
+        x.x[:] = at_start(self.form, model, terms)
         m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
         x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
         x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
@@ -347,8 +350,8 @@ class FlowRun:
             with one_blas_thread():
                 solve_channels(self.A, x.gap.copy(), rate, RATE / h, slip, RATE, h, self.steps.laws, x.stuck, x.force)
             x.F[:] = x.force @ model.push
-            if massless.any():
-                x.x[0, massless] += x.F[massless] / model.k[massless]
+            if model.massless.size:
+                x.x[0, model.massless] += x.F[model.massless] / model.k[model.massless]
             if self.light:
                 x.gap[:] += self.A[:m] @ x.force
         return x

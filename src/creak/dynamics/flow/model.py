@@ -267,6 +267,26 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     return model._replace(rows=rows, rates=rates, push=push, lean=lean, load=load, load_u=load_u, load_v=load_v)
 
 
+def amplitudes(model: FlowModel, rows: slice) -> FloatArray:
+    """(n_x, k) of each load column at samples of the loads."""
+    found = np.ones((model.order.size, rows.stop - rows.start))
+    for j, (order, column) in enumerate(zip(model.order.tolist(), model.column.tolist(), strict=True)):
+        if order == FORCE:
+            found[j] = model.force[rows, column]
+        elif order != CONSTANT:
+            found[j] = model.support[order, rows, column]
+    return found
+
+
+def at_start(form: FlowForm, model: FlowModel, terms: LinearTerms) -> FloatArray:
+    """z (2, n) with the System's initial velocity; coordinates without mass follow their load at once."""
+    z, light = form.start(terms.inside_at_rest(0), terms.system.velocity + terms.inside_at_rest(1)), model.massless
+    if light.size:
+        z[1, light] = 0.0
+        z[0, light] = (model.load.T @ amplitudes(model, slice(0, 1))[:, 0])[light] / model.k[light]
+    return z
+
+
 def resting(model: FlowModel, loads: Loads) -> FlowState:
     """An instant at rest without supports' motion."""
     n, channels, m = model.m.size, model.rows.shape[0], model.gap0.size

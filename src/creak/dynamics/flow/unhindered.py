@@ -11,7 +11,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of
-from creak.dynamics.flow.model import ACCELERATION, CONSTANT, FORCE, FlowForm, FlowModel
+from creak.dynamics.flow.model import FlowModel, amplitudes, at_start
 from creak.dynamics.flow.propagator import Q0, SINGLE, UU, UV, VU, VV
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
@@ -20,7 +20,8 @@ from creak.linalg.threads import one_blas_thread
 CHUNK = 1_000
 """Flight steps whose loads and motion are held at once."""
 CUBIC = np.array([[6.0, 0.0, 0.0, 0.0], [-11.0, 18.0, -9.0, 2.0], [12.0, -30.0, 24.0, -6.0], [-6.0, 18.0, -18.0, 6.0]])
-"""Value and derivatives at the first of four samples, times 6, and times the distance of two to the power of each."""
+"""Value and derivatives at the first of four samples, times 6, and times the distance of two to the power of each:
+`motion.cubic_through` of many at once."""
 
 
 @one_blas_thread()
@@ -41,7 +42,7 @@ def gaps_without_contact(
     model, n_step, h = form.model, loads.n_step // SAMPLES, SAMPLES * loads.step
     P, n, m = form.flow(h), form.model.m.size, gaps.m
     to = model.rows[:m]
-    a, b = _start(form, terms)
+    a, b = at_start(form, model, terms)
     found = np.empty((n_step + 1, m))
     found[0] = to @ np.concatenate([a, b])[model.u0 : model.u1]
     uu, uv, vu, vv = P[UU], P[UV], P[VU], P[VV]
@@ -58,31 +59,9 @@ def gaps_without_contact(
     return found + gaps.gap0 + loads.support[0, : SAMPLES * n_step + 1 : SAMPLES] @ model.rows_s[:m].T
 
 
-def _start(form: FlowForm, terms: LinearTerms) -> tuple[FloatArray, FloatArray]:
-    """Both members (n,) of each pair at the beginning; coordinates without mass follow their load."""
-    z, model = form.start(terms.inside_at_rest(0), terms.system.velocity + terms.inside_at_rest(1)), form.model
-    light = model.massless
-    if light.size:
-        z[1, light], z[0, light] = 0.0, (model.load.T @ _amplitudes(model, slice(0, 1))[:, 0])[light] / model.k[light]
-    return z[0], z[1]
-
-
-def _amplitudes(model: FlowModel, rows: slice) -> FloatArray:
-    """(n_x, k) of each load column at samples of the loads."""
-    found = np.ones((model.order.size, rows.stop - rows.start))
-    for j, (order, column) in enumerate(zip(model.order.tolist(), model.column.tolist(), strict=True)):
-        if order == FORCE:
-            found[j] = model.force[rows, column]
-        elif order <= ACCELERATION:
-            found[j] = model.support[order, rows, column]
-        else:
-            assert order == CONSTANT
-    return found
-
-
 def _loads(model: FlowModel, first: int, last: int, third: float) -> FloatArray:
     """(n_step, 4, p) value and derivatives of the load on each pair at the beginning of flight steps."""
-    at = _amplitudes(model, slice(SAMPLES * first, SAMPLES * last + 1))
+    at = amplitudes(model, slice(SAMPLES * first, SAMPLES * last + 1))
     samples = np.stack([at[:, j : j + SAMPLES * (last - first) : SAMPLES] for j in range(4)])
     size = 6.0 * third ** np.arange(4.0)
     drive = np.einsum("rj,jxk->krx", CUBIC / size[:, None], samples)

@@ -165,7 +165,11 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
 
 def is_proven(structure: Structure, events: Sequence[Event]) -> bool:
     """Does the unreduced model change little (`PROOF`) in the events that carry 95 % of the impulse?"""
-    still = [e for e in events if all(structure.change(name, e) <= PROOF * limit(name, e) for name in FIGURES)]
+    still = [
+        e
+        for e in events
+        if all(structure.change(name, e) <= PROOF * limit(name, e.t_end - e.t_start) for name in FIGURES)
+    ]
     total, held = (sum(e.impulse for e in some) for some in (events, still))
     return held >= ENOUGH * total
 

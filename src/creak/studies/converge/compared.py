@@ -12,7 +12,6 @@ from creak.studies.converge.settling import (
     ENOUGH,
     FINER,
     LAST_TWO,
-    OF_DURATION,
     SCATTER,
     SETTLED,
     UNREDUCED,
@@ -22,9 +21,10 @@ from creak.studies.converge.settling import (
     Followed,
     Outcome,
     Settling,
+    limit,
 )
 from creak.verify.events import Event, events_in
-from creak.verify.figures import FIGURES, OF_PLACE, TIMES, change
+from creak.verify.figures import FIGURES, OF_PLACE, change
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
 from creak.verify.unreduced import Structure
@@ -107,9 +107,8 @@ def _events(
         same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
         problem = _problem(event, same, outcomes, tolerance)
         lasts = max(e.t_end - e.t_start for e in same.values())
-        limits = {name: OF_DURATION * lasts if name in TIMES else SETTLED for name in FIGURES}
         figures = {
-            name: _settling(name, {run: of(e) for run, e in same.items()}, families, told, limits[name], problem)
+            name: _settling(name, {run: of(e) for run, e in same.items()}, families, told, limit(name, lasts), problem)
             for name, of in FIGURES.items()
         }
         found.append(EventSettling(event, problem, figures))

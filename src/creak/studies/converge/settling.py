@@ -52,9 +52,9 @@ SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "mo
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 
 
-def limit(name: str, event: Event) -> float:
-    """What the verdict lets a figure of an event move by: s, or a share."""
-    return OF_DURATION * (event.t_end - event.t_start) if name in TIMES else SETTLED
+def limit(name: str, lasts: float) -> float:
+    """What the verdict lets a figure of an event that lasts so long move by: s, or a share."""
+    return OF_DURATION * lasts if name in TIMES else SETTLED
 
 
 @dataclass(frozen=True)

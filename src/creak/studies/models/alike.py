@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import Modes
 from creak.reduction.modal import ModalDamping, with_modal_damping, without_modal_damping
-from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.reduced import ReducedModel, reduced_modes
 from creak.studies.models.reference import ReferenceModel
 
 LARGEST = 8e6
@@ -43,20 +44,9 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
     """
     whole, small = reference.system, reduced.system
     n, k = whole.n, small.n
-    if (
-        zeta is None
-        or not (raised or reduced.complete)
-        or not isinstance(small.M, Diagonal)
-        or reference.of_parts is not None
-    ):
+    if zeta is None or not (raised or reduced.complete) or not isinstance(small.K, Diagonal) or n * k > LARGEST:
         return whole
-    if n * k > LARGEST or np.any(whole.coordinates < 0):
-        return whole
-    heavy = np.flatnonzero(small.M.d > 0.0)
-    unit = np.zeros((k, heavy.size))
-    unit[heavy, np.arange(heavy.size)] = 1.0
-    shapes = recovered_on(whole, small, unit, np.zeros((small.supports.count, heavy.size)))
-    known = Modes(np.asarray(small.K.diagonal())[heavy], shapes, 0.0, True)
-    R = reference.support_shapes
-    plain = without_modal_damping(whole, R)
-    return with_modal_damping(plain, known, R, zeta, beyond=not reduced.complete)
+    own, R = reduced_modes(small, np.inf), reference.support_shapes
+    at_rest = np.zeros((small.supports.count, own.omega2.size))
+    known = replace(own, shapes=recovered_on(whole, small, own.shapes, at_rest))
+    return with_modal_damping(without_modal_damping(whole, R), known, R, zeta, beyond=not reduced.complete)

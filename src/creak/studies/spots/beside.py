@@ -12,7 +12,7 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import ReducedRun, StudyResult
 from creak.studies.spots.check import check_spots
-from creak.studies.spots.handover import handed_over
+from creak.studies.spots.handover import Handover, handed_over
 from creak.studies.spots.rubs import check_rubs
 from creak.studies.spots.steps import bars_of_steps
 from creak.studies.warned import attempted
@@ -40,8 +40,7 @@ def beside_unreduced(
         if result.stopped is not None:
             found = Structure(why_not="the run was stopped")
         else:
-            events = run.structure or events_beside(run, result.reference, progress, notes)
-            found = attempted("spot checks", lambda: _checked(result, run, events, places, notes), FAILED, notes)
+            found = attempted("spot checks", lambda: _checked(result, run, places, progress, notes), FAILED, notes)
     samples = None if result.events is None else event_statistics(result)
     return found.beside(result.events, samples)
 
@@ -49,21 +48,24 @@ def beside_unreduced(
 def events_beside(run: ReducedRun, reference: ReferenceModel, progress: Progress, notes: list[str]) -> Structure:
     """Some of its events, marched through by the unreduced model."""
     started = clock.perf_counter()
+    found = attempted("spot checks", lambda: _of_events(run, *handed_over(run, reference), progress), FAILED, notes)
+    return replace(found, wall_s=clock.perf_counter() - started)
 
-    def checked() -> Structure:
-        of, why = handed_over(run, reference)
-        return Structure(why_not=why) if of is None else check_spots(run, of, progress)
 
-    found = attempted("spot checks", checked, FAILED, notes)
-    return replace(found, complete=run.reduced.complete, wall_s=clock.perf_counter() - started)
+def _of_events(run: ReducedRun, of: Handover | None, why: str, progress: Progress) -> Structure:
+    found = Structure(why_not=why) if of is None else check_spots(run, of, progress)
+    return replace(found, complete=run.reduced.complete)
 
 
 def _checked(
-    result: StudyResult, run: ReducedRun, events: Structure, places: Sequence[Place], notes: list[str]
+    result: StudyResult, run: ReducedRun, places: Sequence[Place], progress: Progress, notes: list[str]
 ) -> Structure:
-    """The same with its rubbing, and with how far its own run hangs on contact steps; each may fail."""
+    """Events, where nobody has looked at them yet, rubbing, how far its own run hangs on contact steps; each may fail."""
     started = clock.perf_counter()
-    of, _ = handed_over(run, result.reference)
+    of, why = handed_over(run, result.reference)
+    events = run.structure
+    if events is None:
+        events = attempted("spot checks", lambda: _of_events(run, of, why, progress), FAILED, notes)
     if of is None:
         return events
     nothing: tuple[tuple[RubSpot, ...], int] = (), 0

@@ -25,8 +25,6 @@ FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
 RESOLVED = 0.2
 """Of what the verdict lets a figure move by, that half a contact step may change."""
-HALVINGS = 1
-"""Most of the contact steps: where twice as many do not tell the same, chatter hangs on them."""
 
 
 def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structure:
@@ -42,7 +40,7 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
     back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost. Where half the steps
     change the hardest event by more than a part (`RESOLVED`) of what the verdict lets it move by, all are marched again
-    by these, `HALVINGS` times at most, where the rest of that holds it. Of a complete model, where they count for
+    by these, once, where the rest of that holds it. Of a complete model, where they count for
     nothing (`Structure.complete`), they are not.
     """
     made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(found, of)]
@@ -56,11 +54,10 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     at = sorted({s.first for s in taken})
     states = states_at(found.setup.marching, of, at)
     spots, solves = _marched(of, taken, near, rows, states, at, progress)
-    for _ in range(0 if found.reduced.complete else HALVINGS):
-        taken = [s.finer() for s in taken]
-        if _is_resolved(spots[0]) or len(affordable(taken, rows, of.budget - solves, 0)) < len(taken):
-            break
-        spots, more = _marched(of, taken, near, rows, states, at, progress)
+    finer = [s.finer() for s in taken]
+    wanted = not (found.reduced.complete or _is_resolved(spots[0]))
+    if wanted and len(affordable(finer, rows, of.budget - solves, 0)) == len(finer):
+        spots, more = _marched(of, finer, near, rows, states, at, progress)
         solves += more
     first_end = min(e.t_end for e in found.run.events)
     return Structure(tuple(spots), first_end=first_end, solves=solves)
@@ -161,7 +158,8 @@ def _compared(
 
 def _is_resolved(spot: Spot) -> bool:
     """Does half the step change little of what the unreduced march finds? So where that was not looked at."""
-    return all(x <= RESOLVED * limit(name, spot.event) for name, x in (spot.numerical or {}).items())
+    lasts = spot.event.t_end - spot.event.t_start
+    return all(x <= RESOLVED * limit(name, lasts) for name, x in (spot.numerical or {}).items())
 
 
 def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | None:

@@ -75,9 +75,9 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
     v = c.verification
-    unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
-    if np.any(unreduced.coordinates < 0):
+    if np.any(reference.system.coordinates < 0):
         return None, "parts of the model are superelements from files, whose inside is not there"
+    unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
     budget = max(FEWEST / (unreduced.n + STEP), SHARE * BLOCKED * reduced.solves)
     handover = Handover(unreduced, system, found.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)

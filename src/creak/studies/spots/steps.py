@@ -47,7 +47,7 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     states = states_at(run.setup.marching, of, at)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
-    stretches = order, [replace(s, parts=half, steps=2 * s.steps) for s in order]
+    stretches = order, [s.finer() for s in order]
 
     def march(checker: Checker, s: Stretch) -> Callable[[Solver], tuple[History, str]]:
         return partial(checker.through, s, *states_of(of, states, at.index(s.first), s.first))
