@@ -60,7 +60,7 @@ def _of_events(run: ReducedRun, of: Handover | None, why: str, progress: Progres
 def _checked(
     result: StudyResult, run: ReducedRun, places: Sequence[Place], progress: Progress, notes: list[str]
 ) -> Structure:
-    """Events, where nobody has looked at them yet, rubbing, how far its own run hangs on contact steps; each may fail."""
+    """Events, where none were looked at yet, rubbing, how far its own run hangs on contact steps; each may fail."""
     started = clock.perf_counter()
     of, why = handed_over(run, result.reference)
     events = run.structure
