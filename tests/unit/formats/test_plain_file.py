@@ -28,6 +28,8 @@ from creak.studies.models.superelements import _boundary
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.job import deviations_of
 from creak.studies.sound.background import background_of
+from creak.studies.sound.listeners import listeners_of
+from creak.studies.sound.rooms import room_of
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import STUDY, write_strips
 
@@ -132,6 +134,9 @@ BRANCH = {
     "scatter.vary.*.tolerance.file": STUDY + SCATTER.format('{ file = "FILE.csv" }'),
     "material_pairs": 'material_pairs = "FILE.toml"\n' + STUDY,
     "background.file": STUDY + '[background]\nfile = "FILE.csv"\n',
+    "room.reverberation": STUDY + '[room]\nvolume = 3\nreverberation = "FILE.csv"\n',
+    "listener.*.transfer.*.file": STUDY
+    + '[listener.ear]\nposition = [60, 400, 500]\n[listener.ear.transfer.UPPER]\nfile = "FILE.csv"\n',
     "clips": 'clips = "FILE.toml"\n'
     + STUDY
     + '[[clip]]\nuse = "own"\nat = [[120.0, 0.0, 0.0]]\nparts = ["LOWER"]\naxis = [0, 0, 1]\n',
@@ -160,6 +165,8 @@ def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path,
         setup = set_up(read_study(study))
         found = setup.study
         background_of(found.config.background, found.places)
+        room_of(found.config.room, found.places)
+        listeners_of(setup.model, found.config.listener, found.places, 1e-3)
         material_pairs(found.lines)
         deviations_of(setup)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import BeforeValidator, ConfigDict, Field, StrictBool, model_validator
@@ -350,6 +350,13 @@ class StudyConfig(Table):
     """The steady sound that the contacts are heard beside."""
     room: RoomTable | None = None
     """The cabin around all listeners."""
+
+    @model_validator(mode="after")
+    def _one_room(self) -> Self:
+        measured = next((name for name, one in self.listener.items() if one.transfer), None)
+        if self.room is not None and measured is not None:
+            raise ValueError(f"room and listener.{measured}.transfer are both given: a measured way has the room in it")
+        return self
 
     @property
     def highest(self) -> float:

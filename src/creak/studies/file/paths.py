@@ -27,6 +27,8 @@ PLACES = (
     ("scatter", "vary", "*", "tolerance", "file"),
     ("material_pairs",),
     ("background", "file"),
+    ("room", "reverberation"),
+    ("listener", "*", "transfer", "*", "file"),
     ("clips",),
     ("static", "*", "temperature"),
     ("damping", "from_test"),

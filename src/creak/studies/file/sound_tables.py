@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, StrictBool, field_validator, model_validator
 
@@ -11,6 +11,21 @@ from creak.studies.file.table import Finite, Positive, Table
 
 UNNAMED = "ear"
 """Name of the listener of a study that names none."""
+
+
+class TransferTable(Table):
+    """[listener.NAME.transfer.PART]: what was measured from a part to the listener, in place of the open air."""
+
+    file: str
+    """Transfer function from the middle of the part to the ear, Pa over a volume acceleration or velocity in m and s,
+    relative to the study file. CSV with the header frequency,real,imag or frequency,amplitude,phase (degrees) or
+    frequency,amplitude; a universal file with data set 58; or WAV, an impulse response."""
+    function: int | str | None = None
+    """Name, or number from 1, of the function in a universal file, or of the channel in a WAV file with several."""
+    per: Literal["volume acceleration", "volume velocity"] | None = None
+    """What the pressure is per; default: what the file says, else volume acceleration."""
+    full_scale: Positive | None = None
+    """Of a WAV file: Pa per m^3/s^2 (or per m^3/s) that a sample of 1 stands for; responses of all samples add up."""
 
 
 class ListenerTable(Table):
@@ -25,6 +40,8 @@ class ListenerTable(Table):
     them. Default: a point in the air."""
     up: tuple[Finite, Finite, Finite] | None = None
     """Direction of the top of the head; default: z."""
+    transfer: dict[str, TransferTable] = {}
+    """[listener.NAME.transfer.PART]: what was measured from a part to the listener."""
 
     @property
     def part_names(self) -> tuple[str, ...]:
@@ -41,6 +58,8 @@ class ListenerTable(Table):
     def _has_a_head(self) -> ListenerTable:
         if self.up is not None and self.faces is None:
             raise ValueError("up is that of a head: give faces, where it looks, too")
+        if self.transfer and self.faces is not None:
+            raise ValueError("a transfer function is measured at one ear, its head is in it: leave faces out")
         return self
 
 

@@ -162,11 +162,15 @@ def _strongest(force: FloatArray) -> FloatArray:
 def hearing(system: System, listener: Listener, metre: float) -> Callable[[float], ComplexArray]:
     """Of a frequency, Hz: (n,) pressure at a listener per acceleration of each coordinate of an unreduced System.
 
-    Rayleigh's integral, but for a delay that all share; compact bodies count with their faces.
+    Rayleigh's integral, but for a delay that all share; compact bodies count with their faces. Parts whose way was
+    measured are heard by it.
     """
-    sent = listener.skin.toward(listener.position)
-    nodes, points, real = nodal(listener.skin, sent.real)
-    volume = metre**3 * (real + 1j * nodal(listener.skin, sent.imag)[2])
+    sent, part = listener.skin.toward(listener.position), listener.skin.part[:, None]
+    open_air = np.where(np.isin(part, [way.part for way in listener.transfers]), 0.0, sent)
+    gains = [lambda freq: np.ones_like(freq), *(way.gain for way in listener.transfers)]
+    ways = [open_air, *(np.where(part == way.part, sent, 0.0) for way in listener.transfers)]
+    nodes, points, _ = nodal(listener.skin, sent.real)
+    volumes = [metre**3 * (nodal(listener.skin, own.real)[2] + 1j * nodal(listener.skin, own.imag)[2]) for own in ways]
     r = metre * np.linalg.norm(points - listener.position, axis=1)
     labels = node_dofs(nodes, TRANSLATIONS)
     moves = np.isin(labels, system.labels)
@@ -174,6 +178,7 @@ def hearing(system: System, listener: Listener, metre: float) -> Callable[[float
 
     def at(freq: float) -> ComplexArray:
         turned = AIR.density / (2.0 * np.pi * r) * np.exp(-2j * np.pi * freq / AIR.speed * (r - r.min()))
+        volume = sum(gain(np.array([freq]))[0] * own for gain, own in zip(gains, volumes, strict=True))
         return np.asarray(R @ (turned[:, None] * volume).ravel()[moves])
 
     return at

@@ -38,6 +38,7 @@ from creak.studies.sound.road import road_levels, sum_of_levels
 from creak.studies.sound.rooms import cabin_of, room_of
 from creak.studies.sound.source import Source, source_of
 from creak.studies.sound.statistics import END, Statistics, statistics_of
+from creak.studies.sound.transfers import words_of
 from creak.words import listed, percent
 
 SHORTEST = 0.05
@@ -306,7 +307,7 @@ def _notes(
             f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
             f"to {LARGE:g} times as much it becomes that of faces set in a wall"
         )
-    said += _around(ears, heard)
+    said += _around(ears, heard, band, parts)
     background, all_of = ears[0].background, heard[0][-1]
     if background is not None and all_of.n5 is not None and all_of.n5_added is None:
         said.append(
@@ -329,8 +330,8 @@ def _notes(
     return said
 
 
-def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]]) -> list[str]:
-    """What room and heads do, and the road beside."""
+def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, parts: Sequence[Part]) -> list[str]:
+    """What room, measured ways and heads do, and the road beside."""
     said, all_of = [], heard[0][-1]
     if (cabin := ears[0].cabin) is not None:
         room = cabin.room
@@ -341,6 +342,9 @@ def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]]) -> list[str]:
             "resonances count (Schroeder), and its level is a mean"
         )
     for ear in ears:
+        if ear.listener.transfers:
+            names = [part.name for part in parts]
+            said.append(words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high)))
         if ear.listener.side:
             said.append(
                 f"sound: {ear.listener.name} hears with two ears, a rigid sphere equalised for sound from the front; "

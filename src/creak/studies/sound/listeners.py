@@ -15,6 +15,7 @@ from creak.model.units import METRES
 from creak.sound.head import RADIUS, Head
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable
+from creak.studies.sound.transfers import Transfer, transfer_of
 
 EAR = 0.6
 """m between the loudest panel and the listener where none is given."""
@@ -45,11 +46,17 @@ class Listener:
     """(3,) direction of its left ear."""
     side: int = 0
     """1: only its left ear listens, -1: its right one; 0: neither, or there is no head."""
+    transfers: tuple[Transfer, ...] = ()
+    """Measured ways to it from some of the parts."""
 
     @property
     def head(self) -> Head | None:
         """Around `position`, with the ear that listens; None: nothing is there."""
         return None if self.left is None or not self.side else Head(self.side * self.left)
+
+    def way(self, part: int) -> Transfer | None:
+        """What was measured from a part; None: nothing, it is heard as in the open."""
+        return next((one for one in self.transfers if one.part == part), None)
 
     @property
     def ear(self) -> str:
@@ -70,15 +77,45 @@ def listeners_of(
     Raises
     ------
     InputError : an unknown part, no part that radiates, a listener on the structure or inside it, a head that touches
-        it or that looks along its own top.
+        it or that looks along its own top; as `transfer_of`.
     """
     if not tables:
         return ()
     skin = skin_of(model)
-    return tuple(
-        _with_head(model, skin, _listener(model, skin, name, table, places), table, metre, places)
-        for name, table in tables.items()
-    )
+
+    def made(name: str, table: ListenerTable) -> Listener:
+        plain = _listener(model, skin, name, table, places)
+        measured = tuple(_measured(model, plain, part, table, metre, places) for part in table.transfer)
+        twice = [one.part for one in measured]
+        if len(set(twice)) < len(twice):
+            raise InputError(
+                f"listener {name!r} has two transfer functions from one part",
+                where=places.where("listener", name, "transfer"),
+                expected="one",
+                fix="Leave one out.",
+            )
+        return replace(_with_head(model, skin, plain, table, metre, places), transfers=measured)
+
+    return tuple(made(name, table) for name, table in tables.items())
+
+
+def _measured(
+    model: Model, listener: Listener, part: str, table: ListenerTable, metre: float, places: Places
+) -> Transfer:
+    """What was measured from a part that radiates to a listener."""
+    where, skin = places.where("listener", listener.name, "transfer", part), listener.skin
+    own = skin.select(_of_parts(model, skin, [part], listener.name, where))
+    if not own.count:
+        raise InputError(
+            f"listener {listener.name!r} does not hear part {part!r}",
+            where=where,
+            expected=f"one of {', '.join(listener.parts)}",
+            fix="Name it in parts, too, or leave its transfer function out.",
+        )
+    size = np.linalg.norm(own.areas, axis=1)
+    away = metre * float(np.linalg.norm(size @ own.centres / size.sum() - listener.position))
+    given = table.transfer[part]
+    return transfer_of(given, places.sibling(given.file), int(own.part[0]), away, where)
 
 
 def _with_head(
@@ -115,7 +152,7 @@ def _unit(direction: Sequence[float]) -> FloatArray:
 
 
 def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places: Places) -> Listener:
-    heard = skin.select(_of_parts(model, skin, table.part_names, name, places))
+    heard = skin.select(_of_parts(model, skin, table.part_names, name, places.where("listener", name, "parts")))
     if not heard.count:
         wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
         raise InputError(
@@ -145,14 +182,14 @@ def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places:
     return Listener(name, position, heard, _names(model, heard), True)
 
 
-def _of_parts(model: Model, skin: Skin, wanted: Sequence[str], name: str, places: Places) -> BoolArray:
+def _of_parts(model: Model, skin: Skin, wanted: Sequence[str], name: str, where: str) -> BoolArray:
     """Facets of the parts that a listener names; of all where it names none."""
     rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
     unknown = next((p for p in wanted if p.upper() not in rows), None)
     if unknown is not None:
         raise InputError(
             f"listener {name!r}: unknown part {unknown!r}",
-            where=places.where("listener", name, "parts"),
+            where=where,
             fix=suggest(unknown, [p.name for p in model.parts]),
         )
     if not wanted:

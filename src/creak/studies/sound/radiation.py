@@ -14,12 +14,13 @@ from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces
+from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, without_lows
 from creak.sound.head import Head
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.source import Source, of_modes
+from creak.studies.sound.transfers import Transfer
 
 PER_BAND = 4.0
 """Samples per second of a listener's rows over the band: few, as each costs a back-substitution in every part."""
@@ -77,6 +78,14 @@ class Radiation:
     """Hz, up to which it holds."""
     head: Head | None = None
     """Around the position; None: nothing is there."""
+    transfers: tuple[Transfer, ...] = ()
+    """Measured ways from some of the parts."""
+
+    def heard(self, body: Body, sent: FloatArray) -> FloatArray:
+        """(n,) what is heard of what a body sends in the open."""
+        way = next((one for one in self.transfers if one.part == body.part), None)
+        sent = sent if way is None else without_lows(sent, RATE, way.gain)
+        return sent if self.head is None else self.head.at_ear(sent, RATE, body.centre - self.position)
 
 
 def radiation(system: System, listener: Listener, metre: float, band: float) -> Radiation:
@@ -91,6 +100,7 @@ def radiation(system: System, listener: Listener, metre: float, band: float) -> 
         rows.append((_quarter_turn, plain.imag))
     large = [b for b in bodies if b.large(np.array([band]))[0] > 0.0]
     rows += [(b.large, np.where((skin.part == b.part)[:, None], sent.real, 0.0)) for b in large]
+    rows = _measured(listener, rows)
     rows = [row for row in rows if row[1].any()] or rows[:1]
     if listener.head is not None:
         rows = _around(listener.head, rows, (skin.centres - listener.position) * metre)
@@ -103,7 +113,9 @@ def radiation(system: System, listener: Listener, metre: float, band: float) -> 
     filters = np.stack([np.pad(w, ((0, taps - w.shape[0]), (0, 0))) for w, _ in panels])
     start = np.array([start for _, start in panels])
     sheet = PressureRows(filters, start, PER_BAND * band, band)
-    return Radiation(position, sheet, tuple(gain for gain, _ in rows), bodies, moves, band, listener.head)
+    return Radiation(
+        position, sheet, tuple(gain for gain, _ in rows), bodies, moves, band, listener.head, listener.transfers
+    )
 
 
 def _all(freq: FloatArray) -> FloatArray:
@@ -112,6 +124,16 @@ def _all(freq: FloatArray) -> FloatArray:
 
 def _quarter_turn(freq: FloatArray) -> ComplexArray:
     return np.full(freq.shape, 1j)
+
+
+def _measured(listener: Listener, rows: Sequence[tuple[Gain, FloatArray]]) -> list[tuple[Gain, FloatArray]]:
+    """Rows whose parts are heard as they were measured by themselves, behind those of all others."""
+    part, found = listener.skin.part[:, None], list(rows)
+    for way in listener.transfers:
+        own = part == way.part
+        apart = [(partial(_product, gain, way.gain), np.where(own, areas, 0.0)) for gain, areas in found]
+        found = [*((gain, np.where(own, 0.0, areas)) for gain, areas in found), *apart]
+    return found
 
 
 def _around(head: Head, rows: Sequence[tuple[Gain, FloatArray]], offset: FloatArray) -> list[tuple[Gain, FloatArray]]:
@@ -166,7 +188,7 @@ def record_of(source: Source, groups: Sequence[IntArray], to: Radiation) -> Floa
         direction = _unit(to.position - body.centre)
         for own, pressure in zip(every, found, strict=True):
             sent = acceleration_noise(own[:, None] * direction, RATE, body.radius, body.centre, to.position)
-            pressure += sent if to.head is None else to.head.at_ear(sent, RATE, body.centre - to.position)
+            pressure += to.heard(body, sent)
     return found
 
 

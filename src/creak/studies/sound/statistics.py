@@ -38,6 +38,7 @@ from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.sheets import LEAST, PartPlates, Push, Sheets, pushes, sheets_of
 from creak.studies.sound.source import Source
+from creak.studies.sound.transfers import Transfer
 
 END = 10_000.0
 """Hz up to which statistical energy goes."""
@@ -121,9 +122,13 @@ class _Heard:
     """(3,) m from the listener to the middle of its faces."""
     head: Head | None
     """Of the listener, at whose ear it is heard; None: nothing is there."""
+    way: Transfer | None = None
+    """What was measured from the part."""
 
     def reach(self, freq: float) -> float:
-        """1/m^2, `spread` with what the head makes of its square at a frequency, Hz."""
+        """1/m^2, `spread` with what head or measured way make of its square at a frequency, Hz."""
+        if self.way is not None:
+            return self.spread * self.way.square(freq)
         if self.head is None:
             return self.spread
         f, alpha = np.array([freq]), float(self.head.shade(self.middle[None])[0])
@@ -241,7 +246,8 @@ def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
     offset = (own.centres - listener.position) * metre
     r = np.linalg.norm(offset, axis=1)
     spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
-    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head)
+    way = listener.way(push.part.part)
+    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head, way)
 
 
 def _of(heard: _Heard, columns: IntArray) -> _Heard:
