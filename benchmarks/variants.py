@@ -26,8 +26,8 @@ from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.watched import watched
 from creak.studies.robust import job
-from creak.studies.robust.draws import make_causes
-from creak.studies.robust.shared_model import NOTHING, Draw, SharedModel, march_draws, shared_model, variant_of
+from creak.studies.robust.draws import Draw, make_causes
+from creak.studies.robust.shared_model import NOTHING, SharedModel, march_draws, shared_model, variant_of
 from creak.verify.events import find_events
 from creak_thesis.door import write_door
 

@@ -16,7 +16,7 @@ from creak.report.tables.robust import index_rows, place_rows, sentence
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.studies.robust.findings import Robustness
-from creak.studies.robust.shared_model import FACTORS
+from creak.studies.robust.linear import FACTORS
 from creak.version import version
 
 FILES = Path(__file__).parent

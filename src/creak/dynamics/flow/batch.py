@@ -37,7 +37,7 @@ class Variant:
 
 def march_many(
     base: FlowRun,
-    variants: Iterable[Variant | tuple[int, Found]],
+    variants: Iterable[Variant],
     look: Callable[[Variant, History | Stopped], Found],
     threads: int | None = None,
 ) -> Iterator[tuple[int, Found]]:
@@ -47,7 +47,6 @@ def march_many(
 
     Parameters
     ----------
-    variants : or, with its number, what is known of one without a run.
     look : called in a thread of its own, of a run that ended early with the reason.
     threads : default: as many as cores that this process may use.
     """
@@ -65,14 +64,9 @@ def march_many(
     with one_blas_thread(), ThreadPoolExecutor(count) as pool:
         try:
             while True:
-                taken = 0
                 for variant in islice(rest, 2 * count - len(under_way)):
-                    taken += 1
-                    if isinstance(variant, Variant):
-                        under_way[pool.submit(one, variant)] = variant.number
-                    else:
-                        yield variant
-                if not under_way and not taken:
+                    under_way[pool.submit(one, variant)] = variant.number
+                if not under_way:
                     return
                 for future in wait(under_way, return_when=FIRST_COMPLETED).done:
                     yield under_way.pop(future), future.result()

@@ -12,7 +12,6 @@ from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
 from creak.studies.robust.findings import SHOWN, Robustness
-from creak.studies.robust.job import saved_values
 from creak.studies.robust.shared_model import FAILED
 from creak.verify.odds import Odds
 
@@ -72,13 +71,14 @@ def sentence(found: Robustness) -> str:
         alike = "" if len(leading) == 1 else ", alike within their bounds"
         text += f"; most of the scatter comes from {' or '.join(leading)}{alike}"
     before = f", {d.taken} of them from before" if d.taken else ""
-    return f"{text}; {d.design.total} runs{before}"
+    few = "" if d.marched == d.design.total else f", of which {d.marched} had to be marched"
+    return f"{text}; {d.design.total} runs{few}{before}"
 
 
 def write_draws(found: Robustness, path: Path) -> None:
     """A row for each run: its block, the values that were drawn, and what came of it."""
     d, text = found.draws, io.StringIO()
-    values = saved_values(d)
+    values = d.drawn.means()
     writer = csv.writer(text, lineterminator="\n")
     totals = ("events", "impulse", "force", "speed")
     writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in totals), "failed"])

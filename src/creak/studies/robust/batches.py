@@ -17,7 +17,8 @@ from creak.progress import silent
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
-from creak.studies.robust.shared_model import Draw, SharedModel, march_draws, shared_model
+from creak.studies.robust.draws import Draw
+from creak.studies.robust.shared_model import SharedModel, march_draws, shared_model
 from creak.studies.tasks.queue import Runner
 from creak.version import version
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from creak.assembly.system import System
+from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
 
@@ -31,6 +32,11 @@ def keeps_model(clips: Sequence[ClipTable], key: str) -> bool:
 def tables_of(study: Study) -> dict[str, Any]:
     """The tables that such a value may be in."""
     return {name: getattr(study.config, name) for name in TABLES}
+
+
+def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
+    """The study with drawn numbers, checked as any change is."""
+    return with_changes(study, values) if values else study
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,8 @@ EDGE = 1e-12
 KEPT = 0.99
 """Share of a field's variance that its shapes hold; the rest is given back to them node by node."""
 SEEDS = 2**31
+BLOCK = 4_000_000
+"""Numbers worked on at a time."""
 ROUND_OFF = 1e-9
 """Of a gap: by so much its tolerance may be larger."""
 
@@ -53,6 +55,10 @@ class Cause:
     def is_factor(self) -> bool:
         """Whether it multiplies a stiffness that the elements give ("auto"), which the study has no number for."""
         return self.of.relative and math.isnan(self.nominal)
+
+    def number(self, value: float) -> float | int:
+        """A value as the study has it: seeds are whole."""
+        return int(value) if self.of.type == "seed" else float(value)
 
     def values(self, unit: FloatArray) -> FloatArray:
         """(n,) numbers, or (n, m) gaps, from points (n, D) of the unit cube."""
@@ -109,6 +115,66 @@ class Design:
         """Rows of the draws with cause k from B."""
         half = self.n // 2
         return slice(self.n + k * half, self.n + (k + 1) * half)
+
+
+@dataclass(frozen=True)
+class Draw:
+    """Other numbers of a study."""
+
+    number: int
+    values: Mapping[str, Any]
+    """Dotted key -> value."""
+    fields: Mapping[str, FloatArray]
+    """Contact -> (m,) gaps of its channels."""
+    factors: Mapping[str, float] = field(default_factory=dict)
+    """Contact -> factor on the stiffness that its elements give."""
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """The causes of a study at all points of a design. Fields are made where they are asked for."""
+
+    causes: tuple[Cause, ...]
+    points: FloatArray
+    """(total, D) of the unit cube."""
+    numbers: tuple[FloatArray | None, ...]
+    """Of each cause (total,); None: it is a field."""
+
+    @staticmethod
+    def at(causes: tuple[Cause, ...], points: FloatArray) -> Drawn:
+        """The causes at points of the unit cube."""
+        return Drawn(causes, points, tuple(c.values(points) if c.shapes is None else None for c in causes))
+
+    @property
+    def total(self) -> int:
+        return len(self.points)
+
+    def draw(self, number: int) -> Draw:
+        """One of them."""
+        numbers, fields, factors = {}, {}, {}
+        for cause, column in zip(self.causes, self.numbers, strict=True):
+            if column is None:
+                fields[cause.contact] = cause.values(self.points[number : number + 1])[0]
+            elif cause.is_factor:
+                factors[cause.contact] = float(column[number])
+            else:
+                numbers[cause.key] = cause.number(column[number])
+        return Draw(number, numbers, fields, factors)
+
+    def blocks(self, width: int) -> list[slice]:
+        """All of them, as many at a time as fit beside `width` numbers each."""
+        step = max(1, BLOCK // max(width, 1))
+        return [slice(k, min(k + step, self.total)) for k in range(0, self.total, step)]
+
+    def means(self) -> dict[str, FloatArray]:
+        """Key -> (total,) values; of a field its mean over the channels."""
+        found = {}
+        for cause, column in zip(self.causes, self.numbers, strict=True):
+            if column is None:
+                rows = self.blocks(len(cause.names))
+                column = np.concatenate([cause.values(self.points[own]).mean(axis=1) for own in rows])
+            found[cause.key] = column
+        return found
 
 
 def whole_power(n: int) -> int:

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.studies.robust.job import Draws, saved_values
-from creak.studies.robust.shared_model import FACTORS, FAILED, FIGURES, LEFT_OUT
+from creak.studies.robust.job import Draws
+from creak.studies.robust.linear import FACTORS
+from creak.studies.robust.shared_model import FAILED, FIGURES, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
 from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread
 
@@ -76,6 +77,7 @@ class Robustness:
             "units": d.setup.study.config.model.units,
             "draws": d.design.n,
             "runs": d.design.total,
+            "marched": d.marched,
             "taken_from_before": d.taken,
             "seed": d.design.seed,
             "reduced_again": list(d.reduced_again),
@@ -116,7 +118,7 @@ def find(draws: Draws) -> Robustness:
         }
         if all(index is not None for index in of.values()):
             indices[name] = {key: index for key, index in of.items() if index is not None}
-    values = saved_values(draws)
+    values = draws.drawn.means()
     ordered = {c.key: values[c.key][:n][well] for c in design.causes if c.of.type != "seed"}
     tornado = {
         name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()

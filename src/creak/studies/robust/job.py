@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -21,15 +21,15 @@ from creak.studies.file.reader import Study
 from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
-from creak.studies.robust.batches import Batch, batches, march_batches
-from creak.studies.robust.changes import keeps_model
-from creak.studies.robust.draws import Cause, Design, make_causes, whole_power
+from creak.studies.robust.batches import batches, march_batches
+from creak.studies.robust.changes import drawn_study, keeps_model
+from creak.studies.robust.draws import Design, Draw, Drawn, make_causes, whole_power
+from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import (
-    FACTORS,
     FIGURES,
-    Draw,
+    FORETOLD,
     SharedModel,
-    drawn_study,
+    foretold,
     march_draws,
     places_of,
     shared_model,
@@ -50,10 +50,10 @@ class Draws:
     design: Design
     channels: GapOperator
     """All of the study: contacts, then connectors, as the study has them."""
-    values: tuple[FloatArray, ...]
-    """Of each cause: (total,), or (total, m) of a field."""
+    drawn: Drawn
+    """What each cause is in them."""
     state: FloatArray
-    """(total,) 0, `shared_model.FAILED` or `shared_model.LEFT_OUT`."""
+    """(total,) 0, or one of `FAILED`, `LEFT_OUT` and `FORETOLD` of `shared_model`."""
     figures: FloatArray
     """(total, n_place, 4)"""
     slack: FloatArray
@@ -65,6 +65,11 @@ class Draws:
     reduced_again: tuple[str, ...]
     """Keys that need a model of their own for each draw."""
     notes: tuple[str, ...]
+
+    @property
+    def marched(self) -> int:
+        """Draws that had to be marched."""
+        return int(np.count_nonzero(self.state != FORETOLD))
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -101,11 +106,10 @@ def run_draws(
     data["clip"] = [clip.model_dump(mode="json") for clip in clips]
     causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places, own)
     design = Design(causes, whole_power(n), indices, config.scatter.seed)
-    points = design.points()
-    values = tuple(cause.values(points) for cause in causes)
-    numbers = [(c, v) for c, v in zip(causes, values, strict=True) if v.ndim == 1 and not c.is_factor]
-    for end in (np.argmin, np.argmax):
-        drawn_study(study, {c.key: _number(c, v, int(end(v))) for c, v in numbers})
+    drawn = Drawn.at(causes, design.points())
+    numbers = [(c, v) for c, v in zip(causes, drawn.numbers, strict=True) if v is not None and not c.is_factor]
+    for end in (np.min, np.max):
+        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
     # Draws are made from neither comments nor title, nor the probability that is aimed at.
@@ -120,40 +124,24 @@ def run_draws(
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken, again = len(found), tuple(c.key for c in causes if not keeps_model(clips, c.key))
-    notes: list[str] = []
-    missing = [k for k in range(design.total) if k not in found]
-    if missing:
+    missing, notes = {k for k in range(design.total) if k not in found}, list[str]()
+    if missing and again:
+        models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
+        who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
+        notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
+        progress(f"{len(models)} reductions, as {who} the model", 0, 1)
+        marched = _on_models_of_their_own(models, channels, threads, runner)
+    else:
         keep = None if out is None else out / "superelements"
-        draws = [_draw(causes, values, k) for k in range(design.total)]
-        models = _models(setup.study, draws, set(missing), again)
-        if again:
-            who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
-            notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
-            progress(f"{len(models)} reductions, as {who} the model", 0, 1)
-
-        def shared(model: _Model) -> SharedModel:
-            if again:
-                return shared_model(set_up(model.study), model.draws, silent)
-            made = shared_model(setup, model.draws, progress, keep)
-            notes.extend(made.notes)
-            return made
-
-        def batched(model: _Model) -> list[Batch]:
-            of, store = (model.draws, None) if again else (shared(model).lowest, keep)
-            return batches(model.study, model.left, of, store)
-
-        if runner is not None:
-            marched = march_batches(runner, [batch for model in models for batch in batched(model)])
-        else:
-            marched = _marched(models, shared, channels, threads)
-        if path is None:
-            found.update(marched)
-        else:
-            with record_log(path, made_from, width, used) as log:
-                for number, record in marched:
-                    log.add(number, record)
-                    found[number] = record
-                    progress("draws", len(found), design.total)
+        marched = _on_one_model(setup, drawn, missing, channels, progress, notes, keep, threads, runner)
+    if missing and path is None:
+        found.update(marched)
+    elif missing and path is not None:
+        with record_log(path, made_from, width, used) as log:
+            for number, record in marched:
+                log.add(number, record)
+                found[number] = record
+                progress("draws", len(found), design.total)
     table = np.stack([found[k] for k in range(design.total)])
     cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
     state, figures, slack, impulse = np.split(table, cuts, axis=1)
@@ -162,7 +150,7 @@ def run_draws(
         setup,
         design,
         channels,
-        values,
+        drawn,
         state[:, 0],
         figures.reshape(shape),
         slack.reshape(shape),
@@ -171,6 +159,53 @@ def run_draws(
         again,
         (*setup.notes, *notes),
     )
+
+
+def _on_one_model(
+    setup: Setup,
+    drawn: Drawn,
+    missing: Set[int],
+    channels: GapOperator,
+    progress: Progress,
+    notes: list[str],
+    keep: Path | None,
+    threads: int | None,
+    runner: Runner | None,
+) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each missing draw; those that need no march first. What the model notes goes to `notes`."""
+    made = shared_model(setup, drawn, progress, keep)
+    notes.extend(made.notes)
+    known = set[int]()
+    for number, record in foretold(made, channels):
+        known.add(number)
+        if number in missing:
+            yield number, record
+    left = [drawn.draw(k) for k in sorted(missing - known)]
+    if made.plain is not None:
+        progress(f"{len(left)} of {len(missing)} draws come near enough to be marched", 0, 1)
+    if runner is None:
+        yield from _marched(made, channels, left, threads)
+    elif left:
+        yield from march_batches(runner, batches(setup.study, left, made.lowest, keep))
+
+
+def _on_models_of_their_own(
+    models: Sequence[_Model], channels: GapOperator, threads: int | None, runner: Runner | None
+) -> Iterator[tuple[int, FloatArray]]:
+    """The same of draws whose numbers change the model."""
+    if runner is not None:
+        every = [batch for one in models for batch in batches(one.study, one.left, one.draws, None)]
+        yield from march_batches(runner, every)
+        return
+    for one in models:
+        yield from _marched(shared_model(set_up(one.study), one.draws, silent), channels, one.left, threads)
+
+
+def _marched(
+    model: SharedModel, channels: GapOperator, draws: Sequence[Draw], threads: int | None
+) -> Iterator[tuple[int, FloatArray]]:
+    for number, seen in march_draws(model, channels, draws, threads):
+        yield number, seen.record()
 
 
 @dataclass(frozen=True)
@@ -196,15 +231,6 @@ def _models(study: Study, draws: Sequence[Draw], missing: Set[int], again: Seque
         if left:
             models.append(_Model(drawn_study(study, dict(zip(again, own, strict=True))), every, left))
     return models
-
-
-def _marched(
-    models: Sequence[_Model], shared: Callable[[_Model], SharedModel], channels: GapOperator, threads: int | None
-) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each missing draw."""
-    for model in models:
-        for number, seen in march_draws(shared(model), channels, model.left, threads):
-            yield number, seen.record()
 
 
 def fields_of(contacts: GapOperator, coords: FloatArray) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:
@@ -238,25 +264,3 @@ def deviations_of(setup: Setup) -> dict[str, FloatArray]:
             raise no_row(table.file, points, name[0], where)
         found[key] = np.array([row.below for row in rows])[at] / SIGMAS
     return found
-
-
-def _draw(causes: tuple[Cause, ...], values: tuple[FloatArray, ...], number: int) -> Draw:
-    numbers, fields, factors = {}, {}, {}
-    for cause, column in zip(causes, values, strict=True):
-        if column.ndim == 2:
-            fields[cause.contact] = column[number]
-        elif cause.is_factor:
-            factors[cause.contact] = float(column[number])
-        else:
-            numbers[cause.key] = _number(cause, column, number)
-    return Draw(number, numbers, fields, factors)
-
-
-def _number(cause: Cause, column: FloatArray, k: int) -> float | int:
-    return int(column[k]) if cause.of.type == "seed" else float(column[k])
-
-
-def saved_values(draws: Draws) -> Mapping[str, FloatArray]:
-    """Key -> (total,) values; of a field its mean over the channels."""
-    pairs = zip(draws.design.causes, draws.values, strict=True)
-    return {cause.key: v if v.ndim == 1 else v.mean(axis=1) for cause, v in pairs}

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,20 +16,20 @@ from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
-from creak.studies.file.changes import with_changes
 from creak.studies.file.identity import store_of
-from creak.studies.file.reader import Study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps, varied
 from creak.studies.prepare.watched import silent_channels
-from creak.studies.robust.changes import tables_of, with_damping
+from creak.studies.robust.changes import drawn_study, tables_of, with_damping
+from creak.studies.robust.draws import Draw, Drawn
+from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, pressed
+from creak.studies.robust.plain import Plain, plain_of
 from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
@@ -42,29 +41,11 @@ FIGURES = ("events", "impulse", "force", "speed")
 FAILED = 1.0
 LEFT_OUT = 2.0
 """A channel that the pre-check dropped closed."""
-FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
-"""On the load, of the fragility curve."""
+FORETOLD = 3.0
+"""Nothing touches for sure: it was not marched."""
 NOTHING = np.zeros(0, dtype=np.int64)
-SURE = 0.05
-"""Of its closing without contact that must be left of a gap, so that it stays open for sure: between two instants its
-course is taken for a parabola."""
-SAME = 1e-12
-"""Of the largest load, round-off of a multiple of it."""
 TRIED = 8
 """Draws of the load whose linear runs the pre-check looks at."""
-
-
-@dataclass(frozen=True)
-class Draw:
-    """Other numbers of a study."""
-
-    number: int
-    values: Mapping[str, Any]
-    """Dotted key -> value."""
-    fields: Mapping[str, FloatArray]
-    """Contact -> (m,) gaps of its channels."""
-    factors: Mapping[str, float] = field(default_factory=dict)
-    """Contact -> factor on the stiffness that its elements give."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +53,7 @@ class Seen:
     """What is kept of a draw."""
 
     state: float
-    """0, `FAILED` or `LEFT_OUT`."""
+    """0, `FAILED` or `LEFT_OUT`; of a draw that was not marched `FORETOLD`."""
     figures: FloatArray
     """(n_place, 4)"""
     slack: FloatArray
@@ -84,28 +65,6 @@ class Seen:
     def record(self) -> FloatArray:
         """All of it in a row."""
         return np.concatenate([[self.state], self.figures.ravel(), self.slack.ravel(), self.impulse])
-
-
-@dataclass(frozen=True)
-class Linear:
-    """A run without contact."""
-
-    excursion: FloatArray
-    """(m,) most that each kept channel closes in the window, 0 or less."""
-    whole: FloatArray
-    """The same of the whole run."""
-    dropped: FloatArray
-    """(2, k) gap at rest of the channels that the pre-check dropped, and most that they close in the whole run."""
-
-    def times(self, factor: float) -> Linear:
-        """That of `factor` times the loads, at rest before."""
-        rest, closes = self.dropped
-        return Linear(factor * self.excursion, factor * self.whole, np.stack([rest, factor * closes]))
-
-    def clear_of(self, gaps: GapOperator) -> bool:
-        """Does nothing touch for sure, so that the run with contact is this one?"""
-        rest, closes = np.append(self.dropped[0], gaps.gap0), np.append(self.dropped[1], self.whole)
-        return bool(np.all(rest + (1.0 + SURE) * closes > 0.0))
 
 
 @dataclass(frozen=True)
@@ -127,10 +86,15 @@ class SharedModel:
     notes: tuple[str, ...]
     lowest: FloatArray
     """(m,) what it was made for: `lowest_of` its draws."""
+    plain: Plain | None = None
+    """What its draws have in common, where it was made for `Drawn` that have it."""
 
 
-def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], progress: Progress) -> FloatArray:
+def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | Plain, progress: Progress) -> FloatArray:
     """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less."""
+    if isinstance(draws, Plain):
+        begun = started(setup, reference, silent)
+        return draws.lowest(with_linear_gaps(begun, reference, progress).linear_gaps)
     lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
     begun = started(setup, reference, silent) if loaded else setup
@@ -150,7 +114,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw], pr
 
 @none_ignored()
 def shared_model(
-    setup: Setup, draws: FloatArray | Sequence[Draw], progress: Progress, keep: Path | None = None
+    setup: Setup, draws: FloatArray | Sequence[Draw] | Drawn, progress: Progress, keep: Path | None = None
 ) -> SharedModel:
     """The model of a study with the channels that its draws need, and the arrays that they share.
 
@@ -164,7 +128,10 @@ def shared_model(
     InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
     """
     c, reference = setup.study.config, build_reference(setup, progress)
-    lowest = draws if isinstance(draws, np.ndarray) else lowest_of(setup, reference, draws, progress)
+    plain = plain_of(setup, reference, draws) if isinstance(draws, Drawn) else None
+    if isinstance(draws, Drawn):
+        draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
+    lowest = draws if isinstance(draws, np.ndarray) else lowest_of(setup, reference, plain or draws, progress)
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
@@ -201,7 +168,30 @@ def shared_model(
     unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None)
     linear = linear_of(march_chunks(unhindered(dropped, base.solver), None), gaps, window, dropped.silent.gap0)
     silent = unhindered(None, base.solver)
-    return SharedModel(before, reference, gaps, system, base, silent, window, linear, (*reduced.notes, *notes), lowest)
+    notes = [*reduced.notes, *notes]
+    return SharedModel(before, reference, gaps, system, base, silent, window, linear, tuple(notes), lowest, plain)
+
+
+def foretold(model: SharedModel, channels: GapOperator) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each draw in which nothing touches for sure: its motion is that without contact.
+
+    Parameters
+    ----------
+    channels : as for `march_draws`.
+    """
+    plain, places = model.plain, places_of(channels)
+    if plain is None or pressed(model.gaps) or (plain.load is not None and model.system.velocity.any()):
+        return
+    place = {name: k for k, name in enumerate(channels.names)}
+    at = np.array([place[name] for name in model.gaps.names])
+    of_places, can_press = [model.gaps.of_groups({name}) for name in places], model.gaps.can_press()
+    head, tail = np.append(FORETOLD, np.zeros(len(places) * len(FIGURES))), np.zeros(channels.m)
+    for rows in plain.blocks():
+        gap0, factors = plain.gaps(rows)[:, at], plain.factors(rows)
+        clear = model.linear.clear_of(gap0, factors) & (gap0[:, can_press] >= 0.0).all(axis=1)
+        slack = model.linear.slack(gap0[clear], factors[clear], of_places)
+        for k, own in zip(np.flatnonzero(clear), slack, strict=True):
+            yield rows.start + int(k), np.concatenate([head, own.ravel(), tail])
 
 
 def march_draws(
@@ -209,8 +199,7 @@ def march_draws(
 ) -> Iterator[tuple[int, Seen]]:
     """Number of a draw and what was seen in it, in the order in which they end.
 
-    Where nothing touches in the motion without contact, that is the motion: a draw of which this is known beforehand is
-    not marched, and one in which nothing touched needs no run without contact to tell its slack.
+    A draw in which nothing touched needs no run without contact to tell its slack.
 
     Parameters
     ----------
@@ -238,14 +227,7 @@ def march_draws(
         known = _linear(model, variant, history) if untouched else _foretold(model, variant)
         return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places, known), impulse)
 
-    def seen(variant: Variant) -> Variant | tuple[int, Seen]:
-        known = _foretold(model, variant)
-        if known is None or _pressed(variant.gaps) or not known.clear_of(variant.gaps):
-            return variant
-        nothing = np.zeros((len(places), len(FIGURES)))
-        return variant.number, Seen(0.0, nothing, _slack(model, variant, places, known), np.zeros(channels.m))
-
-    return march_many(model.base, (seen(variant_of(model, draw)) for draw in draws), look, threads)
+    return march_many(model.base, (variant_of(model, draw) for draw in draws), look, threads)
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:
@@ -253,24 +235,14 @@ def places_of(channels: GapOperator) -> tuple[str, ...]:
     return tuple(dict.fromkeys(channels.group))
 
 
-def _pressed(gaps: GapOperator) -> bool:
-    """Do channels press from the start?"""
-    return bool(gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any())
-
-
 def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...], known: Linear | None) -> FloatArray:
     gaps = variant.gaps
-    slack = np.full((len(places), len(FACTORS)), np.inf)
-    if _pressed(gaps):
-        return np.full_like(slack, np.nan)
+    if pressed(gaps):
+        return np.full((len(places), len(FACTORS)), np.nan)
     if known is None:
         alone = model.silent.again(gaps.without_force(), variant.loads, variant.system)
         known = _linear(model, variant, march_chunks(alone, None))
-    for k, place in enumerate(places):
-        own = np.flatnonzero(gaps.of_groups({place}))
-        if own.size:
-            slack[k] = (gaps.gap0[own, None] + known.excursion[own, None] * np.array(FACTORS)).min(axis=0)
-    return slack
+    return known.slack(gaps.gap0[None], np.ones(1), [gaps.of_groups({place}) for place in places])[0]
 
 
 def _linear(model: SharedModel, variant: Variant, history: History) -> Linear:
@@ -284,46 +256,8 @@ def _foretold(model: SharedModel, variant: Variant) -> Linear | None:
         return None
     if variant.loads is model.base.loads:
         return model.linear
-    factor = None if model.system.velocity.any() else _multiple(variant.loads, model.base.loads)
+    factor = None if model.system.velocity.any() else multiple(variant.loads, model.base.loads)
     return None if factor is None else model.linear.times(factor)
-
-
-def _multiple(loads: Loads, base: Loads) -> float | None:
-    """f with loads = f base, 0 or more; None: they are no such multiple."""
-    pairs = [(loads.support, base.support), (loads.force, base.force)]
-    on = [loads.force_labels, base.force_labels]
-    if any(a.shape != b.shape for a, b in pairs) or not all(map(np.array_equal, *on)):
-        return None
-    ours, of = (np.concatenate([x.ravel() for x in every]) for every in zip(*pairs, strict=True))
-    k = int(np.abs(of).argmax()) if of.size else 0
-    if not of.size or of[k] == 0.0:
-        return None
-    factor = float(ours[k] / of[k])
-    same = np.allclose(ours, factor * of, rtol=0.0, atol=SAME * float(np.abs(ours).max()))
-    return factor if factor >= 0.0 and same else None
-
-
-def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], rest: FloatArray) -> Linear:
-    """Of a run in which nothing touched, or could not, how far gaps closed.
-
-    Parameters
-    ----------
-    rest : (k,) gaps at rest of the channels that the pre-check dropped.
-    """
-    inside = (history.time >= window[0]) & (history.time <= window[1])
-    closing = [np.minimum(lowest_between(g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
-    return Linear(closing[0], closing[1], dropped_of(history, rest))
-
-
-def dropped_of(history: History, rest: FloatArray) -> FloatArray:
-    """`Linear.dropped` of any run; channels that were not watched stay at rest."""
-    lowest = rest if history.extremes is None else history.extremes.gap
-    return np.stack([rest, lowest - rest])
-
-
-def closes(dropped: FloatArray) -> bool:
-    """Does one of the channels that the pre-check dropped close?"""
-    return bool((dropped.sum(axis=0) <= 0.0).any())
 
 
 def variant_of(model: SharedModel, draw: Draw) -> Variant:
@@ -339,18 +273,3 @@ def variant_of(model: SharedModel, draw: Draw) -> Variant:
     if zeta != before and zeta is not None and before is not None:
         system = with_damping(model.system, zeta, before)
     return Variant(draw.number, gaps, setup.loads, system)
-
-
-def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
-    """The study with drawn numbers, checked as any change is."""
-    return with_changes(study, values) if values else study
-
-
-def lowest_between(g: FloatArray) -> FloatArray:
-    """(m,) smallest of gaps (n, m) at even instants, between these by the parabola through three of them."""
-    low = g.copy()
-    if len(g) > 2:
-        rise, bend = g[2:] - g[:-2], np.diff(g, 2, axis=0)
-        turns = (bend > 0.0) & (np.abs(rise) <= 2.0 * bend)
-        low[1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
-    return np.asarray(low.min(axis=0))

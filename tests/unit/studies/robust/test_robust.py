@@ -30,10 +30,11 @@ from creak.studies.robust import job
 from creak.studies.robust import shared_model as shared_model_room
 from creak.studies.robust.batches import batches
 from creak.studies.robust.changes import tables_of
-from creak.studies.robust.draws import field_shapes
-from creak.studies.robust.shared_model import FACTORS, Draw, Linear, closes, shared_model, variant_of
+from creak.studies.robust.draws import Draw, field_shapes
+from creak.studies.robust.linear import FACTORS, Linear, closes, multiple
+from creak.studies.robust.plain import plain_of
+from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model, variant_of
 from creak.verify.odds import Index
-from helpers_core import channels
 from helpers_decks import STUDY, write_strips
 
 LENGTH, SIDE, MODULUS, N, ZETA = 200.0, 2.0, 210000.0, 2, 0.02
@@ -163,7 +164,8 @@ def test_draws_are_single_runs(found):
     draws = found[0].draws
     study = draws.setup.study
     keys = [c.key for c in draws.design.causes]
-    numbers = [Draw(k, {key: float(v[k]) for key, v in zip(keys, draws.values, strict=True)}, {}) for k in (3, 40, 60)]
+    numbers = [draws.drawn.draw(k) for k in (3, 40, 60)]
+    assert all([*draw.values] == keys for draw in numbers)
     bench = shared_model(draws.setup, numbers, lambda *_: None)
     for draw in numbers:
         setup = set_up(with_changes(study, draw.values))
@@ -222,10 +224,10 @@ def test_a_stiffness_of_the_elements_scatters_by_a_factor(tmp_path):
         '[scatter.vary]\n"contact.tip.stiffness" = { type = "uniform", low = 0.5, high = 2, relative = true }\n'
     )
     found = creak.robust(write_strips(tmp_path, None, text), 4, indices=False, threads=1).draws
-    values = found.values[0]
+    values = found.drawn.numbers[0]
     assert 0.5 <= values.min() < values.max() <= 2.0
     assert found.design.causes[0].is_factor
-    draw = job._draw(found.design.causes, found.values, 2)
+    draw = found.drawn.draw(2)
     assert draw.factors == {"tip": values[2]}
     assert not draw.values
     assert not found.reduced_again
@@ -250,7 +252,8 @@ def test_what_is_finished_is_not_run_again(tmp_path, monkeypatch):
     log.write_bytes(log.read_bytes()[:-5])
     monkeypatch.setattr(job, "march_draws", real)
     again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
-    assert again.taken == 2
+    settled = whole.design.total - whole.marched
+    assert again.taken == settled + 2 < 8
     assert np.array_equal(again.impulse, whole.impulse)
     assert creak.robust(path, 8, out=out, indices=False).draws.taken == 8
     path.write_text(STOPPED.replace("upper = 10.0", "upper = 10.5"), encoding="utf-8")
@@ -279,7 +282,7 @@ def test_batches_on_other_machines_are_the_same_draws(tmp_path, monkeypatch):
     with pytest.raises(KeyboardInterrupt):
         creak.robust(path, 8, out=out, indices=False, runner=stops)
     again = creak.robust(path, 8, out=out, indices=False, runner=elsewhere).draws
-    assert again.taken == 3
+    assert again.taken == whole.design.total - whole.marched + 3
     for name in ("state", "figures", "slack", "impulse"):
         assert np.array_equal(getattr(again, name), getattr(whole, name), equal_nan=True)
 
@@ -296,7 +299,7 @@ def test_batches_of_models_of_their_own(tmp_path):
 
 def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
     """Another deck there than here; the worker of another batch is lost."""
-    monkeypatch.setattr("creak.studies.robust.batches.SIZE", 3)
+    monkeypatch.setattr("creak.studies.robust.batches.SIZE", 2)
     path, out = stopped(tmp_path), tmp_path / "out"
 
     def troubled(tasks):
@@ -307,7 +310,9 @@ def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
 
     with pytest.raises(NumericalError, match="2 of 3 batches of draws have failed: its worker process died every time"):
         creak.robust(path, 8, out=out, indices=False, runner=troubled)
-    assert creak.robust(path, 8, out=out, indices=False, threads=1).draws.taken == 2
+    again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
+    assert again.marched == 6
+    assert again.taken == 2 + 2
     batch = batches(read_study(path), [Draw(0, {}, {})], np.zeros(0), None)[0]
     assert "does not see the deck" in replace(batch, files=("", "")).run().error
     assert "were made with 0.0" in replace(batch, id="old", creak="0.0").run().error
@@ -426,6 +431,7 @@ def test_draws_that_cannot_touch_are_not_marched(tmp_path, monkeypatch, seeds):
     monkeypatch.setattr(batch, "march_chunks", lambda run, progress: marched.append(run) or march(run, progress))
     few = creak.robust(path, 32, indices=False, threads=1).draws
     hits, count = int(few.figures[:, :, 0].any(axis=1).sum()), len(marched)
+    monkeypatch.setattr(job, "foretold", lambda *_: iter(()))
     monkeypatch.setattr(shared_model_room, "_foretold", lambda *_: None)
     every = creak.robust(path, 32, indices=False, threads=1).draws
     assert len(marched) - count == 32
@@ -433,14 +439,75 @@ def test_draws_that_cannot_touch_are_not_marched(tmp_path, monkeypatch, seeds):
     assert count == 32 if seeds else hits <= count < 20
     np.testing.assert_array_equal(few.figures, every.figures)
     np.testing.assert_array_equal(few.impulse, every.impulse)
-    np.testing.assert_array_equal(few.state, every.state)
+    np.testing.assert_array_equal(np.where(few.state == FORETOLD, 0.0, few.state), every.state)
+    assert few.marched == count
     np.testing.assert_allclose(few.slack, every.slack, atol=1e-8 * MEAN)
+
+
+TWO = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.1").replace(
+    'method = "surface-to-surface"', 'method = "node-to-surface"'
+)
+SCATTERED = """[scatter.vary]
+"contact.tip.clearance" = { type = "field", tolerance = 0.9, length = 40, mean = 1.0 }
+"contact.tip.stiffness" = { type = "uniform", low = 0.5, high = 2, relative = true }
+"excitation.root.signal.amplitude" = { type = "uniform", low = 0.04, high = 0.09 }
+"""
+
+
+@pytest.mark.parametrize("case", ["field, load", "numbers", "static load"])
+def test_gaps_and_loads_of_all_draws_at_once_are_those_of_each(tmp_path, case):
+    text = TWO + SCATTERED
+    if case == "numbers":
+        text = text.replace("tolerance = 0.9, length = 40, mean = 1.0", "X").replace(
+            '{ type = "field", X }', '{ type = "uniform", low = 0.3, high = 2 }'
+        )
+    if case == "static load":
+        text += '[[static]]\nnode_set = "PAIRS"\ndof = "z"\nforce = 0.01\n'
+        text += "[[static]]\ngravity = [0, 0, -9810]\n"
+    if case == "static load":
+        text = text.replace(
+            '"excitation.root', '"static.0.force" = { type = "uniform", low = 0, high = 0.02 }\n"excitation.root'
+        )
+    setup = set_up(read_study(write_strips(tmp_path, None, text)))
+    found = creak.robust(setup.study, 16, indices=False, threads=1).draws
+    bench = shared_model(setup, found.drawn, lambda *_: None)
+    assert bench.plain is not None
+    gaps, factors = bench.plain.gaps(slice(3, 16)), bench.plain.factors(slice(3, 16))
+    whole = replace(bench, gaps=found.channels)
+    for k in range(3, 16):
+        variant = variant_of(whole, found.drawn.draw(k))
+        if gaps[k - 3].min() > 0.0:  # else static loads close a gap
+            np.testing.assert_allclose(gaps[k - 3], variant.gaps.gap0, atol=1e-9)
+        assert factors[k - 3] == pytest.approx(multiple(variant.loads, bench.base.loads), rel=1e-12)
+    one_by_one = lowest_of(setup, bench.reference, [found.drawn.draw(k) for k in range(16)], lambda *_: None)
+    assert (bench.lowest <= one_by_one + 1e-9).all()  # which looks at the loads of eight draws alone
+    assert bench.lowest.min() >= one_by_one.min() - 0.5
+
+
+def test_draws_that_differ_in_more_are_not_foretold(tmp_path):
+    """Damping, a course of their own, loads that are no multiple, gaps that start by pressing."""
+    path = stopped(tmp_path)
+
+    def plain(*changes: tuple[str, str]):
+        text = STOPPED
+        for before, after in changes:
+            text = text.replace(before, after)
+        path.write_text(text, encoding="utf-8")
+        setup = set_up(read_study(path))
+        found = creak.robust(setup.study, 4, indices=False, threads=1).draws
+        return plain_of(setup, build_reference(setup, lambda *_: None), found.drawn)
+
+    key = '"connector.0.upper" = { type = "normal", sigma = 1.5 }'
+    assert plain() is not None
+    assert plain((key, '"damping.modal" = { type = "uniform", low = 0.01, high = 0.03 }')) is None
+    both = '[excitation.root]\nnode_set = "TIP"\ndof = "y"\nkind = "force"\n'
+    both += 'signal = { type = "step", amplitude = 0.1 }\n[reduction]'
+    assert plain(("[reduction]", both)) is None
 
 
 def test_only_multiples_of_the_loads_are_foretold(tmp_path):
     """Another course, another number of loads and a load turned round are not the study's own, whatever its size."""
     base = set_up(read_study(stopped(tmp_path))).loads
-    multiple = shared_model_room._multiple
     assert multiple(replace(base, force=0.7 * base.force), base) == pytest.approx(0.7, rel=1e-15)
     assert multiple(replace(base, force=-base.force), base) is None
     assert (
@@ -454,15 +521,9 @@ def test_only_multiples_of_the_loads_are_foretold(tmp_path):
 
 def test_a_dropped_channel_that_a_larger_load_would_close_is_looked_at():
     """Twice the load closes what the pre-check let stay open: nothing is settled, and it is told."""
-    gap = np.array([1.0])
     linear = Linear(np.array([-0.2]), np.array([-0.2]), np.array([[1.0], [-0.6]]))
-    gaps = channels(np.eye(1), gap, np.array([1e3]))
-    assert linear.clear_of(gaps)
-    assert not closes(linear.dropped)
-    assert not linear.times(2.0).clear_of(gaps)
-    assert closes(linear.times(2.0).dropped)
-    assert not linear.times(1.63).clear_of(gaps)  # within the margin
-    assert not closes(linear.times(1.63).dropped)
+    assert linear.clear_of(np.ones((3, 1)), np.array([1.0, 1.63, 2.0])).tolist() == [True, False, False]  # 1.63: margin
+    assert [closes(linear.times(factor).dropped) for factor in (1.0, 1.63, 2.0)] == [False, False, True]
 
 
 def test_a_load_that_closes_nothing_is_an_answer(tmp_path):
