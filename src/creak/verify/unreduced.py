@@ -105,12 +105,22 @@ class Structure:
     @property
     def looked(self) -> bool:
         """Does it say anything?"""
-        return bool(self.run or self.extra or self.missed) or any(not s.problem for s in self.spots)
+        return self._ran or any(not s.problem for s in self.spots)
+
+    @property
+    def weighed(self) -> tuple[Spot, ...]:
+        """Spot checks that count: none of a complete model."""
+        return () if self.complete else self.spots
 
     @property
     def counts(self) -> bool:
         """Does it say anything of what the reduction left out?"""
-        return self.looked and (bool(self.run or self.extra or self.missed) or not self.complete)
+        return self._ran or any(not s.problem for s in self.weighed)
+
+    @property
+    def _ran(self) -> bool:
+        """Does its own run say anything?"""
+        return bool(self.run or self.extra or self.missed)
 
     def of_rub(self, name: str, contact: str, number: int, floor: float) -> float | None:
         """What it changes of friction at a place, over all pieces of it together: a share; None: not looked at.
@@ -139,7 +149,7 @@ class Structure:
         unit = event.t_end - event.t_start if name in TIMES else 1.0
         alone = bool(self.run) or event.t_start < self.first_end
         more = 0.0 if alone or name not in MOVED else MOVED[name] * self.inherited * unit
-        found = [s.error(name) for s in (*self.spots, *self.run) if s.event is event]
+        found = [s.error(name) for s in (*self.weighed, *self.run) if s.event is event]
         known = [x for x in found if x is not None]
         if known:
             return float("inf") if np.isnan(known).any() else max(known) + more
@@ -151,7 +161,7 @@ class Structure:
 
         A check begins at the reduced model's state, which has these errors already.
         """
-        errors = [x for s in self.spots if (x := s.error("impulse")) is not None]
+        errors = [x for s in self.weighed if (x := s.error("impulse")) is not None]
         return float("inf") if np.isnan(errors).any() else max(errors, default=0.0)
 
     def spread(self, name: str) -> float:
@@ -161,7 +171,7 @@ class Structure:
         in `SURE` of all cases. Of times as a share of the event's duration. nan: none was looked at; infinite: the
         unreduced model has no such event.
         """
-        shares = [x for s in (self.spots or self.run) if (x := _share(s, name)) is not None]
+        shares = [x for s in (self.weighed or self.run) if (x := _share(s, name)) is not None]
         if not shares:
             return float("nan")
         if np.isnan(shares).any():
@@ -173,7 +183,7 @@ class Structure:
         left open of that mean."""
         pairs = [
             (s.reduced[name], 0.0 if s.unreduced is None else s.unreduced[name])
-            for s in (self.run or self.spots)
+            for s in (self.run or self.weighed)
             if not s.problem and name in s.reduced and (s.unreduced is None or name in s.unreduced)
         ]
         if not pairs:

@@ -78,5 +78,5 @@ def _caption(structure: Structure) -> str:
     return (
         "The unreduced model took over the motion of the reduced one shortly before each of these events (the hardest "
         "of each place, and some drawn at random) and went through it by itself. A point on the line is an event that "
-        "the reduction does not change." + ("" if structure.counts else steps)
+        "the reduction does not change." + (steps if structure.complete else "")
     )

@@ -122,9 +122,9 @@ def _spots(result: Findings) -> list[Check]:
         inside = sum(x <= SETTLED for x in off)
         words = f"{inside} of {len(known)}" + (f", at most {share(max(off))} off" if off else "")
         words += f"; {lost} of them the unreduced model does not have" if lost else ""
-        if not structure.counts:
+        if structure.complete:
             words += "; of the unreduced model's own steps: the reduced one has all modes"
-        good = inside == len(known) if structure.counts else None
+        good = None if structure.complete else inside == len(known)
         found.append(Check(f"Single events against the unreduced model, {word}", bar, words, good))
     return found
 

@@ -42,7 +42,7 @@ def spots_of(findings: Findings) -> dict[str, Any]:
         "spots": [told(s) for s in structure.spots],
         "rub_spots": [_rub(s) for s in structure.rubs],
         "spot_cost": {"back_substitutions": structure.solves, "wall_s": structure.wall_s},
-        "spots_in_bars": structure.counts,
+        "spots_in_bars": any(not s.problem for s in structure.weighed),
         "spots_missing": structure.why_not or None,
     }
 

@@ -272,6 +272,19 @@ def test_its_own_run_votes():
     assert of.extra == (b,)
 
 
+def test_of_a_complete_model_its_own_run_counts_and_spot_checks_do_not():
+    """These tell of the error of their own steps."""
+    a, b = hit(0.1), hit(0.2)
+    alone = Structure((spot(a, 0.3),), complete=True)
+    assert alone.looked
+    assert not alone.counts
+    beside = alone.beside(EventMatch([(replace(a, impulse=1.01e-3), a)], [], []), None)
+    assert beside.counts
+    assert beside.change("impulse", a) == pytest.approx(0.01 / 1.01)
+    assert beside.change("impulse", b) == pytest.approx(0.01 / 1.01 * surely(1))
+    assert beside.of_sum("impulse") == pytest.approx(0.01, rel=0.02)
+
+
 def test_as_many_are_checked_as_the_cost_allows():
     order = [Stretch(0, parts, 100, hit(t), "drawn") for t, parts in ((0.1, 50), (0.2, 100), (0.3, 50), (0.4, 50))]
     assert affordable(order, 40, 300.0, 0) == [order[0], order[2]]  # 190, another factor would be 190 more, 100
