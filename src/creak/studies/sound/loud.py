@@ -17,6 +17,9 @@ from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_w
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 from creak.studies.sound.statistics import Tie
 
+MESH = 0.03
+"""Share by which loudness that a mesh computes to its end, six elements per wave, is off in 95 of 100 struck plates."""
+
 
 @dataclass(frozen=True)
 class Heard:
@@ -77,11 +80,16 @@ def with_bar(
     window: tuple[float, float],
     start: int,
 ) -> Heard:
-    """The same with what statistical energy does to it: N5 without it, N5 and N10 where it is fainter and louder."""
+    """The same with what statistical energy does to it: N5 without it, N5 and N10 where it is fainter and louder, and
+    what is computed by `MESH` as well."""
     shown = window[0] + start / RATE, window[1] + start / RATE
     below, *both = (loudness_of(x) for x in (computed, *ends))
     known = [f.total[within(f.time, shown)] for f in both if f is not None]
-    n5, n10 = (tuple(float(np.percentile(x, p)) for x in known) if len(known) == 2 else () for p in (95.0, 90.0))
+    by = 1.0 - MESH, 1.0 + MESH
+    n5, n10 = (
+        tuple(b * float(np.percentile(x, p)) for b, x in zip(by, known, strict=True)) if len(known) == 2 else ()
+        for p in (95.0, 90.0)
+    )
     alone = None if below is None else float(np.percentile(below.total[within(below.time, shown)], 95.0))
     return replace(heard, n5_computed=alone, n5_bar=n5, n10_bar=n10, tie=tie)
 
@@ -102,7 +110,8 @@ def bar_share(
         ]
     if not n5s or not np.isfinite(n5):
         return float("nan")
-    return max(abs(x - n5) for x in n5s) / n5 if n5 > 0.0 else 0.0
+    more = 0.0 if background is None else MESH
+    return max(abs(x - n5) for x in n5s) / n5 + more if n5 > 0.0 else 0.0
 
 
 def loudness_of(pressure: FloatArray, rate: float = RATE) -> Loudness | None:

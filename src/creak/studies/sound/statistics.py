@@ -7,7 +7,7 @@ wave in it is known. It is tied to the last third octaves that were computed.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.fft import rfft
@@ -29,6 +29,7 @@ from creak.sound.carriers import (
     lines_of,
     stored,
 )
+from creak.sound.directivity import FlatSheet, flat_sheet
 from creak.sound.forced import FADE, LOWEST, without_lows
 from creak.sound.head import Head
 from creak.sound.plates import in_decibel, radiation_efficiency, relative_variance
@@ -77,6 +78,10 @@ class Statistics:
     """Rows into `Model.parts` of those that contact pushes and that count as plates."""
     left_out: tuple[int, ...]
     """Of those that it pushes and that do not."""
+    flat: dict[int, FlatSheet | None] = field(default_factory=dict, compare=False, repr=False)
+    """Parts as sheets, made once for each; None: it is not flat."""
+    beams: dict[tuple[int, int, bytes, float], float] = field(default_factory=dict, compare=False, repr=False)
+    """Part, its plate, a point and a frequency -> share of that point, found before."""
 
     @property
     def span(self) -> Span:
@@ -122,8 +127,13 @@ class _Heard:
     """(3,) m from the listener to the middle of its faces."""
     head: Head | None
     """Of the listener, at whose ear it is heard; None: nothing is there."""
+    sine: FloatArray
+    """(k,) of the angle between the part's normal and the way from each force to the listener."""
     way: Transfer | None = None
     """What was measured from the part."""
+    beams: FloatArray | None = None
+    """(n_plate, n_band) share of the listener in what each of its plates sends in each of `BANDS`; None: of all alike.
+    """
 
     def reach(self, freq: float) -> float:
         """1/m^2, `spread` with what head or measured way make of its square at a frequency, Hz."""
@@ -199,7 +209,7 @@ def statistical(
     """
     found = pushes(known.sheets, gaps, source.row)
     heard = [_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
-    heard = [h for h in heard if h.spread > 0.0]
+    heard = [replace(h, beams=_beams(known, h.push.part, listener)) for h in heard if h.spread > 0.0]
     n = computed.shape[1]
     out = np.zeros((3, len(groups), n))
     ties: list[Tie | None] = []
@@ -241,13 +251,15 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
     own = listener.skin.select(~listener.skin.solid & (listener.skin.part == push.part.part))
     if not own.count:
-        return _Heard(push, 0.0, 0.0, np.zeros(3), None)
+        return _Heard(push, 0.0, 0.0, np.zeros(3), None, np.zeros(len(push.point)))
     area = np.linalg.norm(own.areas, axis=1)
     offset = (own.centres - listener.position) * metre
     r = np.linalg.norm(offset, axis=1)
     spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
-    way = listener.way(push.part.part)
-    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head, way)
+    way, to = listener.way(push.part.part), listener.position * metre - push.point
+    normal = np.linalg.eigh(own.areas.T @ own.areas)[1][:, -1]
+    sine = np.linalg.norm(np.cross(to, normal), axis=1) / np.linalg.norm(to, axis=1)
+    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head, sine, way)
 
 
 def _of(heard: _Heard, columns: IntArray) -> _Heard:
@@ -256,7 +268,7 @@ def _of(heard: _Heard, columns: IntArray) -> _Heard:
     mine = np.isin(p.column, columns)
     among = np.searchsorted(columns, p.column[mine])
     own = Push(p.part, among, p.across[mine], p.point[mine], p.mobility[mine], p.direct[mine])
-    return replace(heard, push=own)
+    return replace(heard, push=own, sine=heard.sine[mine])
 
 
 def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
@@ -269,7 +281,7 @@ def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], ban
     time = np.zeros(1)
     for h in heard:
         time, power = band_power(lines, here, gain, _together(h.push, float(middle[0]), lines.X.shape[1]))
-        per_energy = _sent(h.push.part, middle) * h.reach(float(middle[0]))
+        per_energy = _sent(h, band) * h.reach(float(middle[0]))
         ringing = per_energy * stored(time, power, 2.0 * np.pi * width)
         own = ringing + _direct(h, lines, here, gain, float(middle[0]))
         overlap, over = np.array([width * h.push.part.density]), middle * WIDTH / width
@@ -298,19 +310,50 @@ def _together(push: Push, freq: float, n_force: int) -> FloatArray:
     return mix
 
 
-def _sent(part: PartPlates, freq: FloatArray) -> float:
-    """Pa^2 m^2 per unit of energy: rho c / (2 pi) times the power that its faces radiate to one side."""
-    sigma = sum(float(radiation_efficiency(p, freq)[0]) * a for p, a in zip(part.plates, part.areas, strict=True))
+def _sent(heard: _Heard, band: int) -> float:
+    """Pa^2 m^2 per unit of energy: rho c / (2 pi) times the power that its faces radiate to one side, as much of it as
+    goes to the listener."""
+    part, freq = heard.push.part, np.array([BANDS[band]])
+    each = np.array([float(radiation_efficiency(p, freq)[0]) for p in part.plates]) * part.areas
+    sigma = float(each.sum() if heard.beams is None else each @ heard.beams[:, band])
     return (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
 
 
+def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArray | None:
+    """`_Heard.beams` of a part: of the third octaves that are heard of it, and of those that may tie it."""
+    if part.part not in known.flat:
+        own = listener.skin.select(~listener.skin.solid & (listener.skin.part == part.part))
+        high = np.array([BANDS[-1]])
+        shortest = min(AIR.speed / high[0], *(2.0 * np.pi / float(p.wavenumber(high)[0]) for p in part.plates))
+        known.flat[part.part] = flat_sheet(own.corners * known.metre, shortest)
+    sheet = known.flat[part.part]
+    if sheet is None:
+        return None
+    point = listener.position * known.metre
+    found = np.ones((len(part.plates), BANDS.size))
+    first = max(0, int(known.span.bands[0]) - TIED - 1)
+    for k, plate in enumerate(part.plates):
+        for band in range(first, BANDS.size):
+            freq = float(BANDS[band])
+            key = part.part, k, point.tobytes(), freq
+            if key not in known.beams:
+                known.beams[key] = sheet.share(point, freq, float(plate.wavenumber(np.array([freq]))[0]))
+            found[k, band] = known.beams[key]
+    return found
+
+
 def _direct(heard: _Heard, lines: ForceLines, here: slice, gain: FloatArray, freq: float) -> FloatArray:
-    """Mean square of what the forces send by themselves; above coincidence it is part of the waves."""
+    """Mean square of what the forces send by themselves.
+
+    rho F / (2 pi r m) / (1 - x), x = (f / f_c)^2 sin^4 of the angle off the normal at the force: the infinite plate
+    (Cremer, Heckl and Petersson, section 6.5). What is above that at x near 1 is a wave, which its energy has.
+    """
     push, n = heard.push, lines.X.shape[1]
     plate = max(push.part.plates, key=lambda p: p.density)
-    below = max(0.0, 1.0 - (freq / plate.coincidence) ** 2)
+    x = (freq / plate.coincidence) ** 2 * heard.sine**4
     mix = np.zeros((n, 1))
-    np.add.at(mix[:, 0], push.column, push.across * push.direct * below * np.sqrt(heard.reach(freq)))
+    share = 1.0 / np.maximum(x - 1.0, 1.0)
+    np.add.at(mix[:, 0], push.column, push.across * push.direct * share * np.sqrt(heard.reach(freq)))
     return band_power(lines, here, gain, mix)[1]
 
 

@@ -21,8 +21,8 @@ from creak.studies.sound.ear import Ear, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import heard_of
 from creak.studies.sound.source import Source
-from helpers_core import STEEL, assembled, channels
-from helpers_plate import SIDES, THICK, ZETA, kept, supported_plate
+from helpers_core import assembled, channels
+from helpers_plate import SIDES, ZETA, kept, own_modes, supported_plate
 from helpers_sound import pressure_rows
 
 RATE = 48_000
@@ -49,31 +49,9 @@ def blow() -> np.ndarray:
     return np.where((t > 0.05) & (t < 0.0502), 20.0 * np.sin(np.pi * (t - 0.05) / 2e-4), 0.0)[:, None]
 
 
-def own_modes(high: float) -> tuple[Modes, np.ndarray, np.ndarray]:
-    """Kirchhoff's modes to `high` Hz, points of a grid and the volumes that they move."""
-    rigidity = STEEL.youngs_modulus * THICK**3 / (12 * (1 - STEEL.poisson_ratio**2))
-    areal, (a, b) = STEEL.density * THICK, SIDES
-    i, j = (k.ravel() for k in np.meshgrid(np.arange(1, 60), np.arange(1, 60), indexing="ij"))
-    omega = np.sqrt(rigidity / areal) * ((i * np.pi / a) ** 2 + (j * np.pi / b) ** 2)
-    low = omega < 2 * np.pi * high
-    i, j, omega = i[low], j[low], omega[low]
-
-    def shape(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        return np.sin(np.outer(x, i) * np.pi / a) * np.sin(np.outer(y, j) * np.pi / b)
-
-    x, y = (k.ravel() for k in np.meshgrid((np.arange(90) + 0.5) * a / 90, (np.arange(72) + 0.5) * b / 72))
-    m = np.full(omega.size, areal * a * b / 4)
-    push = shape(np.array([AT[0] * a / N[0]]), np.array([AT[1] * b / N[1]]))
-    return (
-        Modes(m, 2 * ZETA * omega * m, omega**2 * m, push),
-        np.column_stack([x, y, 0 * x]),
-        shape(x, y) * a * b / x.size,
-    )
-
-
 def converged(high: float, far: float) -> np.ndarray:
     """Pressure of its own modes up to `far`, with the band's lead before it."""
-    own, points, volumes = own_modes(far)
+    own, points, volumes = own_modes(far, (AT[0] * SIDES[0] / N[0], AT[1] * SIDES[1] / N[1]))
     rows = pressure_rows(points, volumes, [EAR], float(RATE))
     return sound_of_forces(own, blow(), RATE, [np.array([0])], rows, high, around=True)[0, 0]
 

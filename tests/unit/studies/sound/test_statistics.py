@@ -13,7 +13,7 @@ from creak.dynamics.diagonal import modal_matrices
 from creak.model.materials import SolidSection
 from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses
-from creak.sound.forced import Modes
+from creak.sound.forced import Modes, lead, sound_of_forces
 from creak.sound.plates import EDGE
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import third_octave_levels
@@ -26,8 +26,9 @@ from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
 from creak.studies.sound.statistics import END, Statistics, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, shell
-from helpers_plate import SIDES, THICK, ZETA, kept, supported_plate
+from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate
 from helpers_solids import solid_mesh
+from helpers_sound import pressure_rows
 
 RATE = 48_000
 FINE, COARSE = (40, 32), (15, 12)
@@ -62,6 +63,12 @@ class Struck:
         self.skin = skin_of(self.model)
         self.band = mesh_band(self.model, self.skin, 1.0) if end is None else end
         self.small = kept(assembled(self.model), 2.0 * self.band)
+
+    def node(self, at: tuple[float, float]) -> tuple[float, float]:
+        """Where the node nearest to a point is."""
+        flat = self.model.nodes.coords[:, :2]
+        x, y = flat[int(np.linalg.norm(flat - at, axis=1).argmin())].tolist()
+        return x, y
 
     def heard(self, at: tuple[float, float]) -> tuple[Heard, Records]:
         gaps = across(self.model, at)
@@ -105,35 +112,47 @@ def test_a_head_shades_what_statistics_send_as_it_shades_all_else(coarse):
     for band in range(16, 25):
         f = BANDS[band : band + 1]
         gains = [one.head.low(f) + one.head.shade(offset) * one.head.high(f) for one in two]
+        # Filters of a third octave let some of the next one through.
         assert levels[0][band] - levels[1][band] == pytest.approx(
-            20 * np.log10(np.abs(gains[0] / gains[1]))[0], abs=0.3
+            20 * np.log10(np.abs(gains[0] / gains[1]))[0], abs=0.6
         )
     lag = np.argmax(np.correlate(records[0][1000:30_000], records[1][1050:29_950], "valid")) - 50
     late = (two[1].head.path(offset) - two[0].head.path(offset))[0] / AIR.speed * RATE
     assert -lag == pytest.approx(late, abs=1.0)
 
 
-def test_a_mesh_that_ends_at_500_hz_tells_the_n5_of_one_to_3_khz_within_its_bar(fine, coarse, measured):
-    """Four points struck: what the coarse mesh computes is a quarter of it, with its statistics all are in the bar."""
+def exact(at: tuple[float, float]) -> Heard:
+    """By Kirchhoff's modes and Rayleigh's integral to 10 kHz, no mesh and no statistics."""
+    own, points, volumes = own_modes(2 * END, at)
+    rows = pressure_rows(points, volumes, [EAR], float(RATE))
+    pressure = sound_of_forces(own, blows(), RATE, [np.array([0])], rows, END, around=True)[0, 0]
+    return heard_of(pressure, WINDOW, None, lead(RATE, END), END)
+
+
+def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, coarse, measured):
+    """Four points struck: what the coarse mesh computes to 490 Hz is a quarter of it, with its statistics it is right."""
     assert fine.band > 3000.0
     assert coarse.band < 500.0
+    inside = 0
     for at in STRUCK:
-        (true, _), (found, _) = fine.heard(at), coarse.heard(at)
+        for one, rel, end in ((fine, 0.08, "3.5 kHz"), (coarse, 0.3, "490 Hz")):
+            found, _ = one.heard(at)
+            true = exact(one.node(at))
+            inside += found.n5_bar[0] <= true.n5 <= found.n5_bar[1]
+            assert found.tie is not None
+            assert found.tie.bands == 3
+            measured(
+                "sound",
+                f"plate struck at {at[0]:g}, {at[1]:g} m: N5 of a mesh to {end} with statistical energy beyond",
+                found.n5,
+                true.n5,
+                rel=rel,
+                unit="sone",
+                source="Kirchhoff's modes and Rayleigh's integral to 10 kHz",
+            )
         assert found.n5_computed < 0.4 * true.n5
-        assert found.n5_bar[0] <= true.n5 <= found.n5_bar[1]
-        assert found.tie is not None
-        assert found.tie.bands == 3
         assert found.n5_bar[1] / found.n5 - 1.0 < 0.5  # a bar that says something
-        assert true.n5_bar[1] / true.n5 - 1.0 < 0.2
-        measured(
-            "sound",
-            f"plate struck at {at[0]:g}, {at[1]:g} m: N5 of a mesh to 490 Hz with statistical energy beyond",
-            found.n5,
-            true.n5,
-            rel=0.35,
-            unit="sone",
-            source="mesh to 3.5 kHz",
-        )
+    assert inside >= 7  # of 8: bars are two standard deviations
 
 
 def test_statistical_third_octaves_against_those_of_the_fine_mesh(fine, coarse, measured):
