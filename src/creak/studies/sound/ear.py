@@ -94,6 +94,8 @@ def records_of(
     system: System,
     in_room: Sequence[str] = RECORDS,
     fed: Records | None = None,
+    *,
+    alike: bool = False,
 ) -> Records:
     """What an ear hears of each group of forces on the modes of a System.
 
@@ -103,22 +105,27 @@ def records_of(
 
     Parameters
     ----------
-    fed : what `ear.middle` hears, where that is known.
+    fed : what `ear.middle` hears, of plates that send alike to all sides, where that is known.
+    alike : plates beyond the mesh send alike to all sides, and so tell their whole power: what feeds a room.
     """
     near, computed, sooner = _computed(source, gaps, groups, ear, system)
-    if ear.statistics is None:
-        found = Records(near, computed, computed, sooner, computed, computed, computed)
-    else:
-        more = statistical(ear.statistics, source, gaps, groups, ear.listener, computed, ear.start)
+
+    def with_statistics(*, alike: bool) -> Records:
+        if ear.statistics is None:
+            return Records(near, computed, computed, sooner, computed, computed, computed)
+        to = ear.listener, computed, ear.start
+        more = statistical(ear.statistics, source, gaps, groups, *to, alike=alike)
         whole = computed + more.mean
         later = whole if sooner is computed else sooner + more.mean
-        found = Records(near, computed, whole, later, computed + more.fainter, computed + more.louder, whole, more.ties)
+        return Records(near, computed, whole, later, computed + more.fainter, computed + more.louder, whole, more.ties)
+
+    found = with_statistics(alike=alike)
     if ear.cabin is None:
         return found
     if ear.middle is None:
-        fed = found
+        fed = with_statistics(alike=True)
     elif fed is None:
-        fed = records_of(source, gaps, groups, ear.middle, system)
+        fed = records_of(source, gaps, groups, ear.middle, system, alike=True)
     return _in_room(found, fed, ear.cabin, in_room)
 
 

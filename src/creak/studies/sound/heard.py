@@ -159,7 +159,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
 
     def at(ears: Sequence[Ear]) -> list[tuple[Ear, Records, list[Heard]]]:
         to_all, middle = (source, result.gaps, groups), ears[0].middle
-        fed = None if middle is None else records_of(*to_all, middle, run.system)
+        fed = None if middle is None else records_of(*to_all, middle, run.system, alike=True)
         found = [(ear, together(records_of(*to_all, ear, run.system, fed=fed))) for ear in ears]
         figures = [(ear, r, figures_of(r, ear, result.window, band.high, sharp)) for ear, r in found]
         return sorted(figures, key=lambda one: one[2][-1].rank, reverse=True)

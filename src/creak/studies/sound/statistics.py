@@ -200,16 +200,21 @@ def statistical(
     listener: Listener,
     computed: FloatArray,
     start: int,
+    *,
+    alike: bool = False,
 ) -> Statistical:
     """What a listener hears of each group of forces beyond what was computed of it.
 
     Parameters
     ----------
     computed : (n_group, n) Pa, whose sample `start` is at t = 0.
+    alike : plates send alike to all sides.
     """
     found = pushes(known.sheets, gaps, source.row)
     heard = [_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
-    heard = [replace(h, beams=_beams(known, h.push.part, listener)) for h in heard if h.spread > 0.0]
+    heard = [h for h in heard if h.spread > 0.0]
+    if not alike:
+        heard = [replace(h, beams=_beams(known, h.push.part, listener)) for h in heard]
     n = computed.shape[1]
     out = np.zeros((3, len(groups), n))
     ties: list[Tie | None] = []

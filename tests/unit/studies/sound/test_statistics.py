@@ -16,12 +16,14 @@ from creak.reduction.band_modes import Losses
 from creak.sound.forced import Modes, lead, sound_of_forces
 from creak.sound.plates import EDGE
 from creak.sound.rayleigh import AIR
+from creak.sound.room import Room
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BANDS
 from creak.studies.sound.band import mesh_band
 from creak.studies.sound.ear import Ear, Records, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
+from creak.studies.sound.rooms import Cabin
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
 from creak.studies.sound.statistics import END, Statistics, _strongest, statistical, statistics_of
@@ -169,6 +171,25 @@ def test_statistical_third_octaves_against_those_of_the_fine_mesh(fine, coarse, 
         source="mesh to 3.5 kHz",
     )
     assert np.std(apart) < 4.0
+
+
+def test_in_front_of_a_plate_little_is_heard_near_coincidence_and_a_room_is_fed_with_all(coarse):
+    """A steel plate of 2 mm, 6 kHz: against the same power sent alike to all sides."""
+    gaps = across(coarse.model, STRUCK[0])
+    rows = np.asarray(channel_matrices(coarse.small, gaps).rows)
+    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]))
+    known = statistics_of(coarse.model, coarse.skin, gaps, source.row, Losses(zeta=ZETA), (coarse.band, END), 1.0)
+    ear = Ear(Listener("ear", EAR, coarse.skin, ("PART",), True), coarse.band, 1.0, statistics=known)
+    both = [records_of(source, gaps, [np.array([0])], ear, coarse.small, alike=alike) for alike in (False, True)]
+    apart = np.subtract(*(third_octave_levels(r.whole[0] - r.computed[0], RATE) - r.ties[0].offset for r in both))
+    near = (BANDS > 4500.0) & (BANDS < 8500.0)
+    assert (apart[near] < -4.0).all()
+    assert np.abs(apart[(BANDS > 800.0) & (BANDS < 2000.0)]).max() < 3.0
+    room = Room(3.0, np.full(28, 0.1))
+    cabin = Cabin(room, 2.0, known.noise)
+    heard = records_of(source, gaps, [np.array([0])], replace(ear, cabin=cabin), coarse.small)
+    fed = cabin.adds(both[1].whole)
+    np.testing.assert_allclose(heard.whole, both[0].whole + fed, atol=1e-9 * np.abs(fed).max())
 
 
 def test_nothing_changes_below_and_nothing_is_above_its_end(coarse):
