@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.studies.robust.draws import whole_power
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import FAILED, FIGURES, LEFT_OUT
@@ -17,6 +18,11 @@ from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_in
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
+ENOUGH, FEW, MORE = 10, 0.1, 64
+"""Draws that rattle, below which more are advised where at most this share has to be marched, and how many times as
+many."""
+LARGEST = 1_000_000_000
+"""Bytes of all draws that are asked for so."""
 EVEN = 1e-9
 """Spread of the gaps of a place up to which they are one number."""
 
@@ -123,15 +129,16 @@ def find(draws: Draws) -> Robustness:
     tornado = {
         name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()
     }
+    rattle = counted(totals["rattle"][:n][well] > 0.0)
     return Robustness(
         draws,
-        counted(totals["rattle"][:n][well] > 0.0),
+        rattle,
         places,
         (impulse > 0.0).mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         indices,
         tornado if well.any() else {},
-        (*draws.notes, *_notes(draws)),
+        (*draws.notes, *_notes(draws), *_more(rattle, draws)),
     )
 
 
@@ -183,6 +190,18 @@ def _notes(draws: Draws) -> list[str]:
             )
         )
     return notes
+
+
+def _more(rattle: Odds, draws: Draws) -> list[str]:
+    """Where few draws rattle and most need no march, more of them cost little."""
+    kept = draws.slack[0].size + draws.figures[0].size + draws.impulse[0].size
+    n = min(MORE * rattle.n, whole_power(LARGEST // (16 * kept)))
+    if rattle.hits >= ENOUGH or draws.marched > FEW * draws.design.total or n < 2 * rattle.n:
+        return []
+    return [
+        f"{rattle.hits} of {rattle.n} draws rattle, which tells little of the odds. Nearly all others cannot touch and "
+        f"cost next to nothing: --n {n} --no-indices tells more"
+    ]
 
 
 def _place(p: PlaceFindings) -> dict[str, Any]:

@@ -484,6 +484,18 @@ def test_gaps_and_loads_of_all_draws_at_once_are_those_of_each(tmp_path, case):
     assert bench.lowest.min() >= one_by_one.min() - 0.5
 
 
+def test_few_that_rattle_among_draws_that_cost_nothing_ask_for_more(tmp_path):
+    text = STOPPED.replace(f"low = {LOW}, high = {HIGH}", "low = 0.2, high = 0.35")
+    found = creak.robust(stopped(tmp_path, text), 256, indices=False, threads=1)
+    assert found.draws.marched < 20
+    (note,) = (n for n in found.notes if "rattle" in n)
+    assert f"{found.rattle.hits} of 256 draws rattle" in note
+    assert "--n 16384 --no-indices" in note
+    more = creak.robust(tmp_path / "study.toml", 16384, indices=False, threads=1)
+    assert more.rattle.hits >= 10
+    assert not any("rattle" in n for n in more.notes)
+
+
 def test_draws_that_differ_in_more_are_not_foretold(tmp_path):
     """Damping, a course of their own, loads that are no multiple, gaps that start by pressing."""
     path = stopped(tmp_path)
