@@ -70,7 +70,8 @@ def sentence(found: Robustness) -> str:
         leading = [key for key, (_, high) in totals.items() if key == first or high >= totals[first][0]]
         alike = "" if len(leading) == 1 else ", alike within their bounds"
         text += f"; most of the scatter comes from {' or '.join(leading)}{alike}"
-    before = f", {d.taken} of them from before" if d.taken else ""
+    some = "all" if d.taken == d.design.total else f"{d.taken} of them"
+    before = f", {some} from before" if d.taken else ""
     few = "" if d.marched == d.design.total else f", of which {d.marched} had to be marched"
     return f"{text}; {d.design.total} runs{few}{before}"
 
