@@ -316,8 +316,8 @@ def test_coulomb_friction_takes_the_same_from_every_swing(press, measured):
         near = np.abs(history.time[history.output_index] - n * np.pi / 100.0) < 1e-3
         found = float(x[near][np.abs(x[near]).argmax()])
         measured(
-            f"friction, exact flow, contact of {press:.0e} N/m",
-            f"Coulomb oscillator: turning point {n}",
+            "friction, exact flow",
+            f"Coulomb oscillator: turning point {n}, contact of {press:.0e} N/m",
             found,
             exact,
             abs=1.5e-6,
@@ -327,8 +327,8 @@ def test_coulomb_friction_takes_the_same_from_every_swing(press, measured):
     took = 0.5 * STIFF * (0.85e-3**2 - 0.05e-3**2)
     assert abs(work(history, "scheme")) < 1e-4 * took
     measured(
-        f"friction, exact flow, contact of {press:.0e} N/m",
-        "Coulomb oscillator: time when it sticks",
+        "friction, exact flow",
+        f"Coulomb oscillator: time when it sticks, contact of {press:.0e} N/m",
         last,
         0.1256637,
         abs=2e-5,
@@ -336,8 +336,8 @@ def test_coulomb_friction_takes_the_same_from_every_swing(press, measured):
         source="closed form",
     )
     measured(
-        f"friction, exact flow, contact of {press:.0e} N/m",
-        "Coulomb oscillator: energy taken",
+        "friction, exact flow",
+        f"Coulomb oscillator: energy taken, contact of {press:.0e} N/m",
         work(history, "friction"),
         took,
         rel=1e-6,
@@ -355,8 +355,8 @@ def test_belt_squeaks(press, measured):
     assert len(starts) >= 4
     # Slip begins and ends within a step near contact, 8 us.
     measured(
-        f"friction, exact flow, contact of {press:.0e} N/m",
-        "block on a belt: period of 12.3932817 Hz",
+        "friction, exact flow",
+        f"block on a belt: period of 12.3932817 Hz, contact of {press:.0e} N/m",
         np.diff(starts)[1:],
         1 / 12.3932817,
         abs=2e-5,
@@ -364,8 +364,8 @@ def test_belt_squeaks(press, measured):
         source="closed form",
     )
     measured(
-        f"friction, exact flow, contact of {press:.0e} N/m",
-        "block on a belt: slip",
+        "friction, exact flow",
+        f"block on a belt: slip, contact of {press:.0e} N/m",
         (ends - starts[: ends.size])[1:],
         0.04068888,
         abs=2e-5,
