@@ -49,7 +49,7 @@ DECK = f"""*NODE
 *BOUNDARY
 ROOT, 1, 6
 """
-STUDY = f"""[model]
+STOPPED_BEAM = f"""[model]
 deck = "beam.inp"
 [damping]
 modal = {ZETA}
@@ -71,7 +71,8 @@ f_max = 20000
 end = {END}
 [precheck]
 margin = 20.0
-[scatter]
+"""
+STUDY = f"""{STOPPED_BEAM}[scatter]
 seed = SEED
 [scatter.vary]
 "connector.0.upper" = GAP

@@ -119,19 +119,13 @@ def own_pressure(plate: Plate) -> FloatArray:
     return np.fft.irfft(P * F * np.exp(-2j * np.pi * freq * r.min() / SPEED), n)
 
 
-def model_of(plate: Plate, size: float) -> Model:
-    """Its mesh, held at its edges."""
-    n_x, n_y = (round(s / size) for s in plate.sides)
-    x, y = (
-        k.ravel()
-        for k in np.meshgrid(
-            *(np.linspace(0, s, n + 1) for s, n in zip(plate.sides, (n_x, n_y), strict=True)), indexing="ij"
-        )
-    )
-    first = (np.arange(n_x)[:, None] * (n_y + 1) + np.arange(n_y)).ravel()
-    quads = np.column_stack([first, first + n_y + 1, first + n_y + 2, first + 1]).astype(np.int64)
-    section, rows = ShellSection("PLATE", plate.material, plate.thickness), np.arange(x.size)
-    at_x, at_y = (x < 1e-9) | (x > plate.sides[0] - 1e-9), (y < 1e-9) | (y > plate.sides[1] - 1e-9)
+def supported_plate(sides: tuple[float, float], thickness: float, material: Material, n: tuple[int, int]) -> Model:
+    """Its mesh of n elements along its sides, held at its edges."""
+    x, y = (k.ravel() for k in np.meshgrid(*map(np.linspace, (0.0, 0.0), sides, np.add(n, 1)), indexing="ij"))
+    first = (np.arange(n[0])[:, None] * (n[1] + 1) + np.arange(n[1])).ravel()
+    quads = np.column_stack([first, first + n[1] + 1, first + n[1] + 2, first + 1]).astype(np.int64)
+    section, rows = ShellSection("PLATE", material, thickness), np.arange(x.size)
+    at_x, at_y = (x < 1e-9) | (x > sides[0] - 1e-9), (y < 1e-9) | (y > sides[1] - 1e-9)
     held = [(rows, (1, 2, 6)), (np.flatnonzero(at_x), (3, 4)), (np.flatnonzero(at_y), (3, 5))]
     return Model(
         source="plate",
@@ -147,10 +141,8 @@ def model_of(plate: Plate, size: float) -> Model:
     )
 
 
-def kept(model: Model, zeta: float, f_max: float) -> System:
+def kept(system: System, zeta: float, f_max: float) -> System:
     """Its lowest modes, damped alike."""
-    none = Rayleigh(0.0, 0.0)
-    system = couple([part_system(model, 0, none)], model, Driven({}), none)
     found = modes(system.K, system.M, f_max=f_max)
     one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
     damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2.0 * zeta * np.sqrt(found.omega2))
@@ -160,10 +152,12 @@ def kept(model: Model, zeta: float, f_max: float) -> System:
 
 def heard(plate: Plate, size: float) -> tuple[Heard, float]:
     """What creak tells of it, and Hz to which that is computed."""
-    model = model_of(plate, size)
+    n_x, n_y = (round(s / size) for s in plate.sides)
+    model, none = supported_plate(plate.sides, plate.thickness, plate.material, (n_x, n_y)), Rayleigh(0.0, 0.0)
     skin = skin_of(model)
     band = mesh_band(model, skin, 1.0)
-    small = kept(model, plate.zeta, 2.0 * band)
+    whole = couple([part_system(model, 0, none)], model, Driven({}), none)
+    small = kept(whole, plate.zeta, 2.0 * band)
     node = int(np.linalg.norm(model.nodes.coords[:, :2] - plate.struck, axis=1).argmin())
     one, zero = np.ones(1), np.zeros(1)
     triplets = ChannelRows(np.array([0]), np.array([6 * node + 2]), one, zero, zero)

@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
+from benchmarks import plates
 
-from creak.assembly.damping import Damping
-from creak.assembly.system import System, project
-from creak.linalg.diagonal import Diagonal
-from creak.linalg.modes import modes
-from creak.model.constraints import Fixed
+from creak.assembly.system import System
 from creak.model.mesh import Model
 from creak.sound.forced import Modes
-from helpers_core import STEEL, block, model_of, plate, shell
+from helpers_core import STEEL
 
 SIDES, THICK, ZETA = (0.5, 0.4), 2e-3, 0.02
 """m, m, share of critical of all modes."""
@@ -21,20 +16,12 @@ SIDES, THICK, ZETA = (0.5, 0.4), 2e-3, 0.02
 
 def supported_plate(n: tuple[int, int]) -> Model:
     """Of n elements along its sides."""
-    coords, elements = plate(*n, SIDES)
-    x, y, _ = coords.T
-    across, along = (x < 1e-9) | (x > SIDES[0] - 1e-9), (y < 1e-9) | (y > SIDES[1] - 1e-9)
-    held = [(np.arange(len(coords)), (1, 2, 6)), (np.flatnonzero(across), (3, 4)), (np.flatnonzero(along), (3, 5))]
-    return model_of(coords, [block("quad4", elements, shell(THICK))], fixed=[Fixed(*one) for one in held])
+    return plates.supported_plate(SIDES, THICK, STEEL, n)
 
 
 def kept(system: System, f_max: float) -> System:
     """The lowest modes, damped alike."""
-    found = modes(system.K, system.M, f_max=f_max)
-    one, k = Diagonal(np.ones(found.omega2.size)), Diagonal(found.omega2)
-    damping = Damping(0.0, 0.0, None, np.eye(found.omega2.size), 2 * ZETA * np.sqrt(found.omega2))
-    small = project(replace(system, damping=Damping()), found.shapes, known=(one, k))
-    return replace(small, M=one, K=k, damping=damping)
+    return plates.kept(system, ZETA, f_max)
 
 
 def own_modes(high: float, at: tuple[float, float]) -> tuple[Modes, np.ndarray, np.ndarray]:

@@ -23,6 +23,7 @@ from scipy.special import j0
 
 from creak.arrays import FloatArray
 from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import across_third
 
 PER_WAVE = 3.0
 """Cells to the shortest wave, in plate and air."""
@@ -66,12 +67,11 @@ class FlatSheet:
         weight = np.divide(self.area, r, out=np.zeros_like(r), where=used)
         spread = float((weight[used] ** 2 / self.area[used]).sum() / self.area.sum())
         there, everywhere = 0.0, 0.0
-        for by in 2.0 ** ((np.arange(PER_THIRD) + 0.5 - 0.5 * PER_THIRD) / (3.0 * PER_THIRD)):
+        for by in across_third(PER_THIRD).tolist():
             k, k_b = 2.0 * math.pi * freq * by / AIR.speed, min(wavenumber * math.sqrt(by), 0.9 * math.pi / self.step)
-            power = self._power(k, k_b)
             there += by**2 * self._at(weight * np.exp(-1j * k * r), k_b)
-            everywhere += by**2 * power * spread
-        return there / everywhere
+            everywhere += by**2 * self._power(k, k_b)
+        return there / (everywhere * spread)
 
     def _at(self, sent: np.ndarray, k_b: float) -> float:
         """A: mean over as many directions as tell each from the next."""
@@ -83,13 +83,17 @@ class FlatSheet:
 
     def _power(self, k: float, k_b: float) -> float:
         """B"""
-        s = self.step * np.hypot(*(np.fft.fftfreq(n, 1.0 / n)[:, None].reshape(shape) for n, shape in self._shifts))
+        along, across = (self.step * np.fft.fftfreq(n, 1.0 / n) for n in self.overlap.shape)
+        s = np.hypot(along[:, None], across)
         return float((self.overlap * j0(k_b * s) * np.sinc(k * s / math.pi)).sum())
 
-    @property
-    def _shifts(self) -> list[tuple[int, tuple[int, int]]]:
-        n_x, n_y = self.overlap.shape
-        return [(n_x, (n_x, 1)), (n_y, (1, n_y))]
+
+def plane_of(areas: FloatArray) -> tuple[float, FloatArray]:
+    """How flat facets of areas (n, 3) are, mean square of the cosine of their angle to one normal, and axes (3, 3) in
+    columns, of which the last is that normal."""
+    size = np.linalg.norm(areas, axis=1)
+    squares, axes = np.linalg.eigh((areas / np.maximum(size, 1e-300)[:, None]).T @ areas)
+    return float(squares[-1] / max(size.sum(), 1e-300)), axes
 
 
 def flat_sheet(corners: FloatArray, shortest: float) -> FlatSheet | None:
@@ -102,11 +106,10 @@ def flat_sheet(corners: FloatArray, shortest: float) -> FlatSheet | None:
     areas = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     size = np.linalg.norm(areas, axis=1)
     whole = float(size.sum())
-    unit = areas / np.maximum(size, 1e-300)[:, None]
-    squares, axes = np.linalg.eigh((unit * size[:, None]).T @ unit / max(whole, 1e-300))
+    flatness, axes = plane_of(areas)
     middle = size @ corners.mean(axis=1) / max(whole, 1e-300)
     height = (corners.mean(axis=1) - middle) @ axes[:, -1]
-    if squares[-1] < FLAT or math.sqrt(size @ height**2 / whole) > DEEP * math.sqrt(whole):
+    if flatness < FLAT or math.sqrt(size @ height**2 / whole) > DEEP * math.sqrt(whole):
         return None
     plane = axes[:, :2]
     span = np.ptp((corners.reshape(-1, 3) - middle) @ plane, axis=0)

@@ -17,6 +17,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import across_third
 
 EDGE = 3.5
 """Mobility of a free edge over that of the inside of the same plate (Cremer, Heckl and Petersson, section 5.2)."""
@@ -77,7 +78,7 @@ def radiation_efficiency(plate: Plate, freq: FloatArray) -> FloatArray:
         d_2 = 8 c^2 (1 - 2 l^2) / (f_c^2 pi^4 S l sqrt(1 - l^2)) below half of it, 4 S (f / c)^2 at most below the first
         mode; above 1 / sqrt(1 - f_c / f) (EN 12354-1, equations B.3).
     """
-    each = freq[:, None] * 10.0 ** (0.1 * (np.arange(POINTS) / POINTS + 0.5 / POINTS - 0.5))
+    each = freq[:, None] * across_third(POINTS)
     f_c, c = plate.coincidence, AIR.speed
     half, S = 0.5 * plate.perimeter, plate.area
     sides = max(half**2 - 2.0 * S, 2.0 * S)  # l1^2 + l2^2; a square is the least

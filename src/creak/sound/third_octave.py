@@ -33,6 +33,11 @@ UPPER_EDGES: FloatArray = BANDS * 10.0**0.05
 """(28,) Hz."""
 
 
+def across_third(count: int) -> FloatArray:
+    """(count,) frequencies that share a third octave evenly, over that of its middle."""
+    return np.asarray(10.0 ** (0.1 * ((np.arange(count) + 0.5) / count - 0.5)))
+
+
 def third_octave_levels(pressure: FloatArray, rate: float, window: Window | None = None) -> FloatArray:
     """Equivalent continuous levels, (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz (`BANDS`).
 

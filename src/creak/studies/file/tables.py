@@ -27,7 +27,7 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
 
 
 def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    values = np.array([_numbers(path, i, row, ",".join(header)) for i, row in rows]).reshape(-1, 2)
+    values = np.array([row_numbers(path, i, row, ",".join(header)) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
@@ -137,23 +137,31 @@ def read_lines(path: Path, where: str, kind: str) -> list[str]:
         raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
 
 
-def _numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:
+def row_numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:
+    """The numbers of a row, as many as the header has names.
+
+    Raises
+    ------
+    InputError : a cell that is no finite number, too few of them, or too many.
+    """
+    count = header.count(",") + 1
+    words = {2: "two"}.get(count, str(count))
     try:
-        numbers = [computable(float(cell)) for cell in row[:2]]
+        numbers = [computable(float(cell)) for cell in row[:count]]
     except ValueError:
         numbers = []
-    if len(row) > 2 and any(cell.strip() for cell in row[2:]):
+    if len(row) > count and any(cell.strip() for cell in row[count:]):
         raise InputError(
             f"the row {','.join(row)!r} has {len(row)} values",
             where=f"{path}:{line}",
-            expected=f"two: {header}",
+            expected=f"{words}: {header}",
             fix="Write decimals with a point, and leave out further columns.",
         )
-    if len(numbers) != 2 or not np.isfinite(numbers).all():
+    if len(numbers) != count or not np.isfinite(numbers).all():
         raise InputError(
             f"got {','.join(row)!r}",
             where=f"{path}:{line}",
-            expected=f"two finite numbers: {header}",
+            expected=f"{words} finite numbers: {header}",
             fix="Repair the row.",
         )
     return numbers

@@ -125,18 +125,21 @@ def run_draws(
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken, again = len(found), tuple(c.key for c in causes if not keeps_model(clips, c.key))
     missing, notes = {k for k in range(design.total) if k not in found}, list[str]()
+    marched: Iterator[tuple[int, FloatArray]] = iter(())
     if missing and again:
         models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
         who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
         notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
         progress(f"{len(models)} reductions, as {who} the model", 0, 1)
         marched = _on_models_of_their_own(models, channels, threads, runner)
-    else:
+    elif missing:
         keep = None if out is None else out / "superelements"
-        marched = _on_one_model(setup, drawn, missing, channels, progress, notes, keep, threads, runner)
-    if missing and path is None:
+        made = shared_model(setup, drawn, progress, keep)
+        notes.extend(made.notes)
+        marched = _on_one_model(made, drawn, missing, channels, progress, keep, threads, runner)
+    if path is None:
         found.update(marched)
-    elif missing and path is not None:
+    elif missing:
         with record_log(path, made_from, width, used) as log:
             for number, record in marched:
                 log.add(number, record)
@@ -162,19 +165,16 @@ def run_draws(
 
 
 def _on_one_model(
-    setup: Setup,
+    made: SharedModel,
     drawn: Drawn,
     missing: Set[int],
     channels: GapOperator,
     progress: Progress,
-    notes: list[str],
     keep: Path | None,
     threads: int | None,
     runner: Runner | None,
 ) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each missing draw; those that need no march first. What the model notes goes to `notes`."""
-    made = shared_model(setup, drawn, progress, keep)
-    notes.extend(made.notes)
+    """Number and record of each missing draw; those that need no march first."""
     known = set[int]()
     for number, record in foretold(made, channels):
         known.add(number)
@@ -186,7 +186,7 @@ def _on_one_model(
     if runner is None:
         yield from _marched(made, channels, left, threads)
     elif left:
-        yield from march_batches(runner, batches(setup.study, left, made.lowest, keep))
+        yield from march_batches(runner, batches(made.setup.study, left, made.lowest, keep))
 
 
 def _on_models_of_their_own(

@@ -145,10 +145,8 @@ def _line(
     if ends[0] is None or ends[1] is None or ends[2] is None:
         return None
     (a, f_a), (middle, f_middle), (b, f_b) = ends[0], ends[1], ends[2]
-    off = max(
-        float(np.abs(middle - 0.5 * (a + b)).max(initial=0.0)) / max(scale, 1e-300), abs(f_middle - 0.5 * (f_a + f_b))
-    )
-    if off > STRAIGHT:
+    bent = float(np.abs(middle - 0.5 * (a + b)).max(initial=0.0))
+    if bent > STRAIGHT * scale or abs(f_middle - 0.5 * (f_a + f_b)) > STRAIGHT:
         return None
     width = high - low or 1.0
     factor = None if f_a == f_middle == f_b == 1.0 else (low, f_a, (f_b - f_a) / width)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
@@ -90,15 +90,18 @@ class SharedModel:
     """What its draws have in common, where it was made for `Drawn` that have it."""
 
 
-def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | Plain, progress: Progress) -> FloatArray:
-    """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less."""
+def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | Plain) -> FloatArray:
+    """(m,) how far the gap of each contact channel falls below that of the study in any draw, 0 or less.
+
+    Parameters
+    ----------
+    setup : before its static start. reference : with the linear gaps after it.
+    """
+    linear = reference.linear_gaps
     if isinstance(draws, Plain):
-        begun = started(setup, reference, silent)
-        return draws.lowest(with_linear_gaps(begun, reference, progress).linear_gaps)
+        return draws.lowest(linear)
     lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
-    begun = started(setup, reference, silent) if loaded else setup
-    linear = with_linear_gaps(begun, reference, progress).linear_gaps
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
@@ -128,10 +131,6 @@ def shared_model(
     InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
     """
     c, reference = setup.study.config, build_reference(setup, progress)
-    plain = plain_of(setup, reference, draws) if isinstance(draws, Drawn) else None
-    if isinstance(draws, Drawn):
-        draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
-    lowest = draws if isinstance(draws, np.ndarray) else lowest_of(setup, reference, plain or draws, progress)
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
@@ -141,6 +140,10 @@ def shared_model(
         )
     before, setup = setup, started(setup, reference, progress)
     reference = with_linear_gaps(setup, reference, progress)
+    plain = plain_of(before, reference, draws) if isinstance(draws, Drawn) else None
+    if isinstance(draws, Drawn):
+        draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
+    lowest = draws if isinstance(draws, np.ndarray) else lowest_of(before, reference, plain or draws)
     kept, notes = setup.contacts, list[str]()
     if reference.linear_gaps is not None:
         enough = c.precheck.near(setup.contacts.gap0 + lowest)
@@ -179,19 +182,17 @@ def foretold(model: SharedModel, channels: GapOperator) -> Iterator[tuple[int, F
     ----------
     channels : as for `march_draws`.
     """
-    plain, places = model.plain, places_of(channels)
+    plain, places, at = model.plain, places_of(channels), _kept(model, channels)
     if plain is None or pressed(model.gaps) or (plain.load is not None and model.system.velocity.any()):
         return
-    place = {name: k for k, name in enumerate(channels.names)}
-    at = np.array([place[name] for name in model.gaps.names])
     of_places, can_press = [model.gaps.of_groups({name}) for name in places], model.gaps.can_press()
-    head, tail = np.append(FORETOLD, np.zeros(len(places) * len(FIGURES))), np.zeros(channels.m)
+    figures, impulse = np.zeros((len(places), len(FIGURES))), np.zeros(channels.m)
     for rows in plain.blocks():
         gap0, factors = plain.gaps(rows)[:, at], plain.factors(rows)
         clear = model.linear.clear_of(gap0, factors) & (gap0[:, can_press] >= 0.0).all(axis=1)
         slack = model.linear.slack(gap0[clear], factors[clear], of_places)
         for k, own in zip(np.flatnonzero(clear), slack, strict=True):
-            yield rows.start + int(k), np.concatenate([head, own.ravel(), tail])
+            yield rows.start + int(k), Seen(FORETOLD, figures, own, impulse).record()
 
 
 def march_draws(
@@ -205,9 +206,7 @@ def march_draws(
     ----------
     channels : all of the study, kept or not: what figures and impulses stand for.
     """
-    places = places_of(channels)
-    place = {name: k for k, name in enumerate(channels.names)}
-    at = np.array([place[name] for name in model.gaps.names])
+    places, at = places_of(channels), _kept(model, channels)
     v = model.setup.study.config.verification
 
     def look(variant: Variant, history: History | Stopped) -> Seen:
@@ -233,6 +232,12 @@ def march_draws(
 def places_of(channels: GapOperator) -> tuple[str, ...]:
     """Contacts and connectors."""
     return tuple(dict.fromkeys(channels.group))
+
+
+def _kept(model: SharedModel, channels: GapOperator) -> IntArray:
+    """Rows of the model's channels among all of the study."""
+    place = {name: k for k, name in enumerate(channels.names)}
+    return np.array([place[name] for name in model.gaps.names])
 
 
 def _slack(model: SharedModel, variant: Variant, places: tuple[str, ...], known: Linear | None) -> FloatArray:

@@ -12,6 +12,7 @@ from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
+from creak.sound.directivity import plane_of
 from creak.sound.head import RADIUS, Head
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable
@@ -203,7 +204,7 @@ def ear_off(model: Model, skin: Skin, part: int, units: str) -> Listener:
     areas = panel.areas
     size = np.linalg.norm(areas, axis=1)
     middle = size @ panel.centres / size.sum()
-    normal = np.linalg.eigh((areas / np.maximum(size, 1e-300)[:, None]).T @ areas)[1][:, -1]
+    normal = plane_of(areas)[1][:, -1]
     every = np.linalg.norm(skin.areas, axis=1)
     outward = float(normal @ (middle - every @ skin.centres / every.sum()))
     if outward < 0.0 or (outward == 0.0 and normal[np.abs(normal).argmax()] < 0.0):

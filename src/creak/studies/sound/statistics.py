@@ -29,7 +29,7 @@ from creak.sound.carriers import (
     lines_of,
     stored,
 )
-from creak.sound.directivity import FlatSheet, flat_sheet
+from creak.sound.directivity import FlatSheet, flat_sheet, plane_of
 from creak.sound.forced import FADE, LOWEST, without_lows
 from creak.sound.head import Head
 from creak.sound.plates import in_decibel, radiation_efficiency, relative_variance
@@ -254,7 +254,7 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
 
 
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
-    own = listener.skin.select(~listener.skin.solid & (listener.skin.part == push.part.part))
+    own = _shells(listener, push.part)
     if not own.count:
         return _Heard(push, 0.0, 0.0, np.zeros(3), None, np.zeros(len(push.point)))
     area = np.linalg.norm(own.areas, axis=1)
@@ -262,9 +262,14 @@ def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
     r = np.linalg.norm(offset, axis=1)
     spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
     way, to = listener.way(push.part.part), listener.position * metre - push.point
-    normal = np.linalg.eigh(own.areas.T @ own.areas)[1][:, -1]
+    normal = plane_of(own.areas)[1][:, -1]
     sine = np.linalg.norm(np.cross(to, normal), axis=1) / np.linalg.norm(to, axis=1)
     return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head, sine, way)
+
+
+def _shells(listener: Listener, part: PartPlates) -> Skin:
+    """Of a part, as far as the listener hears it."""
+    return listener.skin.select(~listener.skin.solid & (listener.skin.part == part.part))
 
 
 def _of(heard: _Heard, columns: IntArray) -> _Heard:
@@ -327,18 +332,17 @@ def _sent(heard: _Heard, band: int) -> float:
 def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArray | None:
     """`_Heard.beams` of a part: of the third octaves that are heard of it, and of those that may tie it."""
     if part.part not in known.flat:
-        own = listener.skin.select(~listener.skin.solid & (listener.skin.part == part.part))
         high = np.array([BANDS[-1]])
         shortest = min(AIR.speed / high[0], *(2.0 * np.pi / float(p.wavenumber(high)[0]) for p in part.plates))
-        known.flat[part.part] = flat_sheet(own.corners * known.metre, shortest)
+        known.flat[part.part] = flat_sheet(_shells(listener, part).corners * known.metre, shortest)
     sheet = known.flat[part.part]
     if sheet is None:
         return None
     point = listener.position * known.metre
     found = np.ones((len(part.plates), BANDS.size))
-    first = max(0, int(known.span.bands[0]) - TIED - 1)
+    bands = range(max(0, int(known.span.bands[0]) - TIED - 1), int(known.span.bands[-1]) + 1)
     for k, plate in enumerate(part.plates):
-        for band in range(first, BANDS.size):
+        for band in bands:
             freq = float(BANDS[band])
             key = part.part, k, point.tobytes(), freq
             if key not in known.beams:

@@ -24,8 +24,9 @@ from creak.formats.measured.unit_words import plain_unit
 from creak.formats.wav import read_wav
 from creak.sound.forced import smooth
 from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import across_third
 from creak.studies.file.sound_tables import TransferTable
-from creak.studies.file.tables import read_header
+from creak.studies.file.tables import read_header, row_numbers
 
 COLUMNS = (("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 """Of a table, behind frequency; phase in degrees."""
@@ -64,8 +65,7 @@ class Transfer:
 
     def square(self, freq: float) -> float:
         """Mean of its square in the third octave around a frequency, Hz."""
-        within = freq * THIRD ** ((np.arange(PER_THIRD) + 0.5) / PER_THIRD - 0.5)
-        return float(np.mean(np.abs(self.gain(within)) ** 2))
+        return float(np.mean(np.abs(self.gain(freq * across_third(PER_THIRD))) ** 2))
 
 
 def transfer_of(table: TransferTable, path: Path, part: int, away: float, where: str) -> Transfer:
@@ -153,7 +153,7 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
             expected=f"the header {EXPECTED}",
             fix="Put it into the first line.",
         )
-    values = np.array([_numbers(row, len(header), f"{path}:{line}") for line, row in rows]).reshape(-1, len(header))
+    values = np.array([row_numbers(path, *row, ",".join(header)) for row in rows]).reshape(-1, len(header))
     freq, first, second = values[:, 0], values[:, 1], values[:, -1]
     if columns == ("real", "imag"):
         return _Response(freq, first + 1j * second, phase=True)
@@ -166,18 +166,6 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
         )
     known = len(columns) == 2
     return _Response(freq, first * np.exp(1j * np.radians(second if known else 0.0 * second)), known)
-
-
-def _numbers(row: Sequence[str], count: int, where: str) -> list[float]:
-    try:
-        found = [float(cell) for cell in row]
-    except ValueError:
-        found = []
-    if len(found) != count or not np.isfinite(found).all():
-        raise InputError(
-            f"got {','.join(row)!r}", where=where, expected=f"{count} finite numbers", fix="Repair the row."
-        )
-    return found
 
 
 def _universal(table: TransferTable, path: Path, where: str) -> _Response:
