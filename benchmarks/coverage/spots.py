@@ -49,7 +49,14 @@ def main() -> None:
         cost = meter.read()
     assert found is not None
     rows = [
-        {"event": s.event.t_start, "why": s.why, "problem": s.problem, **{name: s.difference(name) for name in FIGURES}}
+        {
+            "event": s.event.t_start,
+            "lasts": s.event.t_end - s.event.t_start,
+            "why": s.why,
+            "problem": s.problem,
+            **{name: s.difference(name) for name in FIGURES},
+            "border": s.border,
+        }
         for s in found.spots
     ]
     told = {

@@ -14,6 +14,9 @@ from creak.verify.statistics import EventStatistics
 MOVED = {"start": 2.0, "closing_speed": 1.0}
 """Figures of an event that hang on what came before it, and how much of `inherited` they change by, as a share of the
 event's duration and of the closing speed. Found by coverage (docs/trust.md)."""
+RETURNS = 3.0
+"""Times what a border half as far away changes: what a border may. Found beside all dofs of the unreduced model
+(docs/trust.md)."""
 SURE = 0.95
 """Of the events that were not looked at, those whose differences are to lie within `Structure.spread`."""
 
@@ -34,6 +37,8 @@ class Spot:
     """What half the contact step changes of the unreduced figures: s, or shares; None: not looked at."""
     problem: str = ""
     """Why there is nothing to compare."""
+    border: dict[str, float] | None = None
+    """What it changes that only a quarter of the dofs move by themselves: s, or shares; None: all of the model do."""
 
     def difference(self, name: str) -> float | None:
         """Unreduced less reduced: s for times, a share of the unreduced figure else; nan where it has no such event,
@@ -52,7 +57,9 @@ class Spot:
     def error(self, name: str) -> float | None:
         """Size of the difference with what the unreduced march itself leaves open."""
         by = self.difference(name)
-        return None if by is None else abs(by) + (self.numerical or {}).get(name, 0.0)
+        if by is None:
+            return None
+        return abs(by) + (self.numerical or {}).get(name, 0.0) + RETURNS * (self.border or {}).get(name, 0.0)
 
 
 @dataclass(frozen=True)

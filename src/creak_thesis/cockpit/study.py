@@ -96,7 +96,7 @@ rayleigh = {{ alpha = 8, beta = 1e-5 }}   # 4 % at 15 Hz, 1.4 % at 50 Hz, 1.7 % 
 
 [reduction]
 method = "craig-bampton"
-f_max = 2000                          # Hz, fixed-interface modes kept: sound up to 1 kHz
+f_max = "auto"                        # fixed-interface modes are added until the events settle
 
 [time]
 end = 1.5                             # s

@@ -15,9 +15,10 @@ from creak.verify.unreduced import RubSpot, Spot, Structure
 def spots_of(findings: Findings) -> dict[str, Any]:
     """`spots`, one for each event that it marched through, and their cost; nothing where it was not asked.
 
-    A figure is {reduced, unreduced, numerical}; unreduced is null where the unreduced model has no such event,
-    numerical (what half its contact step changes: s of times, else a share) where that was not looked at. They do not
-    count where the reduced model is complete.
+    A figure is {reduced, unreduced, numerical, border}; unreduced is null where the unreduced model has no such event,
+    numerical (what half its contact step changes: s of times, else a share) where that was not looked at, border (what
+    a quarter of the dofs that move by themselves changes) where all do. They do not count where the reduced model is
+    complete.
     """
     run, convergence = findings.runs.get("reduced"), findings.convergence
     if run is None or convergence is None or convergence.structure is None:
@@ -33,6 +34,7 @@ def spots_of(findings: Findings) -> dict[str, Any]:
                 "reduced": s.reduced.get(name),
                 "unreduced": (s.unreduced or {}).get(name),
                 "numerical": (s.numerical or {}).get(name),
+                "border": (s.border or {}).get(name),
             }
             for name, key in KEYS.items()
         }

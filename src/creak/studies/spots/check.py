@@ -8,18 +8,20 @@ from functools import partial
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
-from creak.dynamics.flow.march import FlowStates
+from creak.arrays import IntArray
 from creak.linalg.together import Solver
 from creak.progress import Progress
+from creak.studies.converge.auto_band import PROOF
 from creak.studies.converge.settling import limit
 from creak.studies.models.reduced import FACTOR
+from creak.studies.prepare.marching import Marching
 from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import Stretch, affordable, near_channels, stretch
-from creak.studies.spots.handover import Handover, ordered, states_at, states_of
-from creak.studies.spots.march import Checker, own_figures
-from creak.verify.figures import change
-from creak.verify.unreduced import Spot, Structure
+from creak.studies.spots.handover import Begins, Handover, ordered, states_at
+from creak.studies.spots.march import figures_over, own_figures
+from creak.studies.spots.nearby import AnyChecker, checker_of, once, share
+from creak.verify.figures import FIGURES, change
+from creak.verify.unreduced import Spot, Structure, surely
 
 FEWEST_EVENTS = 3
 """Events that are checked whatever they cost."""
@@ -40,8 +42,9 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     As many are checked as cost a fifth of the reduction (`choose.SHARE`, `choose.FEWEST`), counted in
     back-substitutions, so that the same input makes the same checks; `FEWEST_EVENTS` at any cost. Where half the steps
     change the hardest event by more than a part (`RESOLVED`) of what the verdict lets it move by, all are marched again
-    by these, once, where the rest of that holds it. Of a complete model, where they count for
-    nothing (`Structure.complete`), they are not.
+    by these, once, where the rest of that holds it. Where what leaves the other events open is that so few were looked
+    at (`_few_decide`), as many again are checked, once, for as much again. Of a complete model, where they count for
+    nothing (`Structure.complete`), neither is done.
     """
     made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(found, of)]
     order = [s for s in made if s is not None]
@@ -49,74 +52,102 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, of.budget, FEWEST_EVENTS)
+    taken = affordable(order, rows, of.budget - once(of), FEWEST_EVENTS, share(of))
     progress("spot checks", 0, 1)
-    at = sorted({s.first for s in taken})
-    states = states_at(found.setup.marching, of, at)
-    spots, solves = _marched(of, taken, near, rows, states, at, progress)
-    finer = [s.finer() for s in taken]
-    wanted = not (found.reduced.complete or _is_resolved(spots[0]))
-    if wanted and len(affordable(finer, rows, of.budget - solves, 0)) == len(finer):
-        spots, more = _marched(of, finer, near, rows, states, at, progress)
-        solves += more
+    marched = partial(_marched, of, found.setup.marching, near, rows, progress)
+    spots, solves = marched(taken)
+    solves += once(of)
+    if not found.reduced.complete:
+        others, finer = [s for s in order if s not in taken], [s.finer() for s in taken]
+        if not _is_resolved(spots[0]) and len(affordable(finer, rows, of.budget - solves, 0, share(of))) == len(finer):
+            spots, more = marched(finer)
+            solves, others = solves + more, [s.finer() for s in others]
+        again = affordable(others, rows, of.budget, 0, share(of))[: len(taken)]
+        if again and _few_decide(spots, len(again)):
+            further, more = marched(again, halved=False)
+            spots, solves = [*spots, *further], solves + more
     first_end = min(e.t_end for e in found.run.events)
-    return Structure(tuple(spots), first_end=first_end, solves=solves)
+    return Structure(tuple(spots), first_end=first_end, solves=round(solves))
+
+
+def _few_decide(spots: list[Spot], more: int) -> bool:
+    """Does what events that were not looked at may be off by fill more than its part (`PROOF`) of what the verdict lets
+    them, and would all of it do with so many more spots whose differences are of the same size?"""
+    n = sum(not s.problem for s in spots)
+    if n == 0:
+        return False
+    known = Structure(tuple(spots))
+    filled = np.nanmax([known.spread(name) / limit(name, 1.0) for name in FIGURES])
+    return bool(PROOF < filled <= surely(n) / surely(n + more))
 
 
 def _marched(
     of: Handover,
-    taken: list[Stretch],
+    marching: Marching,
     near: IntArray,
     rows: int,
-    states: FlowStates,
-    at: list[int],
     progress: Progress,
-) -> tuple[list[Spot], int]:
+    taken: list[Stretch],
+    *,
+    halved: bool = True,
+) -> tuple[list[Spot], float]:
     """Each stretch by its steps, finer ones first; the first one of all by half of its steps besides.
 
     Parameters
     ----------
-    rows : right sides that the compliance of the channels `near` takes.
+    rows : right sides that the compliance of the channels `near` takes. halved : whether the first one is.
     """
+    at = sorted({s.first for s in taken})
+    states = states_at(marching, of, at)
     found: dict[int, tuple[Spot, Stretch]] = {}
-    queue, solves, marched = list(enumerate(taken)), 0, 0
-    begin = FACTOR + rows
-    lengths = {s.parts for s in taken} | {2 * taken[0].parts}
-    foreseen = sum(s.steps for s in taken) + 2 * taken[0].steps + len(lengths) * begin
+    queue, solves, marched = list(enumerate(taken)), 0.0, 0
+    begin = FACTOR + rows if of.nearby is None else 0
+    ahead = [*taken, taken[0].finer()] if halved else taken
+    foreseen = sum(s.steps for s in ahead) + len({s.parts for s in ahead}) * begin
 
     def counted(more: int) -> None:
         nonlocal marched
         marched += more
         progress("spot checks", min(marched, foreseen - 1), foreseen)
 
-    def checker_of(parts: int) -> Checker:
-        checker = Checker(of, parts, near, states.stiffness)
+    def made(parts: int) -> AnyChecker:
+        nonlocal solves
+        checker = checker_of(of, parts, near, states.stiffness)
+        solves += begin
         counted(begin)
         return checker
 
-    def march(checker: Checker, s: Stretch) -> Callable[[Solver], _Seen]:
+    def march(checker: AnyChecker, s: Stretch) -> Callable[[Solver | None], _Seen]:
         """Through it, from its state, which is recovered before: that solves, too, and no two may at once."""
-        return partial(_compared, of, checker, s, states_of(of, states, at.index(s.first), s.first))
+        k = at.index(s.first)
+        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], s.first)
+
+        def through(solver: Solver | None) -> _Seen:
+            seen = _compared(of, checker, s, begins, solver)
+            counted(0 if of.nearby is None else s.steps)
+            return seen
+
+        return through
 
     while queue:
         parts = max(s.parts for _, s in queue)
-        checker = checker_of(parts)
-        solves += begin
+        checker = made(parts)
         here, queue = [x for x in queue if x[1].parts == parts], [x for x in queue if x[1].parts != parts]
         every = checker.side_by_side([march(checker, s) for _, s in here], counted)
         for (k, s), seen in zip(here, every, strict=True):
-            solves += seen.steps
+            solves += seen.solves
             if seen.goes_on and (coarser := seen.stretch.coarser(of.ends.size - 1)) is not None:
                 queue.append((k, coarser))
                 continue
             unreduced = None if seen.problem else seen.unreduced
-            found[k] = Spot(s.event, s.why, seen.reduced or {}, unreduced, None, seen.problem), seen.stretch
+            border = _change(unreduced, seen.narrow)
+            found[k] = Spot(s.event, s.why, seen.reduced or {}, unreduced, None, seen.problem, border), seen.stretch
     first, s = found[0]
-    if first.unreduced is not None:
-        checker = checker_of(2 * s.parts)
+    if halved and first.unreduced is not None:
+        checker = made(2 * s.parts)
         (seen,) = checker.side_by_side([march(checker, s.finer())], counted)
-        solves += begin + seen.steps
-        found[0] = replace(first, numerical=_halving(first, seen.unreduced)), s
+        solves += seen.solves
+        found[0] = replace(first, numerical=_change(first.unreduced, seen.unreduced)), s
     progress("spot checks", foreseen, foreseen)
     return [found[k][0] for k in range(len(taken))], solves
 
@@ -128,10 +159,12 @@ class _Seen:
     stretch: Stretch
     """As long as it became."""
     unreduced: dict[str, float] | None
+    narrow: dict[str, float] | None
+    """The same where fewer dofs move by themselves."""
     reduced: dict[str, float] | None
     problem: str
-    steps: int
-    """Of all attempts."""
+    solves: float
+    """Back-substitutions of all attempts."""
 
     @property
     def goes_on(self) -> bool:
@@ -139,17 +172,17 @@ class _Seen:
         return self.unreduced is not None and "duration" not in self.unreduced
 
 
-def _compared(
-    of: Handover, checker: Checker, s: Stretch, begins: tuple[FloatArray, FloatArray], solver: Solver
-) -> _Seen:
+def _compared(of: Handover, checker: AnyChecker, s: Stretch, begins: Begins, solver: Solver | None) -> _Seen:
     """Figures of the event in both models; a stretch at whose end the unreduced one still touches is marched again,
     twice as long."""
-    steps = 0
+    solves, channels = 0.0, of.channels(s.event)
     while True:
-        history, problem = checker.through(s, *begins, solver)
-        own, steps = own_figures(of, s), steps + s.steps
-        problem = problem or ("" if own else "the reduced run has no such event over the stretch alone")
-        seen = _Seen(s, checker.figures(s, history), own, problem, steps)
+        marched = checker.through(s, begins, channels, solver)
+        own, solves = own_figures(of, s), solves + marched.solves
+        problem = marched.problem or ("" if own else "the reduced run has no such event over the stretch alone")
+        figures = figures_over(s.event, marched.history, marched.gaps, of)
+        narrow = None if (m := marched.narrow) is None else figures_over(s.event, m.history, m.gaps, of)
+        seen = _Seen(s, figures, narrow, own, problem, solves)
         longer = s.longer(of.ends.size - 1)
         if not seen.goes_on or longer is None:
             return seen
@@ -162,9 +195,9 @@ def _is_resolved(spot: Spot) -> bool:
     return all(x <= RESOLVED * limit(name, lasts) for name, x in (spot.numerical or {}).items())
 
 
-def _halving(spot: Spot, finer: dict[str, float] | None) -> dict[str, float] | None:
-    """What half the step changes: s for times, shares else."""
-    if spot.unreduced is None or finer is None:
+def _change(figures: dict[str, float] | None, other: dict[str, float] | None) -> dict[str, float] | None:
+    """By how much others are off: s for times, shares else."""
+    if figures is None or other is None:
         return None
-    both = {name: change(name, x, finer.get(name)) for name, x in spot.unreduced.items()}
+    both = {name: change(name, x, other.get(name)) for name, x in figures.items()}
     return {name: abs(x) for name, x in both.items() if np.isfinite(x)}

@@ -7,26 +7,65 @@ from functools import cached_property
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.linalg.diagonal import Diagonal
+from creak.linalg.memory import blocks_that_fit, fits
+from creak.linalg.scratch import rows_of
+from creak.reduction.modal import ModalDamping, modal_values, without_modal_damping
 from creak.studies.findings.places import find_places
 from creak.studies.models.alike import damped_alike, recovered_on
+from creak.studies.models.reduced import reduced_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, STEP, chosen
+from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, STEP, Span, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
 
 SEED = 1
 """Of what is drawn."""
+NEARBY = 40_000
+"""Unknowns of the unreduced model that move by themselves in a check, where it has more than twice as many."""
+SHARES = 15
+"""As large a part of the unreduced model, where that is more: what is near then does not shrink with the mesh."""
+MODES = 200
+"""Lowest modes of the reduced model in which the rest moves with them."""
+SAME = 1.01
+"""Times the square of a frequency: a reduced model has it so near."""
+COLUMNS = 64
+"""Motions of the reduced model that are recovered at a time."""
+COPIES = 4
+"""Of these, that are held meanwhile."""
+BYTES = 12.0
+"""Of an entry of a sparse matrix."""
+ROUND_OFF = 1e-12
+"""Of a time."""
+Begins = tuple[FloatArray, FloatArray]
+"""Displacement and velocity that a march begins with: (n,) of the unreduced model, or of the reduced one."""
+
+
+@dataclass(frozen=True)
+class LowModes:
+    """The lowest modes of the reduced model, and damping by them: C = beta K + C_extra + M Phi diag(d) Phi' M."""
+
+    shapes: FloatArray
+    """(n, p) in its coordinates, V' M V = I."""
+    omega2: FloatArray
+    """(p,)"""
+    damped: FloatArray
+    """d (p,)"""
+    beta: float | None
+    """s; None: damping is not by modes."""
+    extra: FloatArray
+    """(p, p) V' C_extra V"""
 
 
 @dataclass(frozen=True)
@@ -49,6 +88,12 @@ class Handover:
     """Contact steps in a flight step by default."""
     budget: float
     """Back-substitutions that the checks of events may take, and those of rubbing as many again."""
+    positions: FloatArray
+    """(n_node, 3)"""
+    nearby: int | None = None
+    """Unknowns of the unreduced model that move by themselves, near an event; None: all."""
+    low: LowModes | None = None
+    """Where some do: modes in which the rest moves with them; their damping, which `unreduced` does not have then."""
 
     @property
     def ends(self) -> FloatArray:
@@ -60,6 +105,31 @@ class Handover:
         """Contact and channel of each side: those that are left of some channels may be numbered otherwise."""
         return [{(self.gaps.group[j], self.gaps.names[j]) for j in own.tolist()} for own in sides(self.gaps)]
 
+    @cached_property
+    def low_motion(self) -> FloatArray:
+        """(p, n) the lowest modes in the coordinates of the unreduced model."""
+        assert self.low is not None
+        V, n = self.low.shapes, self.unreduced.n
+        kept = rows_of(n, V.shape[1])
+        for some in blocks_that_fit(V.shape[1], n, COPIES, COLUMNS, 1):
+            still = np.zeros((self.reduced.supports.count, V[:, some].shape[1]))
+            kept[some] = recovered_on(self.unreduced, self.reduced, V[:, some], still).T
+        return kept
+
+    def channels(self, event: Event) -> IntArray:
+        """Those of the event's side."""
+        own = next(own for own in self.sides if (event.group, event.channel) in own)
+        names = zip(self.gaps.group, self.gaps.names, strict=True)
+        return np.array([j for j, name in enumerate(names) if name in own], dtype=np.int64)
+
+    def held(self, s: Span, near: IntArray) -> FloatArray:
+        """(2 f,) friction forces of the channels `near` where a piece begins."""
+        friction = self.gaps.friction
+        if friction is None:
+            return np.zeros(0)
+        row = np.searchsorted(self.history.time, s.time(self.ends)[0] * (1.0 - ROUND_OFF))
+        return np.asarray(self.history.tangential[row, np.repeat(np.isin(friction.channels, near), 2)])
+
 
 def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover | None, str]:
     """What the marches need, or why there are none."""
@@ -69,19 +139,44 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
         return None, "a scheme was forced, which the unreduced model does not share"
     if run.stopped is not None:
         return None, "the run was stopped"
-    if reference.of_parts is not None:
-        return None, "memory does not hold a factor of the whole model"
     system, why = flowing(reduced.system)
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
     v = c.verification
-    if np.any(reference.system.coordinates < 0):
+    if np.any(reference.system.coordinates < 0) and reference.of_parts is None:
         return None, "parts of the model are superelements from files, whose inside is not there"
-    unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
+    nearby, low = None, None
+    if reference.free_dof > 2 * NEARBY:
+        nearby, low = max(NEARBY, reference.free_dof // SHARES), low_modes(setup.modal, system, reference)
+    if nearby is None:
+        unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
+    elif reference.of_parts is None:
+        unreduced = without_modal_damping(reference.system, reference.support_shapes)
+    elif fits(sum(BYTES * (part.K.nnz + part.M.nnz) for part in reference.parts)):
+        unreduced = setup.structure.joined(reference.parts, reference.loose)
+    else:
+        return None, "memory does not hold the matrices of the whole model"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
     budget = max(FEWEST / (unreduced.n + STEP), SHARE * BLOCKED * reduced.solves)
-    handover = Handover(unreduced, system, found.gaps, setup.loads, run.history, v.merge, v.f_max, fewest, budget)
-    return handover, ""
+    run_of = setup.loads, run.history, v.merge, v.f_max
+    positions = setup.structure.model.nodes.coords
+    return Handover(unreduced, system, found.gaps, *run_of, fewest, budget, positions, nearby, low), ""
+
+
+def low_modes(zeta: ModalDamping | None, reduced: System, reference: ReferenceModel) -> LowModes:
+    """The lowest modes of the reduced model. Those up to the highest that is known of the whole are damped by `zeta`;
+    beyond, damping is in proportion to the stiffness."""
+    top = reference.modes.omega2.max(initial=0.0)
+    own = reduced_modes(reduced, np.inf if isinstance(reduced.K, Diagonal) else np.sqrt(top) / (2.0 * np.pi))
+    lowest = np.argsort(own.omega2, kind="stable")[:MODES]
+    V, omega2 = own.shapes[:, lowest], own.omega2[lowest]
+    E = reduced.damping.extra
+    extra = np.zeros((V.shape[1], V.shape[1])) if E is None else np.asarray(V.T @ (E @ V))
+    damped, beta = np.zeros(omega2.size), None
+    if zeta is not None:
+        known = omega2 <= SAME * top
+        beta, damped[known] = modal_values(omega2[known], zeta, beyond=True)
+    return LowModes(V, omega2, damped, beta, extra)
 
 
 def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
@@ -92,11 +187,3 @@ def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
 def states_at(marching: Marching, of: Handover, at: list[int]) -> FlowStates:
     """States of the reduced run at the ends of some flight steps, by marching it again up to there."""
     return flow_states(of.reduced, of.gaps, of.loads, at, resolution=marching.resolution, solver=marching.solver)
-
-
-def states_of(of: Handover, states: FlowStates, k: int, first: int) -> tuple[FloatArray, FloatArray]:
-    """Displacement and velocity (n,) of the unreduced model at the k-th state, at the end of flight step `first`."""
-    s = of.loads.support[:, SAMPLES * first]
-    both = np.stack([states.coordinates[:, k], states.velocities[:, k]], axis=1)
-    u, v = recovered_on(of.unreduced, of.reduced, both, s[:2].T).T
-    return np.ascontiguousarray(u), np.ascontiguousarray(v)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -18,16 +18,15 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import free_bytes
 from creak.linalg.together import Solver, side_by_side
+from creak.studies.models.alike import recovered_on
 from creak.studies.spots.choose import STEP, Span, Stretch
-from creak.studies.spots.handover import Handover
+from creak.studies.spots.handover import ROUND_OFF, Begins, Handover
 from creak.verify.events import REACH, Event, find_events
 from creak.verify.figures import FIGURES, figures_of
 
 Result = TypeVar("Result")
 VECTORS = 40
 """Of all unknowns that a march holds: two instants, what their step is made of, its columns in the solver."""
-ROUND_OFF = 1e-12
-"""Of a time."""
 OPEN = 0.25
 """Of its duration that an event must be followed by without contact, so that it has ended."""
 SILENT = 4
@@ -36,14 +35,27 @@ BESIDE = 4
 """Samples of the loads beyond a stretch that the spline through them knows."""
 
 
+@dataclass(frozen=True)
+class Marched:
+    """A stretch, marched through by the unreduced model."""
+
+    history: History
+    gaps: GapOperator
+    """Its channels."""
+    problem: str
+    """What makes it worthless."""
+    solves: float
+    """Back-substitutions of the whole that it took, or what costs as much."""
+    narrow: Marched | None = None
+    """The same where fewer dofs move by themselves; None: all do."""
+
+
 class Checker:
-    """Marches through stretches by steps of one length."""
+    """Marches through stretches by steps of one length, all unknowns of the unreduced model taking part."""
 
     def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
-        self._of, self._parts = of, parts
+        self._of, self._parts, self._near = of, parts, near
         gaps = of.gaps.select(near)
-        friction = of.gaps.friction
-        self._rubs = np.zeros(0, bool) if friction is None else np.repeat(np.isin(friction.channels, near), 2)
         h = SAMPLES * of.loads.step / parts
         springs = stiffness[near].copy()
         hard = np.isinf(gaps.stiffness)
@@ -67,25 +79,28 @@ class Checker:
         groups = [works[k : k + at_once] for k in range(0, len(works), at_once)]
         return [found for own in groups for found in side_by_side(self._stepper.solver, own, counted)]
 
-    def through(self, s: Span, u: FloatArray, v: FloatArray, solver: Solver) -> tuple[History, str]:
-        """The march from displacement and velocity (n,), and what makes it worthless.
+    def begins(self, q: FloatArray, v: FloatArray, first: int) -> Begins:
+        """The state (n,) of the reduced model at the end of flight step `first`, recovered."""
+        s = self._of.loads.support[:, SAMPLES * first]
+        both = recovered_on(self._of.unreduced, self._of.reduced, np.stack([q, v], axis=1), s[:2].T)
+        return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
 
-        solver: what it takes in place of its own, so that several marches go on side by side.
+    def through(self, s: Span, begins: Begins, channels: IntArray, solver: Solver | None = None) -> Marched:
+        """The march from displacement and velocity (n,).
+
+        channels : what it is about. solver : what it takes in place of its own, so that several marches go on side by
+        side.
         """
-        row = np.searchsorted(self._of.history.time, s.time(self._of.ends)[0] * (1.0 - ROUND_OFF))
-        held = self._of.history.tangential[row, self._rubs] if self._rubs.size else np.zeros(0)
-        stepper = self._stepper.over(_cut(self._of.loads, s, self._parts), (u, v, held), solver)
+        begun = (*begins, self._of.held(s, self._near))
+        stepper = self._stepper.over(cut(self._of.loads, s, self._parts), begun, solver)
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
         seen = history.extremes
         closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]
-        return history, f"channel {closed[0]} closes, which was left out" if closed else ""
-
-    def figures(self, s: Stretch, history: History) -> dict[str, float] | None:
-        """Those of the event in the unreduced march; None: it is not there."""
-        return figures_over(s.event, history, self.gaps, self._of)
+        problem = f"channel {closed[0]} closes, which was left out" if closed else ""
+        return Marched(history, self.gaps, problem, s.steps)
 
 
-def _cut(loads: Loads, s: Span, parts: int) -> Loads:
+def cut(loads: Loads, s: Span, parts: int) -> Loads:
     """The loads of a stretch, `parts` samples of each flight step."""
     a = SAMPLES * s.first
     b = a + -(-SAMPLES * s.steps // parts)

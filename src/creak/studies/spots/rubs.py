@@ -10,14 +10,14 @@ from functools import partial
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.dynamics.history import History
 from creak.linalg.together import Solver
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.models.reduced import FACTOR
 from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
-from creak.studies.spots.handover import SEED, Handover, states_at, states_of
-from creak.studies.spots.march import Checker, within
+from creak.studies.spots.handover import SEED, Handover, states_at
+from creak.studies.spots.march import Marched, within
+from creak.studies.spots.nearby import AnyChecker, checker_of, once, share
 from creak.verify.rubbing import rub_of
 from creak.verify.unreduced import RubSpot
 
@@ -56,35 +56,35 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
         return (), 0
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, of.budget, 1)
+    taken = affordable(order, rows, of.budget - once(of), 1, share(of))
     at = sorted({p.first for p in taken})
     states = states_at(run.setup.marching, of, at)
-    checkers = {n: Checker(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
+    checkers = {n: checker_of(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
 
-    def march(checker: Checker, p: Piece) -> Callable[[Solver], tuple[History, str]]:
-        return partial(checker.through, p, *states_of(of, states, at.index(p.first), p.first))
+    def march(checker: AnyChecker, p: Piece) -> Callable[[Solver | None], Marched]:
+        k = at.index(p.first)
+        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], p.first)
+        return partial(checker.through, p, begins, p.place.channels)
 
-    marched: dict[int, tuple[History, str]] = {}
+    marched: dict[int, Marched] = {}
     for parts, checker in checkers.items():
         own_pieces = [k for k, p in enumerate(taken) if p.parts == parts]
         several = checker.side_by_side([march(checker, taken[k]) for k in own_pieces])
         marched.update(zip(own_pieces, several, strict=True))
     found = []
     for k, p in enumerate(taken):
-        history, problem = marched[k]
         reduced = within(of.history, p.time(of.ends))
         if reduced.time.size < 2:
             continue  # nothing happens in it
         window = float(reduced.time[0]), float(reduced.time[-1])  # between these all is known
-        unreduced = within(history, window)
-        here = np.flatnonzero(np.isin(near, p.place.channels))
-        own, other = (
-            rub_of(h, gaps, channels, window, of.f_max).figures
-            for h, gaps, channels in ((reduced, of.gaps, p.place.channels), (unreduced, checkers[p.parts].gaps, here))
-        )
-        found.append(RubSpot(p.place.contact, p.place.number, window, own, other, problem))
-    solves = sum(p.steps for p in taken) + len(checkers) * (FACTOR + rows)
-    return tuple(found), solves
+        unreduced, gaps = within(marched[k].history, window), marched[k].gaps
+        names = [(of.gaps.group[j], of.gaps.names[j]) for j in p.place.channels.tolist()]
+        here = [j for j, name in enumerate(zip(gaps.group, gaps.names, strict=True)) if name in names]
+        own = rub_of(reduced, of.gaps, p.place.channels, window, of.f_max).figures
+        other = rub_of(unreduced, gaps, np.array(here, dtype=np.int64), window, of.f_max).figures
+        found.append(RubSpot(p.place.contact, p.place.number, window, own, other, marched[k].problem))
+    begin = once(of) if of.nearby is not None else len(checkers) * (FACTOR + rows)
+    return tuple(found), round(sum(m.solves for m in marched.values()) + begin)
 
 
 def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, float], at: float) -> Piece | None:

@@ -7,15 +7,14 @@ from dataclasses import replace
 from functools import partial
 
 from creak.dynamics.flight.contact_steps import steps_in_contact
-from creak.dynamics.history import History
 from creak.linalg.together import Solver
 from creak.studies.converge.settling import LEAST
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun
 from creak.studies.spots.check import FEWEST_EVENTS
 from creak.studies.spots.choose import Stretch, near_channels, stretch_of
-from creak.studies.spots.handover import Handover, ordered, states_at, states_of
-from creak.studies.spots.march import Checker
+from creak.studies.spots.handover import Handover, ordered, states_at
+from creak.studies.spots.march import Checker, Marched, figures_over
 from creak.verify.figures import TIMES, change
 from creak.verify.unreduced import MOVED
 
@@ -49,16 +48,18 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [s.finer() for s in order]
 
-    def march(checker: Checker, s: Stretch) -> Callable[[Solver], tuple[History, str]]:
-        return partial(checker.through, s, *states_of(of, states, at.index(s.first), s.first))
+    def march(checker: Checker, s: Stretch) -> Callable[[Solver], Marched]:
+        k = at.index(s.first)
+        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], s.first)
+        return partial(checker.through, s, begins, of.channels(s.event))
 
     both = [
         checker.side_by_side([march(checker, s) for s in own]) for checker, own in zip(runs, stretches, strict=True)
     ]
-    for s, finer, (coarse, why), (fine, problem) in zip(*stretches, *both, strict=True):
+    for s, *two in zip(order, *both, strict=True):
         lasts = s.event.t_end - s.event.t_start
-        a, b = runs[0].figures(s, coarse) or {}, runs[1].figures(finer, fine) or {}
-        for name in () if why or problem else a.keys() & b.keys():
+        a, b = (figures_over(s.event, m.history, m.gaps, of) or {} for m in two)
+        for name in () if any(m.problem for m in two) else a.keys() & b.keys():
             by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
             found[name] = max(found.get(name, 0.0), by)
     inherited = found.get("impulse", 0.0)  # what an event gets wrong moves the later ones
