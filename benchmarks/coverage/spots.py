@@ -15,6 +15,7 @@ from pathlib import Path
 from benchmarks.stamp import stamp
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
+from creak.studies.findings.places import find_places
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.job import run_study
@@ -41,11 +42,12 @@ def main() -> None:
         write_door(given.mesh_size, Path(folder))
         setup = set_up(with_changes(read_study(Path(folder) / "door.toml"), {"reduction.f_max": given.f_max}))
         result = run_study(setup, progress)
-        model, run = result.reduced, result.runs["reduced"]
+        model, run, band = result.reduced, result.runs["reduced"], result.band
         assert model is not None
+        assert band is not None
         print(f"{result.reference.free_dof:,} dofs, {model.system.n:,} kept, {len(run.events)} events", flush=True)
         meter = Meter()
-        found = beside_unreduced(result, progress, notes)
+        found = beside_unreduced(result, find_places(band, run), progress, notes)
         cost = meter.read()
     assert found is not None
     rows = [

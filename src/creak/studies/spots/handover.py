@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.memory import blocks_that_fit, fits
-from creak.linalg.scratch import rows_of
+from creak.linalg.scratch import rows_of, spared
 from creak.reduction.modal import ModalDamping, modal_values, without_modal_damping
 from creak.studies.findings.places import find_places
 from creak.studies.models.alike import damped_alike, recovered_on
@@ -36,7 +36,7 @@ NEARBY = 40_000
 """Unknowns of the unreduced model that move by themselves in a check, where it has more than twice as many."""
 SHARES = 15
 """As large a part of the unreduced model, where that is more: what is near then does not shrink with the mesh."""
-MODES = 200
+MODES = 100
 """Lowest modes of the reduced model in which the rest moves with them."""
 SAME = 1.01
 """Times the square of a frequency: a reduced model has it so near."""
@@ -143,7 +143,7 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
     v = c.verification
-    if np.any(reference.system.coordinates < 0) and reference.of_parts is None:
+    if any((s.coordinates < 0).any() for s in setup.structure.superelements):
         return None, "parts of the model are superelements from files, whose inside is not there"
     nearby, low = None, None
     if reference.free_dof > 2 * NEARBY:
@@ -153,7 +153,8 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     elif reference.of_parts is None:
         unreduced = without_modal_damping(reference.system, reference.support_shapes)
     elif fits(sum(BYTES * (part.K.nnz + part.M.nnz) for part in reference.parts)):
-        unreduced = setup.structure.joined(reference.parts, reference.loose)
+        joined = setup.structure.joined(reference.parts, reference.loose)
+        unreduced = replace(joined, K=spared(joined.K), M=spared(joined.M))
     else:
         return None, "memory does not hold the matrices of the whole model"
     fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
@@ -169,7 +170,7 @@ def low_modes(zeta: ModalDamping | None, reduced: System, reference: ReferenceMo
     top = reference.modes.omega2.max(initial=0.0)
     own = reduced_modes(reduced, np.inf if isinstance(reduced.K, Diagonal) else np.sqrt(top) / (2.0 * np.pi))
     lowest = np.argsort(own.omega2, kind="stable")[:MODES]
-    V, omega2 = own.shapes[:, lowest], own.omega2[lowest]
+    V, omega2 = own.shapes[:, lowest], np.maximum(own.omega2[lowest], 0.0)
     E = reduced.damping.extra
     extra = np.zeros((V.shape[1], V.shape[1])) if E is None else np.asarray(V.T @ (E @ V))
     damped, beta = np.zeros(omega2.size), None

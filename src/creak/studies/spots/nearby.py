@@ -19,6 +19,7 @@ from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import blocks_that_fit
+from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
 from creak.studies.models.alike import recovered_on
@@ -225,6 +226,22 @@ def _restricted(whole: System, kept: IntArray) -> System:
 
 
 @dataclass(frozen=True)
+class _Cut:
+    """Rows o of a matrix, times the modes and the motion that is prescribed, X = [Phi, moved]."""
+
+    own: Matrix
+    """A_oo"""
+    near: IntArray
+    """Rows that the rest acts on."""
+    inner: FloatArray
+    """A_oo X_o"""
+    outer: FloatArray
+    """A_ob X_b, its rows `near`."""
+    all: FloatArray
+    """A_o X"""
+
+
+@dataclass(frozen=True)
 class Ground:
     """Where some of the coordinates of the unreduced model may move by themselves."""
 
@@ -257,34 +274,40 @@ class Ground:
         own : (n_own,) of the coordinates, those that move by themselves.
         """
         ground, moved, low = self.system, self.moved, self.low
-        sup, damping = ground.supports, ground.damping
-        n_s, (p, r) = sup.count, self.in_shapes.shape
-        beyond, outside = moved.copy(), self.Phi.copy()
-        beyond[own] = outside[own] = 0.0
-        W = np.asarray(ground.M[own] @ self.Phi)
-        Q = _independent(np.eye(p) - W.T @ self.Phi[own] - self.Phi[own].T @ np.asarray(ground.M[own] @ outside))
-        free, Phi = outside @ Q, self.Phi[own] @ Q
+        sup, damping, n_s, (p, r) = ground.supports, ground.damping, ground.supports.count, self.in_shapes.shape
+        beyond = np.setdiff1d(np.arange(ground.n), own)
+        M = self._cut(ground.M, own, beyond)
+        W = M.all[:, :p]
+        half = self.Phi[own].T @ (W - 0.5 * M.inner[:, :p])
+        Q = _independent(np.eye(p) - half - half.T)
+        Phi, free = self.Phi[own] @ Q, self.Phi[beyond] @ Q
 
-        def joined(A: Matrix, A_qs: Matrix, A_modes: FloatArray) -> tuple[Matrix, FloatArray]:
-            A_o = sp.csr_matrix(A[own])
-            A_oo, A_oy = A_o[:, own], np.asarray(A_o @ free)
-            direct = np.column_stack([to_dense(A_qs[own]), np.zeros((own.size, r))])
-            top, cross = direct + A_o @ beyond, A_oy.T @ Phi
-            corner = Q.T @ A_modes @ Q - Phi.T @ (A_oo @ Phi) - cross - cross.T
-            side = np.vstack([top, -A_oy.T @ moved[own] - Phi.T @ (top + A_oo @ moved[own])])
-            A_oy, corner = sp.csr_matrix(A_oy), sp.csr_matrix(0.5 * (corner + corner.T))
-            return sp.csr_matrix(sp.bmat([[A_oo, A_oy], [A_oy.T, corner]])), side
+        def joined(A: _Cut, A_qs: Matrix, A_modes: FloatArray) -> tuple[Matrix, FloatArray]:
+            A_oy = A.outer[:, :p] @ Q
+            cross = A_oy.T @ Phi[A.near]
+            corner = Q.T @ A_modes @ Q - Phi.T @ (A.inner[:, :p] @ Q) - cross - cross.T
+            top = np.column_stack([to_dense(A_qs[own]), np.zeros((own.size, r))])
+            low_side = -A_oy.T @ moved[own[A.near]] - Phi.T @ (top + A.all[:, p:])
+            top[A.near] += A.outer[:, p:]
+            spread = sp.csr_matrix((np.ones(A.near.size), (A.near, np.arange(A.near.size))), (own.size, A.near.size))
+            side = spread @ sp.csr_matrix(A_oy)
+            both = [[A.own, side], [side.T, sp.csr_matrix(0.5 * (corner + corner.T))]]
+            return sp.csr_matrix(sp.bmat(both)), np.vstack([top, low_side])
 
-        M, M_qs = joined(ground.M, sup.M_qs, np.eye(p))
-        K, K_qs = joined(ground.K, sup.K_qs, np.diag(low.omega2))
+        M_all, M_qs = joined(M, sup.M_qs, np.eye(p))
+        K_all, K_qs = joined(self._cut(ground.K, own, beyond), sup.K_qs, np.diag(low.omega2))
         alpha, beta = (damping.alpha, damping.beta) if low.beta is None else (0.0, low.beta)
-        extra, C_qs = None, np.zeros(M_qs.shape)
+        extra, C_qs, some = None, np.zeros(M_qs.shape), low.damped != 0.0
         if damping.extra is not None:
-            extra, C_qs = joined(damping.extra, sup.C_qs, low.extra)
-        acts = np.vstack([W, Q.T - Phi.T @ W])
-        weights = np.column_stack([np.zeros((p, n_s)), self.in_shapes])
-        C_qs = C_qs + (acts * low.damped) @ (weights - W.T @ moved[own])
-        C_qs[own.size :] -= (Q.T * low.damped) @ weights
+            extra, C_qs = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
+        d = low.damped[some]
+        modal: tuple[FloatArray | None, FloatArray | None] = None, None
+        if some.any():
+            acts = np.ascontiguousarray(np.vstack([W, Q.T - Phi.T @ W])[:, some])
+            weights = np.column_stack([np.zeros((d.size, n_s)), self.in_shapes[some]])
+            C_qs = C_qs + (acts * d) @ (weights - W[:, some].T @ moved[own])
+            C_qs[own.size :] -= (Q.T[:, some] * d) @ weights
+            modal = acts, d
         forces = self._forces(own, Phi, gaps)
         none = np.zeros(forces.shape)
         M_qs = np.hstack([M_qs, none])
@@ -295,17 +318,27 @@ class Ground:
 
         def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
             A, A_s = ground.rows(labels)
-            fixed = np.column_stack([to_dense(A_s), np.zeros((labels.size, r))]) + A @ beyond
+            A_b = A[:, beyond]
+            fixed = np.column_stack([to_dense(A_s), np.zeros((labels.size, r))]) + A_b @ moved[beyond]
             return (
-                sp.hstack([A[:, own], sp.csr_matrix(A @ free)], format="csr"),
+                sp.hstack([A[:, own], sp.csr_matrix(A_b @ free)], format="csr"),
                 np.hstack([fixed, np.zeros((labels.size, forces.shape[1]))]),
             )
 
-        some = low.damped != 0.0
-        modal = (np.ascontiguousarray(acts[:, some]), low.damped[some]) if some.any() else (None, None)
         coordinates = np.concatenate([ground.coordinates[own], np.full(Q.shape[1], -1, dtype=np.int64)])
         damped = Damping(alpha, beta, extra, *modal)
-        return System(ground.name, M, K, damped, rows, supports, coordinates, np.zeros(coordinates.size))
+        return System(ground.name, M_all, K_all, damped, rows, supports, coordinates, np.zeros(coordinates.size))
+
+    def _cut(self, A: Matrix, own: IntArray, beyond: IntArray) -> _Cut:
+        A_o = sp.csr_matrix(A[own])
+        A_oo, A_ob = A_o[:, own], A_o[:, beyond]
+        near = np.flatnonzero(np.diff(A_ob.indptr))
+        X = np.hstack([self.Phi, self.moved])
+        inner = BlockProduct(A_oo)(X[own])
+        outer = np.asarray(A_ob[near] @ X[beyond])
+        every = inner.copy()
+        every[near] += outer
+        return _Cut(A_oo, near, inner, outer, every)
 
     def _forces(self, own: IntArray, Phi: FloatArray, gaps: GapOperator) -> FloatArray:
         """(n_own + p, k) what forces of the reduced run, of channels and of the loads, are on the side of K_qs.
