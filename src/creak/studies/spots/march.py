@@ -62,8 +62,7 @@ class Checker:
         if hard.any():
             gaps = gaps.with_stiffness(springs)
         self.gaps = gaps
-        silent = of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)).without_force()
-        self._watched = Watched(silent, np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
+        self._watched = watching(of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)))
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
         self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT)
 
@@ -94,10 +93,19 @@ class Checker:
         begun = (*begins, self._of.held(s, self._near))
         stepper = self._stepper.over(cut(self._of.loads, s, self._parts), begun, solver)
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
-        seen = history.extremes
-        closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]
-        problem = f"channel {closed[0]} closes, which was left out" if closed else ""
-        return Marched(history, self.gaps, problem, s.steps)
+        return Marched(history, self.gaps, what_closes(history), s.steps)
+
+
+def watching(gaps: GapOperator) -> Watched:
+    """Channels that were left out of a march, and are to stay open in it."""
+    return Watched(gaps.without_force(), np.zeros((0, 0)), np.zeros(0, dtype=np.int64), (), slip=False)
+
+
+def what_closes(history: History) -> str:
+    """Which of these did not, in words; empty: they all did."""
+    seen = history.extremes
+    closed = [] if seen is None else [n for n, g in zip(seen.silent, seen.gap.tolist(), strict=True) if g < 0.0]
+    return f"channel {closed[0]} closes, which was left out" if closed else ""
 
 
 def cut(loads: Loads, s: Span, parts: int) -> Loads:

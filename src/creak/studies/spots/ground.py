@@ -1,0 +1,218 @@
+"""A part of the unreduced model that moves by itself; the rest moves in a few modes, and as is prescribed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.sparse as sp
+
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.assembly.damping import Damping
+from creak.assembly.system import Supports, System, to_dense
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
+from creak.dynamics.loads import Loads
+from creak.linalg.sparse_product import BlockProduct
+from creak.studies.spots.handover import LowModes
+
+INDEPENDENT = 1e-8
+"""Share of the mass of a mode: combinations of modes with less beyond the border are left out."""
+
+
+@dataclass(frozen=True)
+class Prescribed:
+    """What a march near an event has of the reduced run beside it."""
+
+    own: Loads
+    """Of the study."""
+    weights: FloatArray
+    """(3, n_time, r) of the shapes, their velocity and acceleration at the start alone: the scheme finds the others."""
+    force: FloatArray
+    """(n_time, m + 2 f) of the channels."""
+    held: FloatArray
+    """(2 f,) friction forces at the start."""
+
+    def loads(self, acting: IntArray, rubs: BoolArray, gaps: GapOperator) -> Loads:
+        """All of it as motion of supports, in the order of `Ground.cut_out`.
+
+        Parameters
+        ----------
+        acting : channels that take part. rubs : (2 f,) which of the friction forces do. gaps : these channels.
+        """
+        m = self.force.shape[1] - rubs.size
+        pressing = np.hstack([self.force[:, acting], self.force[:, m:][:, rubs]]) - gaps.resting
+        given = np.zeros((3, self.own.time.size, pressing.shape[1] + self.own.force.shape[1]))
+        given[0] = np.hstack([pressing, self.own.force])
+        motion = np.concatenate([self.own.support, self.weights, given], axis=2)
+        return Loads(self.own.time, motion, np.zeros((self.own.time.size, 0)))
+
+
+@dataclass(frozen=True)
+class _Cut:
+    """Rows o of a matrix, times the modes and the motion that is prescribed, X = [Phi, moved]."""
+
+    own: Matrix
+    """A_oo"""
+    near: IntArray
+    """Rows that the rest acts on."""
+    inner: FloatArray
+    """A_oo X_o"""
+    outer: FloatArray
+    """A_ob X_b, its rows `near`."""
+    all: FloatArray
+    """A_o X"""
+
+
+@dataclass(frozen=True)
+class Ground:
+    """Where some of the coordinates of the unreduced model may move by themselves."""
+
+    system: System
+    """Of these, and of all that they are coupled with."""
+    low: LowModes
+    moved: FloatArray
+    """(n, n_support + r) motion with each support, and of the shapes that the reduced motion is made of."""
+    Phi: FloatArray
+    """(n, p) lowest modes."""
+    in_shapes: FloatArray
+    """(p, r) their weights in the shapes."""
+    force_labels: tuple[IntArray, ...]
+
+    def cut_out(self, own: IntArray, gaps: GapOperator) -> System:
+        """Coordinates u_o and y of u = [u_o; T_b q + Phi_b y].
+
+        For A = M, C, K with A_oy = A_ob Phi_b, its rows for y are A_oy' and
+
+            A_yy = Phi' A Phi - Phi_o' A_oo Phi_o - Phi_o' A_oy - A_oy' Phi_o.
+
+        What is prescribed are supports s, weights c of the shapes, forces f of channels and of the loads as they are in
+        the reduced run. That fulfils the projection on Phi of the unreduced equations as a whole, so of a prescribed
+        motion S only -A_oy' S_o - Phi_o' (A S)_o is left for y, and of a force at o Phi_o' f. Modal damping
+        M Phi diag(d) Phi' M acts on the weight W' u_o + (1 - W' Phi_o) y + (c - W' S_o) of each mode, W = M_o Phi.
+        Where few dofs are left beyond, y stands for combinations of the modes that differ there (`INDEPENDENT`).
+
+        Parameters
+        ----------
+        own : (n_own,) of the coordinates, those that move by themselves.
+        """
+        ground, moved, low = self.system, self.moved, self.low
+        sup, damping, n_s, (p, r) = ground.supports, ground.damping, ground.supports.count, self.in_shapes.shape
+        beyond = np.setdiff1d(np.arange(ground.n), own)
+        M = self._cut(ground.M, own, beyond)
+        W = M.all[:, :p]
+        half = self.Phi[own].T @ (W - 0.5 * M.inner[:, :p])
+        Q = _independent(np.eye(p) - half - half.T)
+        Phi, free = self.Phi[own] @ Q, self.Phi[beyond] @ Q
+
+        def joined(A: _Cut, A_qs: Matrix, A_modes: FloatArray) -> tuple[Matrix, FloatArray]:
+            A_oy = A.outer[:, :p] @ Q
+            cross = A_oy.T @ Phi[A.near]
+            corner = Q.T @ A_modes @ Q - Phi.T @ (A.inner[:, :p] @ Q) - cross - cross.T
+            top = np.column_stack([to_dense(A_qs[own]), np.zeros((own.size, r))])
+            low_side = -A_oy.T @ moved[own[A.near]] - Phi.T @ (top + A.all[:, p:])
+            top[A.near] += A.outer[:, p:]
+            spread = sp.csr_matrix((np.ones(A.near.size), (A.near, np.arange(A.near.size))), (own.size, A.near.size))
+            side = spread @ sp.csr_matrix(A_oy)
+            both = [[A.own, side], [side.T, sp.csr_matrix(0.5 * (corner + corner.T))]]
+            return sp.csr_matrix(sp.bmat(both)), np.vstack([top, low_side])
+
+        M_all, M_qs = joined(M, sup.M_qs, np.eye(p))
+        K_all, K_qs = joined(self._cut(ground.K, own, beyond), sup.K_qs, np.diag(low.omega2))
+        alpha, beta = (damping.alpha, damping.beta) if low.beta is None else (0.0, low.beta)
+        extra, C_qs, some = None, np.zeros(M_qs.shape), low.damped != 0.0
+        if damping.extra is not None:
+            extra, C_qs = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
+        d = low.damped[some]
+        modal: tuple[FloatArray | None, FloatArray | None] = None, None
+        if some.any():
+            acts = np.ascontiguousarray(np.vstack([W, Q.T - Phi.T @ W])[:, some])
+            weights = np.column_stack([np.zeros((d.size, n_s)), self.in_shapes[some]])
+            C_qs = C_qs + (acts * d) @ (weights - W[:, some].T @ moved[own])
+            C_qs[own.size :] -= (Q.T[:, some] * d) @ weights
+            modal = acts, d
+        forces = self._forces(own, Phi, gaps)
+        none = np.zeros(forces.shape)
+        M_qs = np.hstack([M_qs, none])
+        sides = M_qs, np.hstack([K_qs, forces]), np.hstack([C_qs, -beta * forces])
+        count = M_qs.shape[1]
+        none = np.zeros((count, count))
+        supports = Supports(tuple(f"given {k + 1}" for k in range(count)), *sides, none, none, none, M_qs)
+
+        def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
+            A, A_s = ground.rows(labels)
+            A_b = A[:, beyond]
+            fixed = np.column_stack([to_dense(A_s), np.zeros((labels.size, r))]) + A_b @ moved[beyond]
+            return (
+                sp.hstack([A[:, own], sp.csr_matrix(A_b @ free)], format="csr"),
+                np.hstack([fixed, np.zeros((labels.size, forces.shape[1]))]),
+            )
+
+        coordinates = np.concatenate([ground.coordinates[own], np.full(Q.shape[1], -1, dtype=np.int64)])
+        damped = Damping(alpha, beta, extra, *modal)
+        return System(ground.name, M_all, K_all, damped, rows, supports, coordinates, np.zeros(coordinates.size))
+
+    def _cut(self, A: Matrix, own: IntArray, beyond: IntArray) -> _Cut:
+        A_o = sp.csr_matrix(A[own])
+        A_oo, A_ob = A_o[:, own], A_o[:, beyond]
+        near = np.flatnonzero(np.diff(A_ob.indptr))
+        X = np.hstack([self.Phi, self.moved])
+        inner = BlockProduct(A_oo)(X[own])
+        outer = np.asarray(A_ob[near] @ X[beyond])
+        every = inner.copy()
+        every[near] += outer
+        return _Cut(A_oo, near, inner, outer, every)
+
+    def _forces(self, own: IntArray, Phi: FloatArray, gaps: GapOperator) -> FloatArray:
+        """(n_own + p, k) what forces of the reduced run, of channels and of the loads, are on the side of K_qs.
+
+        Parameters
+        ----------
+        Phi : (n_own, p) motion by y.
+        """
+        on = channel_matrices(self.system, gaps).rows[:, own]
+        loads = np.zeros((len(self.force_labels), own.size))
+        for j, labels in enumerate(self.force_labels):
+            loads[j] = np.asarray(sp.csr_matrix(self.system.rows(labels)[0]).sum(axis=0)).ravel()[own]
+        top = np.hstack([np.zeros((own.size, on.shape[0])), -loads.T])
+        low = np.hstack([np.asarray(on @ Phi).T, Phi.T @ loads.T])
+        return np.vstack([top, low])
+
+
+def _independent(mass: FloatArray) -> FloatArray:
+    """(p, p') combinations of motions with that mass matrix that have mass 1 each, and none together."""
+    size, Q = np.linalg.eigh(mass)
+    kept = size > INDEPENDENT
+    return np.asarray(Q[:, kept] / np.sqrt(size[kept]))
+
+
+def beside(system: System, own: IntArray) -> IntArray:
+    """Coordinates and those that they are coupled with."""
+    extra = system.damping.extra
+    matrices = [system.K, system.M] if extra is None else [system.K, system.M, extra]
+    return np.unique(np.concatenate([own, *(sp.csr_matrix(A[own]).indices for A in matrices)])).astype(np.int64)
+
+
+def restricted(whole: System, kept: IntArray) -> System:
+    """Some coordinates of a System, as if the others stood still."""
+    sup, d = whole.supports, whole.damping
+
+    def block(A: Matrix) -> Matrix:
+        return sp.csr_matrix(sp.csr_matrix(A[kept])[:, kept])
+
+    def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
+        A, A_s = whole.rows(labels)
+        return sp.csr_matrix(A)[:, kept], A_s
+
+    return replace(
+        whole,
+        M=block(whole.M),
+        K=block(whole.K),
+        damping=replace(d, extra=None if d.extra is None else block(d.extra)),
+        rows=rows,
+        supports=replace(sup, M_qs=sup.M_qs[kept], K_qs=sup.K_qs[kept], C_qs=sup.C_qs[kept], M_start=sup.M_start[kept]),
+        coordinates=whole.coordinates[kept],
+        velocity=whole.velocity[kept],
+        whole=None,
+        combine=None,
+    )
