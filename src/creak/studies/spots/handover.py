@@ -33,7 +33,8 @@ from creak.verify.sides import sides
 SEED = 1
 """Of what is drawn."""
 NEARBY = 40_000
-"""Unknowns of the unreduced model that move by themselves in a check, where it has more than twice as many."""
+"""Unknowns of the unreduced model that move by themselves in a check, where it has more than twice as many; half of it
+where memory holds no factor of the whole."""
 SHARES = 15
 """As large a part of the unreduced model, where that is more: what is near then does not shrink with the mesh."""
 MODES = 100
@@ -145,9 +146,9 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     v = c.verification
     if any((s.coordinates < 0).any() for s in setup.structure.superelements):
         return None, "parts of the model are superelements from files, whose inside is not there"
-    nearby, low = None, None
-    if reference.free_dof > 2 * NEARBY:
-        nearby, low = max(NEARBY, reference.free_dof // SHARES), low_modes(setup.modal, system, reference)
+    nearby, low, n = None, None, reference.free_dof
+    if n > 2 * NEARBY or reference.of_parts is not None:
+        nearby, low = min(max(NEARBY, n // SHARES), n // 2), low_modes(setup.modal, system, reference)
     if nearby is None:
         unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
     elif reference.of_parts is None:

@@ -9,6 +9,7 @@ import pytest
 
 import creak
 from creak.studies.converge.settling import LEAST
+from creak.studies.models import of_parts
 from creak.studies.spots import handover
 from creak.studies.spots.check import check_spots
 from creak.studies.spots.handover import handed_over
@@ -127,3 +128,20 @@ def test_it_is_taken_for_large_models_alone(tmp_path, monkeypatch):
     assert of.nearby is None
     assert isinstance(checker_of(of, 8, np.arange(2), of.gaps.stiffness), Checker)
     assert isinstance(checker_of(replace(of, nearby=60), 8, np.arange(2), of.gaps.stiffness), Nearby)
+
+
+def test_without_a_factor_of_the_whole_events_are_checked_all_the_same(tmp_path, monkeypatch):
+    """Parts alone in memory: the unreduced matrices near an event are those of before, and so is what they say."""
+    study = creak.read_study(write_strips(tmp_path, study=SHORT))
+    whole = creak.run(study, converge=False, record=False).found
+    _, expected = checked(whole, monkeypatch, 100)
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
+    parts = creak.run(study, converge=False, record=False).found
+    assert parts.reference.of_parts == whole.reference.free_dof
+    of, why = handed_over(parts.band, parts.reference)
+    assert of.nearby is not None, why
+    _, found = checked(parts, monkeypatch, 100)
+    assert len(found) == len(expected) > 1
+    for a, b in zip(expected, found, strict=True):
+        assert a.event.t_start == pytest.approx(b.event.t_start, rel=1e-6)
+        assert a.unreduced == pytest.approx(b.unreduced, rel=1e-3)
