@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.assembly.system import to_dense
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.loads import Loads
@@ -149,7 +150,10 @@ class Nearby:
         """(n, n_step + 1) coordinates of the reduced model over the stretch; these, their velocity and acceleration at
         its start, (3, n); (n_step + 1, m + 2 f) forces of its channels."""
         if self._follower is None:
-            self._follower = CondensedStepper(self._of.reduced, self._gaps, loads, IN_CONTACT)
+            small = self._of.reduced
+            if small.damping.extra is not None:  # dashpots couple its modes
+                small = replace(small, M=to_dense(small.M), K=to_dense(small.K))
+            self._follower = CondensedStepper(small, self._gaps, loads, IN_CONTACT)
         stepper = self._follower.over(loads, (*begins, held))
         every = np.arange(loads.n_step + 1)
         h = march(stepper, np.zeros(0, dtype=np.int64), max(1, loads.n_step), whole_at=every)

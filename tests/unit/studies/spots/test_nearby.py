@@ -16,7 +16,7 @@ from creak.studies.spots.handover import handed_over
 from creak.studies.spots.march import Checker
 from creak.studies.spots.nearby import Nearby, checker_of
 from creak.verify.figures import FIGURES, TIMES
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, two_strips, write_strips
 
 SHORT = STUDY.replace("step = 5e-4\n", "").replace("periods = 2", "periods = 1")
 
@@ -29,11 +29,21 @@ def checked(result, monkeypatch, dofs):
     return of, check_spots(result.band, of, lambda *_: None).spots
 
 
-@pytest.mark.parametrize(("damping", "within"), [("", 2e-3), ("[damping]\nmodal = 0.03\n", 0.02)])
-def test_beside_a_reduced_model_with_all_modes_some_dofs_are_as_good_as_all(tmp_path, monkeypatch, damping, within):
+DASHPOT = "*ELEMENT, TYPE=DASHPOT1, ELSET=DASHPOT\n9001, 13\n*DASHPOT, ELSET=DASHPOT\n3\n1e-6\n*BOUNDARY"
+
+
+@pytest.mark.parametrize(
+    ("damping", "dashpot", "within"),
+    [("", "*BOUNDARY", 2e-3), ("[damping]\nmodal = 0.03\n", "*BOUNDARY", 0.02), ("", DASHPOT, 2e-3)],
+)
+def test_beside_a_reduced_model_with_all_modes_some_dofs_are_as_good_as_all(
+    tmp_path, monkeypatch, damping, dashpot, within
+):
     """What lies beyond moves as in the unreduced model then, and nothing is left but the shapes that it is made of; with
-    modal damping also what modes beyond the known ones are damped by, in proportion to their stiffness."""
-    study = creak.read_study(write_strips(tmp_path, study=SHORT + damping))
+    modal damping also what modes beyond the known ones are damped by, in proportion to their stiffness. A dashpot
+    couples the modes."""
+    deck = two_strips().replace("*BOUNDARY", dashpot)
+    study = creak.read_study(write_strips(tmp_path, deck=deck, study=SHORT + damping))
     result = creak.run(creak.change_study(study, {"reduction.f_max": 1e7}), converge=False, record=False).found
     assert result.reduced.complete
     _, whole = checked(result, monkeypatch, None)
