@@ -97,8 +97,7 @@ def _marched(
     ----------
     rows : right sides that the compliance of the channels `near` takes. halved : whether the first one is.
     """
-    at = sorted({s.first for s in taken})
-    states = states_at(marching, of, at)
+    states = states_at(marching, of, taken)
     found: dict[int, tuple[Spot, Stretch]] = {}
     queue, solves, marched = list(enumerate(taken)), 0.0, 0
     begin = FACTOR + rows if of.nearby is None else 0
@@ -112,15 +111,14 @@ def _marched(
 
     def made(parts: int) -> AnyChecker:
         nonlocal solves
-        checker = checker_of(of, parts, near, states.stiffness)
+        checker = checker_of(of, parts, near, states.found.stiffness)
         solves += begin
         counted(begin)
         return checker
 
     def march(checker: AnyChecker, s: Stretch) -> Callable[[Solver | None], _Seen]:
         """Through it, from its state, which is recovered before: that solves, too, and no two may at once."""
-        k = at.index(s.first)
-        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], s.first)
+        begins = checker.begins(states, s.first)
 
         def through(solver: Solver | None) -> _Seen:
             seen = _compared(of, checker, s, begins, solver)

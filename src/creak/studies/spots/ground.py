@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -152,13 +153,17 @@ class Ground:
         damped = Damping(alpha, beta, extra, *modal)
         return System(ground.name, M_all, K_all, damped, rows, supports, coordinates, np.zeros(coordinates.size))
 
+    @cached_property
+    def _X(self) -> FloatArray:
+        """(n, p + n_support + r) all motion that is not the dofs' own."""
+        return np.hstack([self.Phi, self.moved])
+
     def _cut(self, A: Matrix, own: IntArray, beyond: IntArray) -> _Cut:
         A_o = sp.csr_matrix(A[own])
         A_oo, A_ob = A_o[:, own], A_o[:, beyond]
         near = np.flatnonzero(np.diff(A_ob.indptr))
-        X = np.hstack([self.Phi, self.moved])
-        inner = BlockProduct(A_oo)(X[own])
-        outer = np.asarray(A_ob[near] @ X[beyond])
+        inner = BlockProduct(A_oo)(self._X[own])
+        outer = np.asarray(A_ob[near] @ self._X[beyond])
         every = inner.copy()
         every[near] += outer
         return _Cut(A_oo, near, inner, outer, every)

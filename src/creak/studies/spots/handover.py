@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.memory import blocks_that_fit, fits
+from creak.linalg.memory import ENTRY, blocks_that_fit, fits
 from creak.linalg.scratch import rows_of, spared
 from creak.reduction.modal import ModalDamping, modal_values, without_modal_damping
 from creak.studies.findings.places import find_places
@@ -45,8 +48,6 @@ COLUMNS = 64
 """Motions of the reduced model that are recovered at a time."""
 COPIES = 4
 """Of these, that are held meanwhile."""
-BYTES = 12.0
-"""Of an entry of a sparse matrix."""
 ROUND_OFF = 1e-12
 """Of a time."""
 Begins = tuple[FloatArray, FloatArray]
@@ -110,12 +111,22 @@ class Handover:
     def low_motion(self) -> FloatArray:
         """(p, n) the lowest modes in the coordinates of the unreduced model."""
         assert self.low is not None
-        V, n = self.low.shapes, self.unreduced.n
-        kept = rows_of(n, V.shape[1])
-        for some in blocks_that_fit(V.shape[1], n, COPIES, COLUMNS, 1):
-            still = np.zeros((self.reduced.supports.count, V[:, some].shape[1]))
-            kept[some] = recovered_on(self.unreduced, self.reduced, V[:, some], still).T
+        V = self.low.shapes
+        kept = rows_of(self.unreduced.n, V.shape[1])
+        for some, motion in self.recovered(V, np.zeros((self.reduced.supports.count, V.shape[1]))):
+            kept[some] = motion.T
         return kept
+
+    def recovered(self, q: FloatArray, s: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
+        """The unreduced coordinates (n, k) in motions (q, s) of the reduced model, some columns at a time."""
+        for some in blocks_that_fit(q.shape[1], self.unreduced.n, COPIES, COLUMNS, 1):
+            yield some, recovered_on(self.unreduced, self.reduced, q[:, some], s[:, some])
+
+    @cached_property
+    def acts(self) -> Matrix:
+        """(m, n) by which the unreduced coordinates act on each channel, in any direction."""
+        on = channel_matrices(self.unreduced, self.gaps)
+        return sp.csr_matrix(sum((abs(sp.csr_matrix(t)) for t, _ in on.tangents), abs(sp.csr_matrix(on.G))))
 
     def channels(self, event: Event) -> IntArray:
         """Those of the event's side."""
@@ -153,7 +164,7 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
         unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
     elif reference.of_parts is None:
         unreduced = without_modal_damping(reference.system, reference.support_shapes)
-    elif fits(sum(BYTES * (part.K.nnz + part.M.nnz) for part in reference.parts)):
+    elif fits(sum(ENTRY * (part.K.nnz + part.M.nnz) for part in reference.parts)):
         joined = setup.structure.joined(reference.parts, reference.loose)
         unreduced = replace(joined, K=spared(joined.K), M=spared(joined.M))
     else:
@@ -186,6 +197,22 @@ def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
     return chosen(found.run.events, find_places(found, found.run), of.gaps, SEED)
 
 
-def states_at(marching: Marching, of: Handover, at: list[int]) -> FlowStates:
-    """States of the reduced run at the ends of some flight steps, by marching it again up to there."""
-    return flow_states(of.reduced, of.gaps, of.loads, at, resolution=marching.resolution, solver=marching.solver)
+@dataclass(frozen=True)
+class States:
+    """States of the reduced run where pieces of it begin."""
+
+    at: list[int]
+    """Flight steps at whose ends they are."""
+    found: FlowStates
+
+    def of(self, first: int) -> Begins:
+        """Displacement and velocity (n,) of the reduced System at the end of a flight step."""
+        k = self.at.index(first)
+        return self.found.coordinates[:, k], self.found.velocities[:, k]
+
+
+def states_at(marching: Marching, of: Handover, spans: Sequence[Span]) -> States:
+    """States of the reduced run where the pieces begin, by marching it again up to there."""
+    at = sorted({s.first for s in spans})
+    found = flow_states(of.reduced, of.gaps, of.loads, at, resolution=marching.resolution, solver=marching.solver)
+    return States(at, found)

@@ -20,7 +20,7 @@ from creak.linalg.memory import free_bytes
 from creak.linalg.together import Solver, side_by_side
 from creak.studies.models.alike import recovered_on
 from creak.studies.spots.choose import STEP, Span, Stretch
-from creak.studies.spots.handover import ROUND_OFF, Begins, Handover
+from creak.studies.spots.handover import ROUND_OFF, Begins, Handover, States
 from creak.verify.events import REACH, Event, find_events
 from creak.verify.figures import FIGURES, figures_of
 
@@ -42,6 +42,8 @@ class Marched:
     history: History
     gaps: GapOperator
     """Its channels."""
+    channels: IntArray
+    """Which of the run these are."""
     problem: str
     """What makes it worthless."""
     solves: float
@@ -55,13 +57,8 @@ class Checker:
 
     def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
         self._of, self._parts, self._near = of, parts, near
-        gaps = of.gaps.select(near)
+        self.gaps = gaps = springs_of(of, near, stiffness)
         h = SAMPLES * of.loads.step / parts
-        springs = stiffness[near].copy()
-        hard = np.isinf(gaps.stiffness)
-        if hard.any():
-            gaps = gaps.with_stiffness(springs)
-        self.gaps = gaps
         self._watched = watching(of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)))
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
         self._stepper = CondensedStepper(of.unreduced, gaps, loads, IN_CONTACT)
@@ -78,10 +75,10 @@ class Checker:
         groups = [works[k : k + at_once] for k in range(0, len(works), at_once)]
         return [found for own in groups for found in side_by_side(self._stepper.solver, own, counted)]
 
-    def begins(self, q: FloatArray, v: FloatArray, first: int) -> Begins:
-        """The state (n,) of the reduced model at the end of flight step `first`, recovered."""
+    def begins(self, states: States, first: int) -> Begins:
+        """The state of the reduced model at the end of flight step `first`, recovered (n,)."""
         s = self._of.loads.support[:, SAMPLES * first]
-        both = recovered_on(self._of.unreduced, self._of.reduced, np.stack([q, v], axis=1), s[:2].T)
+        both = recovered_on(self._of.unreduced, self._of.reduced, np.stack(states.of(first), axis=1), s[:2].T)
         return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
 
     def through(self, s: Span, begins: Begins, channels: IntArray, solver: Solver | None = None) -> Marched:
@@ -93,7 +90,13 @@ class Checker:
         begun = (*begins, self._of.held(s, self._near))
         stepper = self._stepper.over(cut(self._of.loads, s, self._parts), begun, solver)
         history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
-        return Marched(history, self.gaps, what_closes(history), s.steps)
+        return Marched(history, self.gaps, self._near, what_closes(history), s.steps)
+
+
+def springs_of(of: Handover, near: IntArray, stiffness: FloatArray) -> GapOperator:
+    """Channels `near`; hard ones with the springs (m,) by which they were resolved in the reduced run."""
+    gaps = of.gaps.select(near)
+    return gaps.with_stiffness(stiffness[near]) if np.isinf(gaps.stiffness).any() else gaps
 
 
 def watching(gaps: GapOperator) -> Watched:

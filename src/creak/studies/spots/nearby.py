@@ -4,27 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import cached_property
 from typing import TypeVar
 
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import to_dense
-from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import CondensedStepper, march
-from creak.linalg.memory import blocks_that_fit
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
-from creak.studies.models.alike import recovered_on
 from creak.studies.models.reduced import FACTOR
 from creak.studies.spots.choose import BLOCKED, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
-from creak.studies.spots.handover import COLUMNS, COPIES, Begins, Handover
-from creak.studies.spots.march import Checker, Marched, cut, watching, what_closes
+from creak.studies.spots.handover import Begins, Handover, States
+from creak.studies.spots.march import Checker, Marched, cut, springs_of, watching, what_closes
 
 Result = TypeVar("Result")
 SHAPES = 1e-7
@@ -49,9 +44,7 @@ class Nearby:
 
     def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
         self._of, self._parts = of, parts
-        gaps = of.gaps.select(near)
-        hard = np.isinf(gaps.stiffness).any()
-        self._near, self._gaps = near, gaps.with_stiffness(stiffness[near]) if hard else gaps
+        self._near, self._gaps = near, springs_of(of, near, stiffness)
         self._follower: CondensedStepper | None = None
 
     def side_by_side(
@@ -60,14 +53,14 @@ class Nearby:
         """Results of marches, one after the other: each has matrices of its own."""
         return [work(None) for work in works]
 
-    def begins(self, q: FloatArray, v: FloatArray, first: int) -> Begins:
-        """What a march takes over: the state of the reduced model as it is."""
-        return q, v
+    def begins(self, states: States, first: int) -> Begins:
+        """The state of the reduced model at the end of flight step `first`, as it is."""
+        return states.of(first)
 
     def through(self, s: Span, begins: Begins, channels: IntArray, solver: Solver | None = None) -> Marched:
         """The march from a state of the reduced model near the channels, and the same with a quarter of the dofs."""
         of = self._of
-        touching = np.unique(self._rows[self._near[self._pressing(s, channels)]].indices)
+        touching = np.unique(self._of.acts[self._near[self._pressing(s, channels)]].indices)
         most = max(float(of.nearby or of.unreduced.n), AROUND * touching.size)
         sizes = [self._own(touching, part * most) for part in (1.0, NARROW)]
         kept = beside(of.unreduced, sizes[0][0])
@@ -83,7 +76,7 @@ class Nearby:
             stepper = CondensedStepper(local, gaps, loads, IN_CONTACT).over(loads, begun)
             watched = watching(of.gaps.select(self._silent(own)))
             history = march(stepper, np.zeros(0, dtype=np.int64), max(1, loads.n_step), watched=watched)
-            both.append(Marched(history, gaps, what_closes(history), 0.0))
+            both.append(Marched(history, gaps, self._near[acting], what_closes(history), 0.0))
         whole, narrow = both
         some = (sizes[0][0].size + sizes[1][0].size) / of.unreduced.n
         solves = some * (FACTOR + whole.gaps.m + s.steps) + BLOCKED * (ground.moved.shape[1] + 2)
@@ -109,17 +102,11 @@ class Nearby:
         ground = Ground(restricted(of.unreduced, kept), low, u[:, :-2], Phi, in_shapes, loads.force_labels)
         return ground, Prescribed(loads, weights, force, held), (u[:, -2], u[:, -1])
 
-    @cached_property
-    def _rows(self) -> Matrix:
-        """(m, n) by which the coordinates act on each channel of the run, in any direction."""
-        on = channel_matrices(self._of.unreduced, self._of.gaps)
-        return sp.csr_matrix(sum((abs(sp.csr_matrix(t)) for t, _ in on.tangents), abs(sp.csr_matrix(on.G))))
-
     def _silent(self, own: IntArray) -> IntArray:
         """Channels that were left out, and hang on nothing but these coordinates."""
         rest = np.ones(self._of.unreduced.n)
         rest[own] = 0.0
-        inside = np.flatnonzero((np.asarray(self._rows @ rest).ravel() == 0.0) & (np.diff(self._rows.indptr) > 0))
+        inside = np.flatnonzero((np.asarray(self._of.acts @ rest).ravel() == 0.0) & (np.diff(self._of.acts.indptr) > 0))
         return np.setdiff1d(inside, self._near)
 
     def _pressing(self, s: Span, channels: IntArray) -> BoolArray:
@@ -142,8 +129,8 @@ class Nearby:
         at = of.positions[node]
         distance = cKDTree(at[touching]).query(at)[0]
         own = np.isin(node, node[np.argsort(distance, kind="stable")[: int(dofs)]])
-        acting = np.asarray(self._rows[self._near] @ own.astype(float)).ravel() > 0.0
-        own[np.unique(self._rows[self._near[acting]].indices)] = True
+        acting = np.asarray(self._of.acts[self._near] @ own.astype(float)).ravel() > 0.0
+        own[np.unique(self._of.acts[self._near[acting]].indices)] = True
         return np.flatnonzero(own), np.flatnonzero(acting)
 
     def _followed(self, loads: Loads, begins: Begins, held: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -162,9 +149,9 @@ class Nearby:
 
     def _recovered(self, q: FloatArray, s: FloatArray, kept: IntArray) -> FloatArray:
         """(n_kept, k) of the unreduced coordinates in motions (q, s) of the reduced model."""
-        of, u = self._of, np.empty((kept.size, q.shape[1]))
-        for some in blocks_that_fit(q.shape[1], of.unreduced.n, COPIES, COLUMNS, 1):
-            u[:, some] = recovered_on(of.unreduced, of.reduced, q[:, some], s[:, some])[kept]
+        u = np.empty((kept.size, q.shape[1]))
+        for some, motion in self._of.recovered(q, s):
+            u[:, some] = motion[kept]
         return u
 
 

@@ -57,14 +57,11 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     near = near_channels(of.history, of.gaps, order, of.ends)
     rows = near.size + 2 * of.gaps.select(near).rubbing
     taken = affordable(order, rows, of.budget - once(of), 1, share(of))
-    at = sorted({p.first for p in taken})
-    states = states_at(run.setup.marching, of, at)
-    checkers = {n: checker_of(of, n, near, states.stiffness) for n in sorted({p.parts for p in taken})}
+    states = states_at(run.setup.marching, of, taken)
+    checkers = {n: checker_of(of, n, near, states.found.stiffness) for n in sorted({p.parts for p in taken})}
 
     def march(checker: AnyChecker, p: Piece) -> Callable[[Solver | None], Marched]:
-        k = at.index(p.first)
-        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], p.first)
-        return partial(checker.through, p, begins, p.place.channels)
+        return partial(checker.through, p, checker.begins(states, p.first), p.place.channels)
 
     marched: dict[int, Marched] = {}
     for parts, checker in checkers.items():
@@ -77,12 +74,11 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
         if reduced.time.size < 2:
             continue  # nothing happens in it
         window = float(reduced.time[0]), float(reduced.time[-1])  # between these all is known
-        unreduced, gaps = within(marched[k].history, window), marched[k].gaps
-        names = [(of.gaps.group[j], of.gaps.names[j]) for j in p.place.channels.tolist()]
-        here = [j for j, name in enumerate(zip(gaps.group, gaps.names, strict=True)) if name in names]
+        m = marched[k]
+        here = np.flatnonzero(np.isin(m.channels, p.place.channels))
         own = rub_of(reduced, of.gaps, p.place.channels, window, of.f_max).figures
-        other = rub_of(unreduced, gaps, np.array(here, dtype=np.int64), window, of.f_max).figures
-        found.append(RubSpot(p.place.contact, p.place.number, window, own, other, marched[k].problem))
+        other = rub_of(within(m.history, window), m.gaps, here, window, of.f_max).figures
+        found.append(RubSpot(p.place.contact, p.place.number, window, own, other, m.problem))
     begin = once(of) if of.nearby is not None else len(checkers) * (FACTOR + rows)
     return tuple(found), round(sum(m.solves for m in marched.values()) + begin)
 

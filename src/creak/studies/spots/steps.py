@@ -40,18 +40,16 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     most = (of.ends.size - 1) * parts
     made = [stretch_of(e, why, of.ends, parts, most)[0] for e, why in ordered(run, of)[:FEWEST_EVENTS]]
     order = [s for s in made if s is not None]
-    near, at = near_channels(of.history, of.gaps, order, of.ends), sorted({s.first for s in order})
+    near = near_channels(of.history, of.gaps, order, of.ends)
     if not order:
         return {}
-    states = states_at(run.setup.marching, of, at)
+    states = states_at(run.setup.marching, of, order)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [s.finer() for s in order]
 
     def march(checker: Checker, s: Stretch) -> Callable[[Solver], Marched]:
-        k = at.index(s.first)
-        begins = checker.begins(states.coordinates[:, k], states.velocities[:, k], s.first)
-        return partial(checker.through, s, begins, of.channels(s.event))
+        return partial(checker.through, s, checker.begins(states, s.first), of.channels(s.event))
 
     both = [
         checker.side_by_side([march(checker, s) for s in own]) for checker, own in zip(runs, stretches, strict=True)
