@@ -137,6 +137,7 @@ BRANCH = {
     "room.reverberation": STUDY + '[room]\nvolume = 3\nreverberation = "FILE.csv"\n',
     "listener.*.transfer.*.file": STUDY
     + '[listener.ear]\nposition = [60, 400, 500]\n[listener.ear.transfer.UPPER]\nfile = "FILE.csv"\n',
+    "listener.*.hrtf": STUDY + '[listener.ear]\nposition = [60, 400, 500]\nfaces = [0, -1, 0]\nhrtf = "FILE.sofa"\n',
     "clips": 'clips = "FILE.toml"\n'
     + STUDY
     + '[[clip]]\nuse = "own"\nat = [[120.0, 0.0, 0.0]]\nparts = ["LOWER"]\naxis = [0, 0, 1]\n',
@@ -153,7 +154,7 @@ BRANCH = {
 @pytest.mark.parametrize("kind", ["pipe", "device"])
 @pytest.mark.parametrize("place", BRANCH)
 def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path, monkeypatch):
-    ending = next(word for word in ("inp", "csv", "op4", "toml", "unv") if f"FILE.{word}" in BRANCH[place])
+    ending = next(word for word in ("inp", "csv", "op4", "toml", "unv", "sofa") if f"FILE.{word}" in BRANCH[place])
     node(tmp_path / f"FILE.{ending}", kind, monkeypatch)
     for name in ("bar_K.mtx", "bar_M.mtx"):
         (tmp_path / name).write_text("%%MatrixMarket matrix array real symmetric\n1 1\n1.0\n")

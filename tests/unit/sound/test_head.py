@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.sound.head import RADIUS, Head
+from creak.sound.head import RADIUS, Head, Sphere
 from creak.sound.rayleigh import AIR
 
 RATE = 48_000
-LEFT, RIGHT = Head(np.array([0.0, 1.0, 0.0])), Head(np.array([0.0, -1.0, 0.0]))
+LEFT, RIGHT = Sphere(np.array([0.0, 1.0, 0.0])), Sphere(np.array([0.0, -1.0, 0.0]))
 FAR = 1000.0
 """m"""
 

@@ -29,6 +29,7 @@ PLACES = (
     ("background", "file"),
     ("room", "reverberation"),
     ("listener", "*", "transfer", "*", "file"),
+    ("listener", "*", "hrtf"),
     ("clips",),
     ("static", "*", "temperature"),
     ("damping", "from_test"),

@@ -40,6 +40,9 @@ class ListenerTable(Table):
     them. Default: a point in the air."""
     up: tuple[Finite, Finite, Finite] | None = None
     """Direction of the top of the head; default: z."""
+    hrtf: str | None = None
+    """SOFA file of its ears, head-related impulse responses as they were measured, relative to the study file. Default:
+    a rigid sphere."""
     transfer: dict[str, TransferTable] = {}
     """[listener.NAME.transfer.PART]: what was measured from a part to the listener."""
 
@@ -58,6 +61,8 @@ class ListenerTable(Table):
     def _has_a_head(self) -> ListenerTable:
         if self.up is not None and self.faces is None:
             raise ValueError("up is that of a head: give faces, where it looks, too")
+        if self.hrtf is not None and self.faces is None:
+            raise ValueError("hrtf is that of a head: give faces, where it looks, too")
         if self.transfer and self.faces is not None:
             raise ValueError("a transfer function is measured at one ear, its head is in it: leave faces out")
         return self

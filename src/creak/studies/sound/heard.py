@@ -346,8 +346,9 @@ def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, p
             names = [part.name for part in parts]
             said.append(words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high)))
         if ear.listener.side:
+            own = f"as {ear.listener.hrtf} has them," if ear.listener.hrtf else "a rigid sphere"
             said.append(
-                f"sound: {ear.listener.name} hears with two ears, a rigid sphere equalised for sound from the front; "
+                f"sound: {ear.listener.name} hears with two ears, {own} equalised for sound from the front; "
                 f"figures are those of the {ear.listener.ear} one, which hears all contact louder"
             )
         if ear.road is not None:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
+from creak.formats.measured.sofa import head_responses
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.sound.directivity import plane_of
-from creak.sound.head import RADIUS, Head
+from creak.sound.head import RADIUS, Head, Sphere
+from creak.sound.measured_head import Ears, ears_of, surrounding
+from creak.sound.third_octave import UPPER_EDGES
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable
 from creak.studies.sound.transfers import Transfer, transfer_of
@@ -49,11 +53,19 @@ class Listener:
     """1: only its left ear listens, -1: its right one; 0: neither, or there is no head."""
     transfers: tuple[Transfer, ...] = ()
     """Measured ways to it from some of the parts."""
+    measured: Ears | None = None
+    """Of its head; None: that is a sphere."""
+    hrtf: str = ""
+    """File of them."""
 
     @property
     def head(self) -> Head | None:
         """Around `position`, with the ear that listens; None: nothing is there."""
-        return None if self.left is None or not self.side else Head(self.side * self.left)
+        if self.looks is None or self.left is None or not self.side:
+            return None
+        if self.measured is None:
+            return Sphere(self.side * self.left)
+        return self.measured.head(self.looks, self.left, self.side)
 
     def way(self, part: int) -> Transfer | None:
         """What was measured from a part; None: nothing, it is heard as in the open."""
@@ -144,7 +156,32 @@ def _with_head(
             expected=f"more than {RADIUS / metre:.4g} to the middle of the head",
             fix="Move it off, or leave faces out: it is then a point.",
         )
-    return replace(listener, looks=looks, left=left / np.linalg.norm(left))
+    with_head = replace(listener, looks=looks, left=left / np.linalg.norm(left))
+    if table.hrtf is None:
+        return with_head
+    path = places.sibling(table.hrtf)
+    return replace(with_head, measured=_ears(path, places.where("listener", name, "hrtf")), hrtf=path.name)
+
+
+def _ears(path: Path, where: str) -> Ears:
+    """As a SOFA file has them."""
+    found = head_responses(path, where)
+    if 0.5 * found.rate < UPPER_EDGES[-1]:
+        raise InputError(
+            f"{path.name} is sampled at {found.rate:g} Hz",
+            where=path,
+            expected=f"{2.0 * UPPER_EDGES[-1]:.0f} Hz or more: the highest third octave of hearing is in it then",
+            fix="Take one that was measured at a higher rate.",
+        )
+    around = surrounding(found.directions)
+    if around is None:
+        raise InputError(
+            f"the {len(found.directions)} directions in {path.name} do not go around the head",
+            where=path,
+            expected="directions on all sides, above and below, too",
+            fix="Take a file that has them, or leave hrtf out: the head is a sphere then.",
+        )
+    return ears_of(around, found.responses, found.rate, found.delay)
 
 
 def _unit(direction: Sequence[float]) -> FloatArray:

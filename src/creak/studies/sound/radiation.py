@@ -137,10 +137,13 @@ def _measured(listener: Listener, rows: Sequence[tuple[Gain, FloatArray]]) -> li
 
 
 def _around(head: Head, rows: Sequence[tuple[Gain, FloatArray]], offset: FloatArray) -> list[tuple[Gain, FloatArray]]:
-    """Each row as what passes a head and what that shades, of facets at offset (n, 3) from its middle."""
-    alpha = head.shade(offset)[:, None]
-    passes = [(partial(_product, gain, head.low), areas) for gain, areas in rows]
-    return [*passes, *((partial(_product, gain, head.high), alpha * areas) for gain, areas in rows)]
+    """Each row once for every gain of a head, of facets at offset (n, 3) from its middle."""
+    weights = head.weights(offset)
+    return [
+        (partial(_product, gain, own), weight[:, None] * areas)
+        for own, weight in zip(head.gains, weights.T, strict=True)
+        for gain, areas in rows
+    ]
 
 
 def _product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:

@@ -141,8 +141,7 @@ class _Heard:
             return self.spread * self.way.square(freq)
         if self.head is None:
             return self.spread
-        f, alpha = np.array([freq]), float(self.head.shade(self.middle[None])[0])
-        return self.spread * float(np.abs(self.head.low(f) + alpha * self.head.high(f))[0]) ** 2
+        return self.spread * float(np.abs(self.head.gain(np.array([freq]), self.middle))[0]) ** 2
 
 
 @dataclass(frozen=True)

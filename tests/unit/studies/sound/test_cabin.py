@@ -21,6 +21,7 @@ from creak.studies.sound.loud import bar_share, heard_of
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
+from helpers_hrtf import grid, responses, unit, write_sofa
 
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
 LISTENERS = """
@@ -72,6 +73,21 @@ def test_room_ears_and_road_stand_in_the_summary(result):
     road = a_weighted_sum(np.array(point["background"]))
     assert road > 20.0
     assert f"{road:.0f} dB(A) to point" in notes
+
+
+def test_a_measured_head_hears_as_it_was_measured(tmp_path, result):
+    """A sphere measured in a laboratory hears what that of the formula hears, which is within a decibel of it."""
+    angles = grid()
+    write_sofa(tmp_path / "sphere.sofa", angles, responses(unit(angles)))
+    listener = "[listener.driver]\nposition = [60, 400, 500]\nfaces = [1, 0, 0]\n"
+    path = write_strips(tmp_path, study=BASE + listener + 'hrtf = "sphere.sofa"\n[listener.plain]\n' + listener[18:])
+    found = creak.run(creak.read_study(path), converge=False, record=False)
+    assert isinstance(found.sound, Sound), found.sound
+    own, plain = found.summary["sound"]["listeners"]
+    assert own["ear"] == plain["ear"] == "right"
+    assert own["n5"] == pytest.approx(plain["n5"], rel=0.05)
+    assert own["level"] == pytest.approx(plain["level"], abs=1.0)
+    assert "driver hears with two ears, as sphere.sofa has them" in " ".join(found.sound.notes)
 
 
 def test_a_diffuse_field_is_as_loud_as_sabine_says(result):

@@ -1,0 +1,163 @@
+"""A head whose ears were measured: impulse responses of many directions, as late as they come and as few gains.
+
+Each response is taken for a delay and a filter of least phase (Kulkarni, Isabelle and Colburn, J. Acoust. Soc. Am. 105,
+1999). The filters of all directions are sums of a few, their principal components (Kistler and Wightman, J. Acoust.
+Soc. Am. 91, 1992). Between directions both are linear in the triangle of the three nearest ones.
+
+It holds for sound from as far as was measured: points nearer to the head come from the direction that its middle sees.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.fft import irfft, next_fast_len, rfft
+from scipy.spatial import Delaunay, QhullError
+
+from creak.arrays import ComplexArray, FloatArray
+from creak.sound.head import Head
+from creak.sound.rayleigh import AIR
+from creak.sound.third_octave import across_third
+
+EXPLAINED = 0.995
+"""Of the energy of all filters, where each pitch counts alike, what is kept of them."""
+FAINT = 1e-3
+"""Amplitude over the largest of a response, below which nothing was measured: a loudspeaker sends nothing at 0 Hz."""
+PADDED = 4
+"""Lengths of a response that its transform is made of: a filter of least phase must ring out in it."""
+FINE = 16
+"""Parts of a sample to which a delay is found."""
+PER_THIRD = 8
+"""Frequencies of a third octave over which the response ahead is taken together."""
+INSIDE = 0.1
+"""Of the way from the middle of the head to a direction that was measured, at which its triangle is looked up."""
+
+
+@dataclass(frozen=True)
+class MeasuredHead(Head):
+    """One ear of a measured head, in the axes of the model."""
+
+    axes: FloatArray
+    """(3, 3), rows: where the head looks, its left, and its top."""
+    around: Delaunay
+    """Of the middle of the head, point 0, and all directions that were measured, in its axes."""
+    late: FloatArray
+    """(m,) m by which sound comes later than to the middle, were the head not there."""
+    weight: FloatArray
+    """(m, k)"""
+    freq: FloatArray
+    """(f,) Hz"""
+    gain_rows: ComplexArray
+    """(k, f)"""
+
+    def path(self, offset: FloatArray) -> FloatArray:
+        """(n,) m: the distance, and by how much the ear was measured later."""
+        return np.asarray(np.linalg.norm(offset, axis=1) + self._between(offset, self.late[:, None])[:, 0])
+
+    def weights(self, offset: FloatArray) -> FloatArray:
+        """(n, k) of the principal components."""
+        return self._between(offset, self.weight)
+
+    @property
+    def gains(self) -> tuple[Callable[[FloatArray], ComplexArray], ...]:
+        """The principal components."""
+        return tuple(partial(self._row, k) for k in range(len(self.gain_rows)))
+
+    def _row(self, k: int, freq: FloatArray) -> ComplexArray:
+        row = self.gain_rows[k]
+        return np.asarray(np.interp(freq, self.freq, row.real) + 1j * np.interp(freq, self.freq, row.imag))
+
+    def _between(self, offset: FloatArray, x: FloatArray) -> FloatArray:
+        """(n, k) of x (m, k) in the directions of offsets."""
+        seen = offset @ self.axes.T
+        point = INSIDE * seen / np.linalg.norm(seen, axis=1)[:, None]
+        cell = self.around.find_simplex(point)
+        change = self.around.transform[cell]
+        first = np.einsum("nij,nj->ni", change[:, :3], point - change[:, 3])
+        share = np.concatenate([first, 1.0 - first.sum(axis=1, keepdims=True)], axis=1)
+        corner = self.around.simplices[cell]
+        share = np.where(corner == 0, 0.0, np.maximum(share, 0.0))
+        share /= share.sum(axis=1, keepdims=True)
+        return np.asarray(np.einsum("nc,nck->nk", share, x[np.maximum(corner - 1, 0)]))
+
+
+@dataclass(frozen=True)
+class Ears:
+    """What was measured at both ears, in the axes of the head: where it looks, its left, its top."""
+
+    around: Delaunay
+    late: FloatArray
+    """(2, m)"""
+    weight: FloatArray
+    """(2, m, k)"""
+    freq: FloatArray
+    gain_rows: ComplexArray
+
+    def head(self, looks: FloatArray, left: FloatArray, side: int) -> MeasuredHead:
+        """The ear at a side, 1 left and -1 right, of a head in the axes of the model."""
+        ear, axes = (0 if side > 0 else 1), np.stack([looks, left, np.cross(looks, left)])
+        return MeasuredHead(axes, self.around, self.late[ear], self.weight[ear], self.freq, self.gain_rows)
+
+
+def surrounding(directions: FloatArray) -> Delaunay | None:
+    """Of the middle of a head and directions (m, 3) of length 1; None: they do not go around it."""
+    try:
+        found = Delaunay(np.vstack([np.zeros(3), directions]))
+    except QhullError:
+        return None
+    return None if np.isin(0, found.convex_hull) else found
+
+
+def ears_of(around: Delaunay, responses: FloatArray, rate: float, delay: FloatArray) -> Ears:
+    """Of impulse responses.
+
+    Parameters
+    ----------
+    around : as `surrounding` gives it. responses : (m, 2, n), left and right ear. rate : Hz.
+    delay : (m, 2) s that a response begins later than its first sample.
+    """
+    m, _, n = responses.shape
+    size = next_fast_len(PADDED * n, real=True)
+    freq = np.arange(size // 2 + 1) * (rate / size)
+    seen = rfft(responses, size, axis=2)
+    ahead = int(np.argmax(around.points[1:, 0]))
+    largest = float(np.abs(seen).max())
+    front = np.sqrt(np.mean(np.abs(seen[ahead]) ** 2, axis=0))
+    front = np.sqrt(np.mean([np.interp(freq * f, freq, front) ** 2 for f in across_third(PER_THIRD)], axis=0))
+    ratio = np.sqrt((np.abs(seen) ** 2 + (FAINT * largest) ** 2) / (front**2 + (FAINT * largest) ** 2))
+    late = AIR.speed * (delay + _delays(seen, size) / rate)
+    filters = rfft(_least_phase(ratio, size), size, axis=2)
+    loud = np.sqrt(np.mean(np.abs(filters) ** 2, axis=(0, 1)) * np.maximum(freq, rate / n))
+    rows = (filters / loud).reshape(2 * m, -1)
+    both = np.hstack([rows.real, rows.imag])
+    energy, basis = np.linalg.eigh(both.T @ both)
+    energy, basis = energy[::-1], basis[:, ::-1].T
+    k = int(np.searchsorted(np.cumsum(energy), EXPLAINED * float(energy.sum()))) + 1
+    weight = (both @ basis[:k].T).reshape(m, 2, k).transpose(1, 0, 2)
+    gains = loud * (basis[:k, : freq.size] + 1j * basis[:k, freq.size :])
+    return Ears(around, (late - late[ahead].mean()).T, weight, freq, gains)
+
+
+def _least_phase(amplitude: FloatArray, size: int) -> FloatArray:
+    """(..., size) impulse response of least phase with an amplitude over frequency (Oppenheim and Schafer, 13.3)."""
+    cepstrum = irfft(np.log(amplitude), size)
+    fold = np.zeros(size)
+    fold[0], fold[1 : (size + 1) // 2] = 1.0, 2.0
+    if size % 2 == 0:
+        fold[size // 2] = 1.0
+    return np.asarray(irfft(np.exp(rfft(fold * cepstrum, size)), size))
+
+
+def _delays(seen: ComplexArray, size: int) -> FloatArray:
+    """(m, 2) samples by which responses come later than those of least phase with their amplitude.
+
+    Where the two correlate best (Nam, Abel and Smith, AES 125, 2008).
+    """
+    amplitude = np.abs(seen)
+    least = rfft(_least_phase(np.maximum(amplitude, FAINT * float(amplitude.max())), size), size)
+    alike = irfft(seen * least.conj(), FINE * size)
+    found = np.argmax(alike, axis=2)
+    return np.asarray(np.where(found > FINE * size // 2, found - FINE * size, found) / FINE)
