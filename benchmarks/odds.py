@@ -109,14 +109,14 @@ CASES: tuple[tuple[float, int, Odds, str, str], ...] = (
     ),
     (
         0.01,
-        2048,
+        256,
         _lognormal,
         '{ type = "lognormal", median = MIDDLE, sigma = 0.2 }',
         '{ type = "normal", mean = 0.7, sigma = 0.1 }',
     ),
     (
         1e-4,
-        131072,
+        256,
         _even,
         '{ type = "uniform", low = LOW, high = HIGH }',
         '{ type = "lognormal", median = 0.7, sigma = 0.15 }',
@@ -145,22 +145,32 @@ def measured(
     gap, load = forms
     for word, value in words.items():
         gap = gap.replace(word, repr(value))
-    path, hits, covered, marched, cpu = folder / "study.toml", 0, 0, 0, 0.0
+    path, found_p, covered, marched, cpu, wide = folder / "study.toml", 0.0, 0, 0, 0.0, 0.0
     for seed in range(repeats):
         path.write_text(STUDY.replace("SEED", str(seed)).replace("GAP", gap).replace("LOAD", load))
         start = time.process_time()
         found = creak.robust(path, n, indices=False, threads=1)
         cpu += time.process_time() - start
         covered += found.rattle.low <= odds <= found.rattle.high
-        hits, marched = hits + found.rattle.hits, marched + found.draws.marched
+        further = found.draws.further
+        found_p, marched = found_p + found.rattle.p, marched + found.draws.marched
+        marched += 0 if further is None else further.rows.size
+        wide += 0.5 * (found.rattle.high - found.rattle.low)
     return {
         "odds": odds,
         "draws": n,
-        "found": hits / n / repeats,
+        "found": found_p / repeats,
+        "half": wide / repeats,
+        "plain": plain_draws(odds, wide / repeats),
         "covered": covered / repeats,
         "marched": marched / repeats,
         "cpu_s": cpu / repeats,
     }
+
+
+def plain_draws(p: float, half: float) -> float:
+    """Independent draws, all marched, whose bounds of 95 % are as wide."""
+    return float((norm.ppf(0.975) / half) ** 2 * p * (1.0 - p))
 
 
 def march_s(path: Path) -> float:
@@ -185,11 +195,12 @@ def main() -> None:
         each = march_s(folder / "study.toml")
         most = reach(folder / "study.toml")
         rows = [measured(folder, most, p, n, known, forms, given.repeats) for p, n, known, *forms in CASES]
-    print("  odds   draws   found     bounds hold  marched     CPU    all marched")
+    print("  odds   draws   found      bounds +-   bounds hold  marched     CPU    as many marched   all of them")
     for r in rows:
-        held, took, whole = f"{100 * r['covered']:.1f} %", f"{r['cpu_s']:.2f} s", f"{each * r['draws']:.1f} s"
+        held, took = f"{100 * r['covered']:.1f} %", f"{r['cpu_s']:.2f} s"
         print(
-            f"{r['odds']:6g} {r['draws']:7d}   {r['found']:<9.3g} {held:>10} {r['marched']:9.1f} {took:>8} {whole:>10}"
+            f"{r['odds']:6g} {r['draws']:7d}   {r['found']:<10.3g} {r['half']:<9.2g} {held:>12} {r['marched']:9.1f} "
+            f"{took:>8} {r['plain']:14.0f} {each * r['plain']:11.1f} s"
         )
     if given.out is not None:
         given.out.write_text(json.dumps({"made": stamp(), "march_s": each, "rows": rows}, indent=1), encoding="utf-8")

@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import beta, t
+from scipy.stats import beta, norm, t
 
-from creak.arrays import BoolArray, FloatArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 
 LEVEL = 0.95
 UNSEEN = 2.0
@@ -27,6 +27,8 @@ class Odds:
     with draws as even as Sobol's."""
     hits: int
     n: int
+    foretold: int = 0
+    """Further draws of which a forecast is known: p and its bounds follow from both (`with_forecast`)."""
 
 
 def odds(hits: int, n: int) -> Odds:
@@ -35,6 +37,46 @@ def odds(hits: int, n: int) -> Odds:
     low = float(beta.ppf(tail, hits, n - hits + 1)) if hits else 0.0
     high = float(beta.ppf(1.0 - tail, hits + 1, n - hits)) if hits < n else 1.0
     return Odds(hits / n if n else 0.0, low, high, hits, n)
+
+
+@dataclass(frozen=True)
+class Forecast:
+    """What is known of draws before they are made."""
+
+    hits: BoolArray
+    """(n,) whether each would hit."""
+    can: BoolArray
+    """(n,) whether it can; where not it does not, for sure."""
+
+
+def with_forecast(hit: BoolArray, here: Forecast, further: Forecast, rows: IntArray, seen: BoolArray) -> Odds:
+    """Odds of draws that hit (n,) and of many further ones, of which the forecast is known.
+
+        p = mean X + mean C (mean of Y - X over the draws that can hit)
+
+    X is the forecast of the further draws, C whether they can hit, Y what the draws here came to: a difference
+    estimator of two-phase sampling (Cochran, Sampling Techniques, 1977, chapter 12). The bounds of its terms are those
+    of Clopper and Pearson; they add by squares about p (Zou and Donner, Stat. Med. 27, 2008). Where the forecast says
+    so little that the draws here alone tell more, the odds are theirs.
+
+    Parameters
+    ----------
+    rows, seen : (k,) further draws that can hit and were made, and whether they hit: they count in the mean of Y - X.
+    """
+    alone, X, C = counted(hit), counted(further.hits), counted(further.can)
+    came = np.concatenate([hit[here.can], seen])
+    said = np.concatenate([here.hits[here.can], further.hits[rows]])
+    more, less, m = counted(came & ~said), counted(said & ~came), came.size
+    p = X.p + C.p * (more.p - less.p)
+    together = 2.0 * C.p**2 * more.p * less.p / m if m else 0.0
+    down = (X.p - X.low) ** 2 + (C.p * more.p - C.low * more.low) ** 2 + (C.high * less.high - C.p * less.p) ** 2
+    up = (X.high - X.p) ** 2 + (C.high * more.high - C.p * more.p) ** 2 + (C.p * less.p - C.low * less.low) ** 2
+    margin = float(norm.ppf(0.5 * (1.0 + LEVEL))) ** 2 * together
+    p = min(max(p, 0.0), C.p)
+    low, high = max(p - math.sqrt(down + margin), 0.0), min(p + math.sqrt(up + margin), C.high)
+    if high - low >= alone.high - alone.low:
+        return alone
+    return Odds(p, low, high, alone.hits, alone.n, further.hits.size)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import norm, qmc
 
-from creak.verify.odds import counted, odds, shift_needed, sobol_index
+from creak.verify.odds import Forecast, counted, odds, shift_needed, sobol_index, with_forecast
 
 
 def test_bounds_cover_in_95_of_100_repeats():
@@ -24,6 +24,45 @@ def test_bounds_at_the_ends():
     assert odds(0, 10).low == 0.0
     assert odds(10, 10).high == 1.0
     assert odds(0, 10).high == pytest.approx(1.0 - 0.025**0.1)
+
+
+def two_phases(random, p, wrong, n, times=64):
+    """Odds of independent draws: hits are foretold but for a share `wrong` of those that can hit; p can hit to 1.2 p."""
+
+    def drawn(count):
+        x = random.random(count)
+        can, told = x < 1.2 * p, x < p
+        return can, told, np.where(can & (random.random(count) < wrong), ~told, told)
+
+    can, told, came = drawn(n)
+    can_far, told_far, came_far = drawn(times * n)
+    rows = np.flatnonzero(can_far)[:20]
+    return with_forecast(came, Forecast(told, can), Forecast(told_far, can_far), rows, came_far[rows])
+
+
+@pytest.mark.parametrize(("p", "n"), [(0.3, 64), (0.3, 256), (0.01, 256), (1e-3, 64)])
+@pytest.mark.parametrize("wrong", [0.0, 0.05, 0.5])
+def test_bounds_with_a_forecast_cover_in_95_of_100_repeats(p, n, wrong):
+    """However good the forecast is; a good one makes them narrower."""
+    random = np.random.default_rng(11)
+    true = p * (1.0 - wrong) + 0.2 * p * wrong
+    found = [two_phases(random, p, wrong, n) for _ in range(300)]
+    assert np.mean([o.low <= true <= o.high for o in found]) >= 0.95
+    assert np.mean([o.p for o in found]) == pytest.approx(true, rel=0.15)
+    width, plain = (np.mean([o.high - o.low for o in each]) for each in (found, [odds(o.hits, n) for o in found]))
+    assert width <= plain
+    if wrong < 0.1:
+        assert width < 0.5 * plain
+
+
+def test_a_forecast_that_tells_nothing_is_left_alone():
+    random = np.random.default_rng(3)
+    hit, here, far = random.random(200) < 0.3, random.random(200) < 0.5, random.random(10_000) < 0.5
+    every = np.ones(200, dtype=bool), np.ones(10_000, dtype=bool)
+    none = np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool)
+    found = with_forecast(hit, Forecast(here, every[0]), Forecast(far, every[1]), *none)
+    assert found == counted(hit)
+    assert found.foretold == 0
 
 
 def test_sobol_indices_of_ishigami():

@@ -61,7 +61,10 @@ def _share_words(share: float, bounds: tuple[float, float]) -> str:
 def sentence(found: Robustness) -> str:
     """The answer in one line."""
     d = found.draws
-    text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws"
+    more = ""
+    if found.rattle.foretold and d.further is not None:
+        more = f" and {found.rattle.foretold} more without contact, {d.further.rows.size} of them marched"
+    text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}"
     totals = {
         key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()
     }

@@ -23,6 +23,8 @@ EDGE = 1e-12
 KEPT = 0.99
 """Share of a field's variance that its shapes hold; the rest is given back to them node by node."""
 SEEDS = 2**31
+FURTHER = 1
+"""Stream of the seed for draws that are foretold alone."""
 BLOCK = 4_000_000
 """Numbers worked on at a time."""
 ROUND_OFF = 1e-9
@@ -111,6 +113,11 @@ class Design:
             blocks.append(mixed)
         return np.concatenate(blocks)
 
+    def further(self, count: int) -> FloatArray:
+        """(count, D) points more, independent of the others."""
+        seed = np.random.default_rng((self.seed, FURTHER))
+        return np.asarray(qmc.Sobol(self.causes[-1].columns.stop, scramble=True, seed=seed).random(count))
+
     def mixed(self, k: int) -> slice:
         """Rows of the draws with cause k from B."""
         half = self.n // 2
@@ -161,10 +168,10 @@ class Drawn:
                 numbers[cause.key] = cause.number(column[number])
         return Draw(number, numbers, fields, factors)
 
-    def blocks(self, width: int) -> list[slice]:
-        """All of them, as many at a time as fit beside `width` numbers each."""
-        step = max(1, BLOCK // max(width, 1))
-        return [slice(k, min(k + step, self.total)) for k in range(0, self.total, step)]
+    def blocks(self, width: int, first: int = 0, last: int | None = None) -> list[slice]:
+        """Those from `first` to before `last`, as many at a time as fit beside `width` numbers each."""
+        step, end = max(1, BLOCK // max(width, 1)), self.total if last is None else last
+        return [slice(k, min(k + step, end)) for k in range(first, end, step)]
 
     def means(self) -> dict[str, FloatArray]:
         """Key -> (total,) values; of a field its mean over the channels."""

@@ -8,13 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.studies.robust.draws import whole_power
+from creak.studies.robust.further import NOW, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
-from creak.studies.robust.shared_model import FAILED, FIGURES, LEFT_OUT
+from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
-from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread
+from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread, with_forecast
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
@@ -110,11 +111,9 @@ def find(draws: Draws) -> Robustness:
     """Sum up all draws; those that failed count nowhere, and are told."""
     n, design = draws.design.n, draws.design
     well = draws.state[:n] != FAILED
-    figures, impulse = draws.figures[:n][well], draws.impulse[:n][well]
+    impulse = draws.impulse[:n][well]
     totals = _totals(draws)
-    places = tuple(
-        _of_place(draws, name, figures[:, k], draws.slack[:n][well][:, k]) for k, name in enumerate(draws.places)
-    )
+    places = tuple(_of_place(draws, k, well) for k in range(len(draws.places)))
     indices: dict[str, dict[str, Index]] = {}
     half = n // 2
     for name, column in totals.items() if design.indices else ():
@@ -129,7 +128,7 @@ def find(draws: Draws) -> Robustness:
     tornado = {
         name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()
     }
-    rattle = counted(totals["rattle"][:n][well] > 0.0)
+    rattle = _rattle(draws, totals["rattle"][:n] > 0.0, well, None)
     return Robustness(
         draws,
         rattle,
@@ -151,19 +150,30 @@ def _totals(draws: Draws) -> dict[str, FloatArray]:
     return dict(zip(SHOWN, columns, strict=True))
 
 
-def _of_place(draws: Draws, name: str, figures: FloatArray, slack: FloatArray) -> PlaceFindings:
+def _of_place(draws: Draws, k: int, well: BoolArray) -> PlaceFindings:
+    n, name = draws.design.n, draws.places[k]
+    figures, slack = draws.figures[:n][well][:, k], draws.slack[:n][well][:, k]
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
-    known = np.asarray(np.isfinite(slack).all(axis=1))
     need, fragility = None, None
-    if known.all() and known.size:
+    if slack.size and np.isfinite(slack).all():
+        slack = slack if draws.further is None else draws.further.slack[:, k]
         target = draws.setup.study.config.scatter.target
-        now = slack[:, FACTORS.index(1.0)]
-        shift, low, high = shift_needed(now, target)
+        shift, low, high = shift_needed(slack[:, NOW], target)
         need = Need(target, shift, low, high, _gap_with(draws, name, shift))
         fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
-    return PlaceFindings(
-        name, counted(figures[:, 0] > 0.0), spreads["events"], spreads["impulse"], spreads["force"], need, fragility
-    )
+    rattle = _rattle(draws, draws.figures[:n, k, 0] > 0.0, well, k)
+    return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility)
+
+
+def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) -> Odds:
+    """Odds that a place rattles, or any (None), by what the draws came to and the forecast of further ones."""
+    n, slack, further = len(hit), draws.slack[: len(hit)][well], draws.further
+    if further is None or further.events is None or not np.isfinite(slack).all():
+        return counted(hit[well])
+    here = forecast(draws.state[:n][well] != FORETOLD, slack, place)
+    events = further.events.sum(axis=1) if place is None else further.events[:, place]
+    done = np.isfinite(events)
+    return with_forecast(hit[well], here, further.forecast(place), further.rows[done], events[done] > 0.0)
 
 
 def _gap_with(draws: Draws, name: str, shift: float) -> float | None:
@@ -196,7 +206,8 @@ def _more(rattle: Odds, draws: Draws) -> list[str]:
     """Where few draws rattle and most need no march, more of them cost little."""
     kept = draws.slack[0].size + draws.figures[0].size + draws.impulse[0].size
     n = min(MORE * rattle.n, whole_power(LARGEST // (16 * kept)))
-    if rattle.hits >= ENOUGH or draws.marched > FEW * draws.design.total or n < 2 * rattle.n:
+    known = rattle.foretold and rattle.high - rattle.low <= rattle.p
+    if rattle.hits >= ENOUGH or known or draws.marched > FEW * draws.design.total or n < 2 * rattle.n:
         return []
     return [
         f"{rattle.hits} of {rattle.n} draws rattle, which tells little of the odds. Nearly all others cannot touch and "

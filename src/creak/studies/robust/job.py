@@ -24,6 +24,7 @@ from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
 from creak.studies.robust.batches import batches, march_batches
 from creak.studies.robust.changes import drawn_study, keeps_model
 from creak.studies.robust.draws import Design, Draw, Drawn, make_causes, whole_power
+from creak.studies.robust.further import Further, check_ends, further_draws, keep, kept, told_of
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import (
     FIGURES,
@@ -60,6 +61,8 @@ class Draws:
     """(total, n_place, n_factor)"""
     impulse: FloatArray
     """(total, n_channel)"""
+    further: Further | None
+    """Draws that were not marched, and that count in the odds; None: there are none."""
     taken: int
     """Draws that were there from before."""
     reduced_again: tuple[str, ...]
@@ -107,9 +110,7 @@ def run_draws(
     causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places, own)
     design = Design(causes, whole_power(n), indices, config.scatter.seed)
     drawn = Drawn.at(causes, design.points())
-    numbers = [(c, v) for c, v in zip(causes, drawn.numbers, strict=True) if v is not None and not c.is_factor]
-    for end in (np.min, np.max):
-        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
+    check_ends(study, drawn)
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
     # Draws are made from neither comments nor title, nor the probability that is aimed at.
@@ -123,28 +124,44 @@ def run_draws(
     }
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
-    taken, again = len(found), tuple(c.key for c in causes if not keeps_model(clips, c.key))
-    missing, notes = {k for k in range(design.total) if k not in found}, list[str]()
+    taken = sum(k < design.total for k in found)
+    again = tuple(c.key for c in causes if not keeps_model(clips, c.key))
+    notes = list[str]()
+    every = None if again else further_draws(study, design, drawn, channels)
+    further = None
+    if every is not None and out is not None:
+        further = kept(out, made_from, len(places), every.total - drawn.total, design)
+    wanted = {*range(design.total), *_beyond(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
-    if missing and again:
+    if again and not wanted <= found.keys():
+        missing = wanted - found.keys()
         models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
         who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
         notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
         progress(f"{len(models)} reductions, as {who} the model", 0, 1)
         marched = _on_models_of_their_own(models, channels, threads, runner)
-    elif missing:
-        keep = None if out is None else out / "superelements"
-        made = shared_model(setup, drawn, progress, keep)
+    elif not wanted <= found.keys():
+        store = None if out is None else out / "superelements"
+        made = shared_model(setup, drawn, progress, store, every)
         notes.extend(made.notes)
-        marched = _on_one_model(made, drawn, missing, channels, progress, keep, threads, runner)
+        if every is not None and further is None:
+            further = told_of(made, channels, design)
+            wanted.update(_beyond(further, design))
+            if further is not None and out is not None:
+                keep(further, out, made_from)
+        missing = wanted - found.keys()
+        marched = _on_one_model(made, every or drawn, design.total, missing, channels, progress, store, threads, runner)
     if path is None:
         found.update(marched)
-    elif missing:
+    elif not wanted <= found.keys():
         with record_log(path, made_from, width, used) as log:
             for number, record in marched:
                 log.add(number, record)
                 found[number] = record
-                progress("draws", len(found), design.total)
+                progress("draws", len(found), len(wanted))
+    if further is not None:
+        events = [found[k][1 : 1 + len(FIGURES) * len(places) : len(FIGURES)] for k in _beyond(further, design)]
+        further = replace(further, events=np.array(events).reshape(-1, len(places)))
     table = np.stack([found[k] for k in range(design.total)])
     cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
     state, figures, slack, impulse = np.split(table, cuts, axis=1)
@@ -158,25 +175,32 @@ def run_draws(
         figures.reshape(shape),
         slack.reshape(shape),
         impulse,
+        further,
         taken,
         again,
         (*setup.notes, *notes),
     )
 
 
+def _beyond(further: Further | None, design: Design) -> list[int]:
+    """Numbers of the further draws that are marched."""
+    return [] if further is None else [design.total + k for k in further.rows.tolist()]
+
+
 def _on_one_model(
     made: SharedModel,
     drawn: Drawn,
+    total: int,
     missing: Set[int],
     channels: GapOperator,
     progress: Progress,
-    keep: Path | None,
+    store: Path | None,
     threads: int | None,
     runner: Runner | None,
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw; those that need no march first."""
     known = set[int]()
-    for number, record in foretold(made, channels):
+    for number, record in foretold(made, channels, total):
         known.add(number)
         if number in missing:
             yield number, record
@@ -186,7 +210,7 @@ def _on_one_model(
     if runner is None:
         yield from _marched(made, channels, left, threads)
     elif left:
-        yield from march_batches(runner, batches(made.setup.study, left, made.lowest, keep))
+        yield from march_batches(runner, batches(made.setup.study, left, made.lowest, store))
 
 
 def _on_models_of_their_own(

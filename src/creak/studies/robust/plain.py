@@ -45,9 +45,9 @@ class Plain:
     load_line: tuple[float, float, float] = (0.0, 1.0, 0.0)
     """Its value, factor on the loads there, and per unit from there on."""
 
-    def blocks(self) -> list[slice]:
-        """All draws, some at a time."""
-        return self.drawn.blocks(self.gap0.size)
+    def blocks(self, first: int = 0, last: int | None = None) -> list[slice]:
+        """Draws from `first` to before `last`, some at a time."""
+        return self.drawn.blocks(self.gap0.size, first, last)
 
     def gaps(self, rows: slice) -> FloatArray:
         """(n, m) of some draws."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
@@ -117,7 +117,11 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
 
 @none_ignored()
 def shared_model(
-    setup: Setup, draws: FloatArray | Sequence[Draw] | Drawn, progress: Progress, keep: Path | None = None
+    setup: Setup,
+    draws: FloatArray | Sequence[Draw] | Drawn,
+    progress: Progress,
+    keep: Path | None = None,
+    further: Drawn | None = None,
 ) -> SharedModel:
     """The model of a study with the channels that its draws need, and the arrays that they share.
 
@@ -125,6 +129,7 @@ def shared_model(
     ----------
     draws : all of them, or (m,) `lowest_of` them.
     keep : folder in which its superelements stay; None: those beside the study are taken, and none are kept.
+    further : `draws` and, behind them, more that are foretold alone; they count where all of them are `Plain`.
 
     Raises
     ------
@@ -140,7 +145,7 @@ def shared_model(
         )
     before, setup = setup, started(setup, reference, progress)
     reference = with_linear_gaps(setup, reference, progress)
-    plain = plain_of(before, reference, draws) if isinstance(draws, Drawn) else None
+    plain = plain_of(before, reference, further or draws) if isinstance(draws, Drawn) else None
     if isinstance(draws, Drawn):
         draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
     lowest = draws if isinstance(draws, np.ndarray) else lowest_of(before, reference, plain or draws)
@@ -175,24 +180,36 @@ def shared_model(
     return SharedModel(before, reference, gaps, system, base, silent, window, linear, tuple(notes), lowest, plain)
 
 
-def foretold(model: SharedModel, channels: GapOperator) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each draw in which nothing touches for sure: its motion is that without contact.
+def foretold(model: SharedModel, channels: GapOperator, total: int) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each of `total` draws in which nothing touches for sure: it moves as without contact.
 
     Parameters
     ----------
     channels : as for `march_draws`.
     """
-    plain, places, at = model.plain, places_of(channels), _kept(model, channels)
+    places = places_of(channels)
+    figures, impulse = np.zeros((len(places), len(FIGURES))), np.zeros(channels.m)
+    for first, clear, slack in without_contact(model, channels, 0, total):
+        for k in np.flatnonzero(clear).tolist():
+            yield first + k, Seen(FORETOLD, figures, slack[k], impulse).record()
+
+
+def without_contact(
+    model: SharedModel, channels: GapOperator, first: int, last: int | None
+) -> Iterator[tuple[int, BoolArray, FloatArray]]:
+    """Draws of `model.plain` from `first` to before `last`, some at a time: the number of the first, whether nothing
+    touches in them for sure (n,), and what is left of their gaps without contact, (n, n_place, n_factor).
+
+    Nothing where draws have too little in common, or press from the start.
+    """
+    plain, at = model.plain, _kept(model, channels)
     if plain is None or pressed(model.gaps) or (plain.load is not None and model.system.velocity.any()):
         return
-    of_places, can_press = [model.gaps.of_groups({name}) for name in places], model.gaps.can_press()
-    figures, impulse = np.zeros((len(places), len(FIGURES))), np.zeros(channels.m)
-    for rows in plain.blocks():
+    of_places, can_press = [model.gaps.of_groups({name}) for name in places_of(channels)], model.gaps.can_press()
+    for rows in plain.blocks(first, last):
         gap0, factors = plain.gaps(rows)[:, at], plain.factors(rows)
         clear = model.linear.clear_of(gap0, factors) & (gap0[:, can_press] >= 0.0).all(axis=1)
-        slack = model.linear.slack(gap0[clear], factors[clear], of_places)
-        for k, own in zip(np.flatnonzero(clear), slack, strict=True):
-            yield rows.start + int(k), Seen(FORETOLD, figures, own, impulse).record()
+        yield rows.start, clear, model.linear.slack(gap0, factors, of_places)
 
 
 def march_draws(

@@ -33,7 +33,7 @@ from creak.studies.robust.draws import Draw, field_shapes
 from creak.studies.robust.linear import FACTORS, Linear, closes, multiple
 from creak.studies.robust.plain import plain_of
 from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model, variant_of
-from creak.verify.odds import Index
+from creak.verify.odds import Index, odds
 from helpers_decks import STUDY, write_strips
 
 MEAN, SIGMA, LOW, HIGH = 10.0, 1.5, 0.4, 1.0
@@ -86,6 +86,42 @@ def test_odds_and_causes_against_quadrature(found):
         assert index.total == pytest.approx(total, abs=0.15)
 
 
+def test_further_draws_make_the_odds_narrower(found):
+    """By motion without contact, as if by many times as many draws; a few of them are marched."""
+    robustness, most = found
+    p, _ = quadrature(most)
+    for known in (robustness.rattle, robustness.places[0].rattle):
+        alone = odds(known.hits, known.n)
+        assert (known.n, known.foretold) == (64, 4096)
+        assert known.low < p < known.high
+        assert known.high - known.low < 0.4 * (alone.high - alone.low)
+    marched = robustness.draws.further.rows.size
+    assert 0 < marched < 100
+    assert f"of 64 draws and 4096 more without contact, {marched} of them marched" in rows.sentence(robustness)
+    assert robustness.as_dict()["rattle"]["foretold"] == 4096
+
+
+def test_further_draws_are_kept_beside_the_others(tmp_path, monkeypatch):
+    """The same odds without a model, and no better than counted where their file is gone."""
+    path, out = stopped(tmp_path), tmp_path / "out"
+    whole = creak.robust(path, 16, out=out, indices=False, threads=1)
+    monkeypatch.setattr(job, "shared_model", None)
+    again = creak.robust(path, 16, out=out, indices=False, threads=1)
+    assert whole.rattle == again.rattle
+    assert again.rattle.foretold == 1024
+    assert again.draws.taken == 16
+    (kept,) = out.glob("further-*.bin")
+    kept.write_bytes(kept.read_bytes()[:-1])
+    counted_ones = creak.robust(path, 16, out=out, indices=False, threads=1).rattle
+    assert counted_ones == odds(whole.rattle.hits, 16)
+
+
+def test_no_further_draws_where_they_leave_what_a_study_may_say(tmp_path):
+    """One of a thousand stiffnesses is negative: among 16 none is."""
+    text = STOPPED + '"connector.0.stiffness" = { type = "normal", sigma = 16.0 }\n'
+    assert creak.robust(stopped(tmp_path, text), 16, indices=False, threads=1).rattle.foretold == 0
+
+
 def test_a_leading_cause_is_named_where_the_bounds_tell_it(found):
     robustness, _ = found
     gap, load = robustness.draws.design.causes
@@ -108,9 +144,9 @@ def test_needed_gap_and_fragility_against_quadrature(found):
     assert place.need.low <= -np.quantile(slack, 0.05) <= place.need.high
     assert place.need.gap == pytest.approx(MEAN + place.need.shift)
     gap = MEAN + SIGMA * norm.ppf(x)
-    for factor, odds in zip(FACTORS, place.fragility, strict=True):
+    for factor, bound in zip(FACTORS, place.fragility, strict=True):
         closed = float(np.clip((HIGH - gap / (factor * most)) / (HIGH - LOW), 0.0, 1.0).mean())
-        assert odds.low - 1e-9 <= closed <= odds.high + 1e-9
+        assert bound.low - 1e-9 <= closed <= bound.high + 1e-9
 
 
 def test_draws_are_single_runs(found):
@@ -254,6 +290,7 @@ def test_batches_of_models_of_their_own(tmp_path):
 def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
     """Another deck there than here; the worker of another batch is lost."""
     monkeypatch.setattr("creak.studies.robust.batches.SIZE", 2)
+    monkeypatch.setattr("creak.studies.robust.further.TIMES", 0)
     path, out = stopped(tmp_path), tmp_path / "out"
 
     def troubled(tasks):
@@ -381,6 +418,7 @@ def test_draws_that_cannot_touch_are_not_marched(tmp_path, monkeypatch, seeds):
         text = text.replace('type = "step", amplitude = 0.7', course)
         text += '"excitation.tip.signal.seed" = { type = "seed" }\n'
     path, marched = stopped(tmp_path, text), []
+    monkeypatch.setattr("creak.studies.robust.further.TIMES", 0)
     march = batch.march_chunks
     monkeypatch.setattr(batch, "march_chunks", lambda run, progress: marched.append(run) or march(run, progress))
     few = creak.robust(path, 32, indices=False, threads=1).draws

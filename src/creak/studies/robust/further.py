@@ -1,0 +1,126 @@
+"""Many more draws, of which the motion without contact tells how near they come; a few of them are marched."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.errors import InputError
+from creak.formats.stored.record_log import log_path, read_records, record_log
+from creak.studies.file.reader import Study
+from creak.studies.robust.changes import drawn_study
+from creak.studies.robust.draws import Design, Drawn
+from creak.studies.robust.linear import FACTORS
+from creak.studies.robust.shared_model import SharedModel, places_of, without_contact
+from creak.verify.odds import Forecast
+
+LOG = "further"
+"""Stem of the file that keeps them."""
+TIMES = 64
+"""Of the draws themselves, as many at most: then what the forecast misses is most of the bounds."""
+WORK = 50_000_000
+"""Gaps that are looked at, at most: some seconds."""
+NUMBERS = 5_000_000
+"""Numbers that are kept of them, at most: 40 MB."""
+BLOCK = 256
+"""Draws of a record on file."""
+NOW = FACTORS.index(1.0)
+
+
+@dataclass(frozen=True)
+class Further:
+    """What is known of them."""
+
+    can: BoolArray
+    """(n,) whether anything can touch; where not it does not, for sure."""
+    slack: FloatArray
+    """(n, n_place, n_factor) as `Linear.slack`."""
+    rows: IntArray
+    """(k,) those that are marched, beside the draws of the design."""
+    events: FloatArray | None = None
+    """(k, n_place) in them, once they were."""
+
+    def forecast(self, place: int | None) -> Forecast:
+        """Whether each closes a gap of a place; None: of any."""
+        return forecast(self.can, self.slack, place)
+
+
+def forecast(can: BoolArray, slack: FloatArray, place: int | None) -> Forecast:
+    """Of draws that can touch (n,), and their slack (n, n_place, n_factor)."""
+    closes = slack[:, :, NOW] < 0.0
+    return Forecast(np.asarray(closes.any(axis=1)) if place is None else closes[:, place], can)
+
+
+def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOperator) -> Drawn | None:
+    """`drawn`, and more behind it; None: they would tell little more, or reach what no study may say."""
+    kept = 1 + len(places_of(channels)) * len(FACTORS)
+    most = min(TIMES * design.n, WORK // max(channels.m, 1), NUMBERS // kept)
+    count = 2 ** (most.bit_length() - 1) if most else 0
+    if count < max(BLOCK, 4 * design.n):
+        return None
+    found = Drawn.at(design.causes, np.concatenate([drawn.points, design.further(count)]))
+    try:
+        check_ends(study, found)
+    except InputError:
+        return None
+    return found
+
+
+def check_ends(study: Study, drawn: Drawn) -> None:
+    """Raise InputError where the lowest or highest numbers of draws are what a study may not say."""
+    pairs = zip(drawn.causes, drawn.numbers, strict=True)
+    numbers = [(c, v) for c, v in pairs if v is not None and not c.is_factor]
+    for end in (np.min, np.max):
+        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
+
+
+def _rows(can: BoolArray, n: int) -> IntArray:
+    """Those to march beside a design of n draws, of which about as many can touch as of these.
+
+    What the forecast misses is bounded by some 4 / m of what can touch, m draws that can; what is drawn is known to
+    2 / sqrt(N) of N that can. With m = 2 sqrt(N) both are alike. No more than a quarter of the design's own are added.
+    """
+    those = np.flatnonzero(can)
+    more = math.ceil(2.0 * math.sqrt(those.size) - n * those.size / can.size)
+    return those[: max(min(more, n // 4), 0)]
+
+
+def told_of(made: SharedModel, channels: GapOperator, design: Design) -> Further | None:
+    """Of the draws of a model behind those of the design; None: each has to be marched."""
+    blocks = [(clear, slack) for _, clear, slack in without_contact(made, channels, design.total, None)]
+    if not blocks:
+        return None
+    clear, slack = (np.concatenate(each) for each in zip(*blocks, strict=True))
+    return Further(~clear, slack, _rows(~clear, design.n))
+
+
+def keep(further: Further, folder: Path, made_from: Mapping[str, Any]) -> None:
+    """Write them beside the draws, for `kept`."""
+    n, places, _ = further.slack.shape
+    table = np.concatenate([further.can[:, None], further.slack.reshape(n, -1)], axis=1)
+    width = _width(places)
+    with record_log(log_path(folder, LOG, made_from, width), made_from, width, 0) as log:
+        for k, rows in enumerate(table.reshape(-1, width)):
+            log.add(k, rows)
+
+
+def kept(folder: Path, made_from: Mapping[str, Any], places: int, count: int, design: Design) -> Further | None:
+    """`count` of them as they were written; None: they are not all there."""
+    width = _width(places)
+    found, _ = read_records(log_path(folder, LOG, made_from, width), made_from, width)
+    if sorted(found) != list(range(count // BLOCK)):
+        return None
+    table = np.stack([found[k] for k in sorted(found)]).reshape(count, -1)
+    can = table[:, 0] > 0.0
+    return Further(can, table[:, 1:].reshape(count, places, len(FACTORS)), _rows(can, design.n))
+
+
+def _width(places: int) -> int:
+    return BLOCK * (1 + places * len(FACTORS))
