@@ -6,10 +6,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from creak.assembly.system import System
 from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
+from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.varied import varied
+from creak.studies.robust.draws import Draw, Drawn
 
 OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
 TABLES = ("contact", "connector", "clip", "excitation", "damping", "static")
@@ -37,6 +42,19 @@ def tables_of(study: Study) -> dict[str, Any]:
 def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
     """The study with drawn numbers, checked as any change is."""
     return with_changes(study, values) if values else study
+
+
+def check_ends(study: Study, drawn: Drawn) -> None:
+    """Raise InputError where the lowest or highest numbers of draws are what a study may not say."""
+    pairs = zip(drawn.causes, drawn.numbers, strict=True)
+    numbers = [(c, v) for c, v in pairs if v is not None and not c.is_factor]
+    for end in (np.min, np.max):
+        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
+
+
+def drawn_setup(setup: Setup, draw: Draw) -> Setup:
+    """The setup, before its static start, by the numbers and fields of a draw."""
+    return varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:

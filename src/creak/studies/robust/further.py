@@ -15,7 +15,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.studies.file.reader import Study
-from creak.studies.robust.changes import drawn_study
+from creak.studies.robust.changes import check_ends
 from creak.studies.robust.draws import Design, Drawn
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import SharedModel, places_of, without_contact
@@ -71,14 +71,6 @@ def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOpera
     except InputError:
         return None
     return found
-
-
-def check_ends(study: Study, drawn: Drawn) -> None:
-    """Raise InputError where the lowest or highest numbers of draws are what a study may not say."""
-    pairs = zip(drawn.causes, drawn.numbers, strict=True)
-    numbers = [(c, v) for c, v in pairs if v is not None and not c.is_factor]
-    for end in (np.min, np.max):
-        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
 
 
 def _rows(can: BoolArray, n: int) -> IntArray:

@@ -22,9 +22,9 @@ from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_o
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
 from creak.studies.robust.batches import batches, march_batches
-from creak.studies.robust.changes import drawn_study, keeps_model
+from creak.studies.robust.changes import check_ends, drawn_study, keeps_model
 from creak.studies.robust.draws import Design, Draw, Drawn, make_causes, whole_power
-from creak.studies.robust.further import Further, check_ends, further_draws, keep, kept, told_of
+from creak.studies.robust.further import Further, further_draws, keep, kept, told_of
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import (
     FIGURES,
@@ -103,29 +103,16 @@ def run_draws(
     progress("read the model and find the contacts", 0, 1)
     setup = set_up(study)
     progress("read the model and find the contacts", 1, 1)
-    channels, config = join([setup.contacts, setup.connectors]), study.config
-    data, fields = config.model_dump(mode="json", by_alias=True), fields_of(setup.contacts, setup.model.nodes.coords)
-    own, clips = deviations_of(setup), clips_of(study.touching)
-    data["clip"] = [clip.model_dump(mode="json") for clip in clips]
-    causes = make_causes(config.scatter, data, tomllib.loads(study.text), fields, study.places, own)
-    design = Design(causes, whole_power(n), indices, config.scatter.seed)
-    drawn = Drawn.at(causes, design.points())
-    check_ends(study, drawn)
+    channels = join([setup.contacts, setup.connectors])
     places = places_of(channels)
+    design, again = _design(study, setup, n, indices=indices)
+    drawn = Drawn.at(design.causes, design.points())
+    check_ends(study, drawn)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
-    # Draws are made from neither comments nor title, nor the probability that is aimed at.
-    told = config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
-    made_from = {
-        "creak": version(),
-        "study": digest(told),
-        "deck": setup.deck_sha256,
-        "files": other_files_sha256(study),
-        "design": [design.n, indices, design.seed],
-    }
+    made_from = _made_from(setup, design)
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken = sum(k < design.total for k in found)
-    again = tuple(c.key for c in causes if not keeps_model(clips, c.key))
     notes = list[str]()
     every = None if again else further_draws(study, design, drawn, channels)
     further = None
@@ -180,6 +167,31 @@ def run_draws(
         again,
         (*setup.notes, *notes),
     )
+
+
+def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Design, tuple[str, ...]]:
+    """What is drawn of a study, and the keys that need a model of their own for each draw."""
+    config, clips = study.config, clips_of(study.touching)
+    data = config.model_dump(mode="json", by_alias=True)
+    data["clip"] = [clip.model_dump(mode="json") for clip in clips]
+    fields = fields_of(setup.contacts, setup.model.nodes.coords)
+    given = tomllib.loads(study.text)
+    causes = make_causes(config.scatter, data, given, fields, study.places, deviations_of(setup))
+    again = tuple(c.key for c in causes if not keeps_model(clips, c.key))
+    return Design(causes, whole_power(n), indices, config.scatter.seed), again
+
+
+def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
+    """What draws are made from: neither comments nor title, nor the probability that is aimed at."""
+    study = setup.study
+    told = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
+    return {
+        "creak": version(),
+        "study": digest(told),
+        "deck": setup.deck_sha256,
+        "files": other_files_sha256(study),
+        "design": [design.n, design.indices, design.seed],
+    }
 
 
 def _beyond(further: Further | None, design: Design) -> list[int]:

@@ -11,8 +11,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.progress import silent
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.varied import varied
-from creak.studies.robust.changes import drawn_study, tables_of
+from creak.studies.robust.changes import drawn_setup
 from creak.studies.robust.draws import Cause, Draw, Drawn
 from creak.studies.robust.linear import multiple
 from creak.studies.run.static_start import started
@@ -127,8 +126,7 @@ class _Set:
 
     def of(self, draw: Draw) -> tuple[FloatArray, float] | None:
         """Gaps at rest, and factor on the study's loads; None: they are no multiple of these, or other channels are."""
-        study = drawn_study(self.setup.study, draw.values)
-        other = varied(self.setup, tables_of(study), draw.fields, draw.factors)
+        other = drawn_setup(self.setup, draw)
         factor = 1.0 if other.loads is self.setup.loads else multiple(other.loads, self.setup.loads)
         other = started(other, self.reference, silent)
         names = other.contacts.names + other.connectors.names

@@ -24,9 +24,9 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.varied import changed_gaps, varied
+from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import silent_channels
-from creak.studies.robust.changes import drawn_study, tables_of, with_damping
+from creak.studies.robust.changes import drawn_setup, drawn_study, with_damping
 from creak.studies.robust.draws import Draw, Drawn
 from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, pressed
 from creak.studies.robust.plain import Plain, plain_of
@@ -108,8 +108,7 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
             gap0 = changed_gaps(setup.contacts, touching, drawn_study(setup.study, of_gaps).touching, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and k < TRIED and linear is not None:
-            other = varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
-            other = started(other, reference, silent)
+            other = started(drawn_setup(setup, draw), reference, silent)
             gaps = with_linear_gaps(other, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
     return lowest
@@ -284,13 +283,11 @@ def _foretold(model: SharedModel, variant: Variant) -> Linear | None:
 
 def variant_of(model: SharedModel, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
-    study = drawn_study(model.setup.study, draw.values)
-    setup = varied(model.setup, tables_of(study), draw.fields, draw.factors)
-    setup = started(setup, model.reference, silent)
+    setup = started(drawn_setup(model.setup, draw), model.reference, silent)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
     kept = [place[name] for name in model.gaps.names if name in place]
     gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])
-    zeta, before = study.config.damping.modal, model.setup.study.config.damping.modal
+    zeta, before = setup.study.config.damping.modal, model.setup.study.config.damping.modal
     system = None
     if zeta != before and zeta is not None and before is not None:
         system = with_damping(model.system, zeta, before)
