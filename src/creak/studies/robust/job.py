@@ -104,10 +104,10 @@ def run_draws(
     setup = set_up(study)
     progress("read the model and find the contacts", 1, 1)
     channels = join([setup.contacts, setup.connectors])
-    places = places_of(channels)
     design, again = _design(study, setup, n, indices=indices)
     drawn = Drawn.at(design.causes, design.points())
     check_ends(study, drawn)
+    places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
     made_from = _made_from(setup, design)
     path = None if out is None else log_path(out, LOG, made_from, width)
