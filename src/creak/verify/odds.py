@@ -91,32 +91,72 @@ class Index:
     total_bounds: tuple[float, float]
 
 
-def sobol_index(A: FloatArray, B: FloatArray, mixed: FloatArray) -> Index | None:
-    """Indices from three times n figures: draws A, draws B, and A with the cause from B; None: nothing varies.
+Blocks = tuple[FloatArray, FloatArray, FloatArray]
+"""A figure (n,) of draws A, of draws B, and of A with the cause from B."""
+
+
+def sobol_index(own: Blocks, forecast: Blocks | None = None, further: Blocks | None = None) -> Index | None:
+    """Indices of one cause from three times n figures; None: nothing varies.
 
     First: mean(B (mixed - A)) / V with centred figures; total: mean((A - mixed)^2) / (2 V). Bounds of 95 %: Student's t
     of the quotient's linear part (the variance is drawn too) and of `UNSEEN`. They cover in 95 of 100 repeats where
     either outcome of a figure of two values comes up ten times or more.
     Source: Saltelli et al., Comput. Phys. Commun. 181, 2010 (table 2, b and f).
+
+    Parameters
+    ----------
+    forecast : the same of something that is like the figure. further : of that from many more draws. Its indices are
+        known better so, and by as much as both go together the figure's own are, too (control variate: Owen, Monte
+        Carlo theory, methods and examples, 2013, section 8.9).
     """
-    known = np.isfinite(A) & np.isfinite(B) & np.isfinite(mixed)
-    A, B, mixed = A[known], B[known], mixed[known]
+    known = np.isfinite(np.stack(own)).all(axis=0)
+    parts = _parts(*(x[known] for x in own))
+    if parts is None:
+        return None
+    told = None if forecast is None else _parts(*(x[known] for x in forecast))
+    many = None if further is None else _parts(*further)
+    found = []
+    for k in range(2):
+        like = None if told is None or many is None else (_Share.of(told[k], told[2]), _Share.of(many[k], many[2]))
+        found.append(_Share.of(parts[k], parts[2]).with_bounds(like))
+    return Index(*found[0], *found[1])
+
+
+def _parts(A: FloatArray, B: FloatArray, mixed: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+    """(n,) parts of the first and of the total index, and of the variance; None: nothing varies."""
     if A.size < 2 or not np.ptp(np.concatenate([A, B])) > 0.0:
         return None
     middle = float(np.concatenate([A, B]).mean())
     A, B, mixed = A - middle, B - middle, mixed - middle
-    square = 0.5 * (A**2 + B**2)
-    return Index(*_share(B * (mixed - A), square), *_share(0.5 * (A - mixed) ** 2, square))
+    return B * (mixed - A), 0.5 * (A - mixed) ** 2, 0.5 * (A**2 + B**2)
 
 
-def _share(part: FloatArray, square: FloatArray) -> tuple[float, tuple[float, float]]:
-    """mean(part) / mean(square) of n draws, and its bounds."""
-    n, variance = part.size, float(square.mean())
-    share = float(part.mean()) / variance
-    off = (part - share * square) / variance
-    square_error = float(off @ off + 2.0 * UNSEEN**2) / (n * (n - 1))
-    half = float(t.ppf(0.5 * (1.0 + LEVEL), n - 1)) * math.sqrt(square_error)
-    return share, (share - half, share + half)
+@dataclass(frozen=True)
+class _Share:
+    """mean(part) / mean(square) of n draws."""
+
+    share: float
+    off: FloatArray
+    """(n,) its linear part, of mean 0."""
+
+    @staticmethod
+    def of(part: FloatArray, square: FloatArray) -> _Share:
+        variance = float(square.mean())
+        share = float(part.mean()) / variance
+        return _Share(share, (part - share * square) / variance)
+
+    def with_bounds(self, like: tuple[_Share, _Share] | None) -> tuple[float, tuple[float, float]]:
+        """It, corrected by what is like it: from the same draws, and from many."""
+        n, share, off, of_many = self.off.size, self.share, self.off, 0.0
+        if like is not None:
+            here, many = like
+            square, m = float(here.off @ here.off), many.off.size
+            by = float(off @ here.off) / square if square > 0.0 else 0.0
+            share, off = share - by * (here.share - many.share), off - by * here.off
+            of_many = by**2 * float(many.off @ many.off) / (m * (m - 1))
+        error = math.sqrt(float(off @ off + 2.0 * UNSEEN**2) / (n * (n - 1)) + of_many)
+        half = float(t.ppf(0.5 * (1.0 + LEVEL), n - 1)) * error
+        return share, (share - half, share + half)
 
 
 def shift_needed(slack: FloatArray, target: float) -> tuple[float, float, float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +17,7 @@ from creak.studies.file.changes import value_at
 from creak.studies.file.design.scatter_tables import Distribution, ScatterTable
 from creak.studies.file.places import Places
 from creak.studies.file.tolerance_tables import SIGMAS
+from creak.verify.odds import Blocks
 
 EDGE = 1e-12
 """Distance of a point from 0 and 1."""
@@ -113,10 +114,14 @@ class Design:
             blocks.append(mixed)
         return np.concatenate(blocks)
 
-    def further(self, count: int) -> FloatArray:
-        """(count, D) points more, independent of the others."""
-        seed = np.random.default_rng((self.seed, FURTHER))
-        return np.asarray(qmc.Sobol(self.causes[-1].columns.stop, scramble=True, seed=seed).random(count))
+    def further(self, n: int) -> Design:
+        """Another one of n draws, independent of it."""
+        return replace(self, n=n, seed=int(np.random.SeedSequence((self.seed, FURTHER)).generate_state(1)[0]))
+
+    def blocks(self, figure: FloatArray, k: int) -> Blocks:
+        """A figure (total,) of A, of B, and of A with cause k from B."""
+        half = self.n // 2
+        return figure[:half], figure[half : self.n], figure[self.mixed(k)]
 
     def mixed(self, k: int) -> slice:
         """Rows of the draws with cause k from B."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
 from creak.studies.robust.draws import whole_power
-from creak.studies.robust.further import NOW, forecast
+from creak.studies.robust.further import NOW, depth, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
@@ -115,12 +115,9 @@ def find(draws: Draws) -> Robustness:
     totals = _totals(draws)
     places = tuple(_of_place(draws, k, well) for k in range(len(draws.places)))
     indices: dict[str, dict[str, Index]] = {}
-    half = n // 2
+    here, many = _forecasts(draws)
     for name, column in totals.items() if design.indices else ():
-        of = {
-            c.key: sobol_index(column[:half], column[half:n], column[design.mixed(k)])
-            for k, c in enumerate(design.causes)
-        }
+        of = {c.key: _index(draws, k, column, here.get(name), many.get(name)) for k, c in enumerate(design.causes)}
         if all(index is not None for index in of.values()):
             indices[name] = {key: index for key, index in of.items() if index is not None}
     values = draws.drawn.means()
@@ -141,6 +138,29 @@ def find(draws: Draws) -> Robustness:
     )
 
 
+def _index(
+    draws: Draws, cause: int, column: FloatArray, here: FloatArray | None, many: FloatArray | None
+) -> Index | None:
+    """Of a figure (total,), by what is like it of the same draws and of the further ones."""
+    own = draws.design.blocks(column, cause)
+    if draws.further is None or here is None or many is None:
+        return sobol_index(own)
+    return sobol_index(own, draws.design.blocks(here, cause), draws.further.design.blocks(many, cause))
+
+
+def _forecasts(draws: Draws) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+    """What is like each of `SHOWN` without contact, of the draws and of the further ones: whether gaps close, and how
+    far they would. Nothing where it is not known of each."""
+    if draws.further is None or not np.isfinite(draws.slack[draws.state != FAILED]).all():
+        return {}, {}
+
+    def like(slack: FloatArray) -> dict[str, FloatArray]:
+        deep = depth(slack)
+        return {name: (deep > 0.0).astype(float) if name == "rattle" else deep for name in SHOWN}
+
+    return like(draws.slack), like(draws.further.slack)
+
+
 def _totals(draws: Draws) -> dict[str, FloatArray]:
     """(total,) each of `SHOWN`."""
     at = {name: draws.figures[:, :, k] for k, name in enumerate(FIGURES)}
@@ -156,7 +176,7 @@ def _of_place(draws: Draws, k: int, well: BoolArray) -> PlaceFindings:
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
     need, fragility = None, None
     if slack.size and np.isfinite(slack).all():
-        slack = slack if draws.further is None else draws.further.slack[:, k]
+        slack = slack if draws.further is None else draws.further.slack[: draws.further.design.n, k]
         target = draws.setup.study.config.scatter.target
         shift, low, high = shift_needed(slack[:, NOW], target)
         need = Need(target, shift, low, high, _gap_with(draws, name, shift))

@@ -38,18 +38,20 @@ NOW = FACTORS.index(1.0)
 class Further:
     """What is known of them."""
 
+    design: Design
     can: BoolArray
-    """(n,) whether anything can touch; where not it does not, for sure."""
+    """(total,) whether anything can touch; where not it does not, for sure."""
     slack: FloatArray
-    """(n, n_place, n_factor) as `Linear.slack`."""
+    """(total, n_place, n_factor) as `Linear.slack`."""
     rows: IntArray
-    """(k,) those that are marched, beside the draws of the design."""
+    """(k,) those of the design's n that are marched, beside the draws of the study."""
     events: FloatArray | None = None
     """(k, n_place) in them, once they were."""
 
     def forecast(self, place: int | None) -> Forecast:
-        """Whether each closes a gap of a place; None: of any."""
-        return forecast(self.can, self.slack, place)
+        """Whether each of the design's n closes a gap of a place; None: of any."""
+        n = self.design.n
+        return forecast(self.can[:n], self.slack[:n], place)
 
 
 def forecast(can: BoolArray, slack: FloatArray, place: int | None) -> Forecast:
@@ -58,19 +60,27 @@ def forecast(can: BoolArray, slack: FloatArray, place: int | None) -> Forecast:
     return Forecast(np.asarray(closes.any(axis=1)) if place is None else closes[:, place], can)
 
 
-def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOperator) -> Drawn | None:
-    """`drawn`, and more behind it; None: they would tell little more, or reach what no study may say."""
-    kept = 1 + len(places_of(channels)) * len(FACTORS)
-    most = min(TIMES * design.n, WORK // max(channels.m, 1), NUMBERS // kept)
-    count = 2 ** (most.bit_length() - 1) if most else 0
-    if count < max(BLOCK, 4 * design.n):
+def depth(slack: FloatArray) -> FloatArray:
+    """(n,) how far gaps would close beyond contact, of all places together."""
+    return np.asarray(np.maximum(-slack[:, :, NOW], 0.0).sum(axis=1))
+
+
+def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOperator) -> tuple[Drawn, Design] | None:
+    """`drawn` and more behind it, and the design of these; None: they would tell little more, or reach what no study
+    may say."""
+    runs = design.total / design.n
+    most = min(WORK // max(channels.m, 1), NUMBERS // _kept_of(len(places_of(channels))))
+    most = min(TIMES * design.n, int(most / runs))
+    n = 2 ** (most.bit_length() - 1) if most else 0
+    if n < max(2 * BLOCK, 4 * design.n):
         return None
-    found = Drawn.at(design.causes, np.concatenate([drawn.points, design.further(count)]))
+    more = design.further(n)
+    found = Drawn.at(design.causes, np.concatenate([drawn.points, more.points()]))
     try:
         check_ends(study, found)
     except InputError:
         return None
-    return found
+    return found, more
 
 
 def _rows(can: BoolArray, n: int) -> IntArray:
@@ -84,35 +94,37 @@ def _rows(can: BoolArray, n: int) -> IntArray:
     return those[: max(min(more, n // 4), 0)]
 
 
-def told_of(made: SharedModel, channels: GapOperator, design: Design) -> Further | None:
+def told_of(made: SharedModel, channels: GapOperator, design: Design, more: Design) -> Further | None:
     """Of the draws of a model behind those of the design; None: each has to be marched."""
     blocks = [(clear, slack) for _, clear, slack in without_contact(made, channels, design.total, None)]
     if not blocks:
         return None
     clear, slack = (np.concatenate(each) for each in zip(*blocks, strict=True))
-    return Further(~clear, slack, _rows(~clear, design.n))
+    return Further(more, ~clear, slack, _rows(~clear[: more.n], design.n))
 
 
 def keep(further: Further, folder: Path, made_from: Mapping[str, Any]) -> None:
     """Write them beside the draws, for `kept`."""
     n, places, _ = further.slack.shape
     table = np.concatenate([further.can[:, None], further.slack.reshape(n, -1)], axis=1)
-    width = _width(places)
+    width = BLOCK * _kept_of(places)
     with record_log(log_path(folder, LOG, made_from, width), made_from, width, 0) as log:
         for k, rows in enumerate(table.reshape(-1, width)):
             log.add(k, rows)
 
 
-def kept(folder: Path, made_from: Mapping[str, Any], places: int, count: int, design: Design) -> Further | None:
-    """`count` of them as they were written; None: they are not all there."""
-    width = _width(places)
+def kept(folder: Path, made_from: Mapping[str, Any], places: int, design: Design, more: Design) -> Further | None:
+    """Those of a design as they were written; None: they are not all there."""
+    width, total = BLOCK * _kept_of(places), more.total
     found, _ = read_records(log_path(folder, LOG, made_from, width), made_from, width)
-    if sorted(found) != list(range(count // BLOCK)):
+    if sorted(found) != list(range(total // BLOCK)):
         return None
-    table = np.stack([found[k] for k in sorted(found)]).reshape(count, -1)
+    table = np.stack([found[k] for k in sorted(found)]).reshape(total, -1)
     can = table[:, 0] > 0.0
-    return Further(can, table[:, 1:].reshape(count, places, len(FACTORS)), _rows(can, design.n))
+    slack = table[:, 1:].reshape(total, places, len(FACTORS))
+    return Further(more, can, slack, _rows(can[: more.n], design.n))
 
 
-def _width(places: int) -> int:
-    return BLOCK * (1 + places * len(FACTORS))
+def _kept_of(places: int) -> int:
+    """Numbers of a draw."""
+    return 1 + places * len(FACTORS)

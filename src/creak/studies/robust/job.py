@@ -114,10 +114,8 @@ def run_draws(
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken = sum(k < design.total for k in found)
     notes = list[str]()
-    every = None if again else further_draws(study, design, drawn, channels)
-    further = None
-    if every is not None and out is not None:
-        further = kept(out, made_from, len(places), every.total - drawn.total, design)
+    beyond = None if again else further_draws(study, design, drawn, channels)
+    further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
     wanted = {*range(design.total), *_beyond(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
     if again and not wanted <= found.keys():
@@ -129,15 +127,16 @@ def run_draws(
         marched = _on_models_of_their_own(models, channels, threads, runner)
     elif not wanted <= found.keys():
         store = None if out is None else out / "superelements"
+        every, more = beyond or (drawn, None)
         made = shared_model(setup, drawn, progress, store, every)
         notes.extend(made.notes)
-        if every is not None and further is None:
-            further = told_of(made, channels, design)
+        if more is not None and further is None:
+            further = told_of(made, channels, design, more)
             wanted.update(_beyond(further, design))
             if further is not None and out is not None:
                 keep(further, out, made_from)
         missing = wanted - found.keys()
-        marched = _on_one_model(made, every or drawn, design.total, missing, channels, progress, store, threads, runner)
+        marched = _on_one_model(made, every, design.total, missing, channels, progress, store, threads, runner)
     if path is None:
         found.update(marched)
     elif not wanted <= found.keys():
