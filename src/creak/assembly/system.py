@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.linalg.dense_product import symmetric
 
@@ -230,6 +230,13 @@ def dense_if_full(A: Matrix) -> Matrix:
     """A as it is, or as an ndarray where it is sparse in name only."""
     full = sp.issparse(A) and A.nnz > MOSTLY_FULL * A.shape[0] * A.shape[1]
     return A.toarray() if full else A
+
+
+def rows_with_entries(A: Matrix) -> BoolArray:
+    """(n,) whether anything but 0 stands in a row."""
+    if sp.issparse(A):
+        return np.asarray(np.bincount(sp.csr_matrix(A).nonzero()[0], minlength=A.shape[0]) > 0)
+    return np.asarray(np.any(to_dense(A) != 0.0, axis=1))
 
 
 def to_dense(A: Matrix) -> FloatArray:

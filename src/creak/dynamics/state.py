@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System, rows_with_entries, to_dense
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import rayleigh_weights
@@ -68,8 +68,6 @@ class LinearTerms:
     def __init__(self, system: System, loads: Loads) -> None:
         self.system, self.loads = system, loads
         sup, d = system.supports, system.damping
-        M_qs, K_qs = to_dense(sup.M_qs), to_dense(sup.K_qs)
-        C_qs = d.alpha * M_qs + d.beta * K_qs + sup.C_qs
         self.C_ss = d.alpha * sup.M_ss + d.beta * sup.K_ss + sup.C_ss
         n_force = len(loads.force_labels)
         B, self.B_s = np.zeros((system.n, n_force)), np.zeros((sup.count, n_force))
@@ -77,10 +75,12 @@ class LinearTerms:
             R, R_s = system.rows(labels)
             B[:, j] = np.asarray(R.sum(axis=0)).ravel()
             self.B_s[:, j] = np.asarray(R_s.sum(axis=0)).ravel()
-        sides = (M_qs, C_qs, K_qs, B)
-        some = np.flatnonzero(np.any([np.any(side != 0.0, axis=1) for side in sides], axis=0))
+        acted = [rows_with_entries(side) for side in (sup.M_qs, sup.C_qs, sup.K_qs, B)]
+        some = np.flatnonzero(np.any(acted, axis=0))
         self.driven = some if some.size < system.n else slice(None)
-        self.M_qs, self.C_qs, self.K_qs, self.B = (np.asfortranarray(side[self.driven]) for side in sides)
+        M_qs, C_qs, K_qs = (to_dense(side[self.driven]) for side in (sup.M_qs, sup.C_qs, sup.K_qs))
+        sides = (M_qs, d.alpha * M_qs + d.beta * K_qs + C_qs, K_qs, B[self.driven])
+        self.M_qs, self.C_qs, self.K_qs, self.B = (np.asfortranarray(side) for side in sides)
         self.forced = bool(n_force)
         self._simple = d.is_rayleigh
         self._derives = self._simple and sp.issparse(system.M)
@@ -128,11 +128,12 @@ class LinearTerms:
         M q = (M_start - M_qs) s: the M-orthogonal projection of the full model's start; 0 in a full model and for
         coordinates without mass.
         """
-        drag = to_dense(self.system.supports.M_start) - to_dense(self.system.supports.M_qs)
-        momentum = drag @ self.loads.support[order, 0]
+        sup, M = self.system.supports, self.system.M
+        if sup.M_start is sup.M_qs:
+            return np.zeros(self.system.n)
+        momentum = (to_dense(sup.M_start) - to_dense(sup.M_qs)) @ self.loads.support[order, 0]
         if not momentum.any():
             return np.zeros(self.system.n)
-        M = self.system.M
         if isinstance(M, Diagonal):
             heavy = M.d > 0.0
             return np.where(heavy, momentum / np.where(heavy, M.d, 1.0), 0.0)

@@ -62,7 +62,8 @@ def opened_hdf5(path: Path) -> Iterator[h5py.File]:
 
         if seal(read, os.fstat(raw.fileno()).st_size) != found:
             raise Damaged("its checksum does not fit: it is cut short or was changed after it was written")
-    with unsealed_hdf5(path) as file:
+    with h5py.File(path, "r") as file:
+        _check_group(file, set())
         yield file
 
 

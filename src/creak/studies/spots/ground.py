@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -57,12 +56,15 @@ class _Cut:
     """A_oo"""
     near: IntArray
     """Rows that the rest acts on."""
-    inner: FloatArray
-    """A_oo X_o"""
+    modes: FloatArray
+    """A_oo Phi_o"""
     outer: FloatArray
     """A_ob X_b, its rows `near`."""
-    all: FloatArray
-    """A_o X"""
+
+    def on_near(self, rows: FloatArray) -> Matrix:
+        """(n_own, k) with these rows `near`, else 0."""
+        at = np.ones(self.near.size), (self.near, np.arange(self.near.size))
+        return sp.csr_matrix(sp.csr_matrix(at, (self.own.shape[0], self.near.size)) @ sp.csr_matrix(rows))
 
 
 @dataclass(frozen=True)
@@ -100,52 +102,58 @@ class Ground:
         ground, moved, low = self.system, self.moved, self.low
         sup, damping, n_s, (p, r) = ground.supports, ground.damping, ground.supports.count, self.in_shapes.shape
         beyond = np.setdiff1d(np.arange(ground.n), own)
+        Phi_o, moved_o = self.Phi[own], moved[own]
         M = self._cut(ground.M, own, beyond)
-        W = M.all[:, :p]
-        half = self.Phi[own].T @ (W - 0.5 * M.inner[:, :p])
+        W = M.modes.copy()
+        W[M.near] += M.outer[:, :p]
+        half = Phi_o.T @ (W - 0.5 * M.modes)
         Q = _independent(np.eye(p) - half - half.T)
-        Phi, free = self.Phi[own] @ Q, self.Phi[beyond] @ Q
+        Phi = Phi_o @ Q
 
-        def joined(A: _Cut, A_qs: Matrix, A_modes: FloatArray) -> tuple[Matrix, FloatArray]:
-            A_oy = A.outer[:, :p] @ Q
-            cross = A_oy.T @ Phi[A.near]
-            corner = Q.T @ A_modes @ Q - Phi.T @ (A.inner[:, :p] @ Q) - cross - cross.T
-            top = np.column_stack([to_dense(A_qs[own]), np.zeros((own.size, r))])
-            low_side = -A_oy.T @ moved[own[A.near]] - Phi.T @ (top + A.all[:, p:])
-            top[A.near] += A.outer[:, p:]
-            spread = sp.csr_matrix((np.ones(A.near.size), (A.near, np.arange(A.near.size))), (own.size, A.near.size))
-            side = spread @ sp.csr_matrix(A_oy)
+        def joined(A: _Cut, A_qs: Matrix, A_modes: FloatArray) -> tuple[Matrix, Matrix]:
+            A_oy, A_os, at_near = A.outer[:, :p] @ Q, A.outer[:, p:], Phi[A.near]
+            cross = A_oy.T @ at_near
+            corner = Q.T @ (A_modes - Phi_o.T @ A.modes) @ Q - cross - cross.T
+            held = sp.csr_matrix(A_qs)[own]
+            low_side = -A_oy.T @ moved_o[A.near] - Q.T @ (A.modes.T @ moved_o) - at_near.T @ A_os
+            low_side[:, :n_s] -= (held.T @ Phi).T
+            side = A.on_near(A_oy)
             both = [[A.own, side], [side.T, sp.csr_matrix(0.5 * (corner + corner.T))]]
-            return sp.csr_matrix(sp.bmat(both)), np.vstack([top, low_side])
+            top = sp.hstack([held, sp.csr_matrix((own.size, r))], format="csr") + A.on_near(A_os)
+            return sp.csr_matrix(sp.bmat(both)), sp.vstack([top, low_side], format="csr")
 
         M_all, M_qs = joined(M, sup.M_qs, np.eye(p))
         K_all, K_qs = joined(self._cut(ground.K, own, beyond), sup.K_qs, np.diag(low.omega2))
         alpha, beta = (damping.alpha, damping.beta) if low.beta is None else (0.0, low.beta)
         extra, C_qs, some = None, np.zeros(M_qs.shape), low.damped != 0.0
         if damping.extra is not None:
-            extra, C_qs = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
+            extra, C_extra = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
+            C_qs = to_dense(C_extra)
         d = low.damped[some]
         modal: tuple[FloatArray | None, FloatArray | None] = None, None
         if some.any():
             acts = np.ascontiguousarray(np.vstack([W, Q.T - Phi.T @ W])[:, some])
             weights = np.column_stack([np.zeros((d.size, n_s)), self.in_shapes[some]])
-            C_qs = C_qs + (acts * d) @ (weights - W[:, some].T @ moved[own])
+            C_qs = C_qs + (acts * d) @ (weights - W[:, some].T @ moved_o)
             C_qs[own.size :] -= (Q.T[:, some] * d) @ weights
             modal = acts, d
         forces = self._forces(own, Phi, gaps)
-        none = np.zeros(forces.shape)
-        M_qs = np.hstack([M_qs, none])
-        sides = M_qs, np.hstack([K_qs, forces]), np.hstack([C_qs, -beta * forces])
+        M_qs = sp.hstack([M_qs, sp.csr_matrix(forces.shape)], format="csr")
+        K_qs = sp.hstack([K_qs, forces], format="csr")
         count = M_qs.shape[1]
+        C_all = np.zeros((forces.shape[0], count))  # of which memory takes what is not 0
+        C_all[:, : C_qs.shape[1]] = C_qs
+        driven = np.flatnonzero(np.diff(forces.indptr))
+        C_all[driven, C_qs.shape[1] :] = -beta * to_dense(forces[driven])
         none = np.zeros((count, count))
-        supports = Supports(tuple(f"given {k + 1}" for k in range(count)), *sides, none, none, none, M_qs)
+        supports = Supports(tuple(f"given {k + 1}" for k in range(count)), M_qs, K_qs, C_all, none, none, none, M_qs)
 
         def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
             A, A_s = ground.rows(labels)
-            A_b = A[:, beyond]
-            fixed = np.column_stack([to_dense(A_s), np.zeros((labels.size, r))]) + A_b @ moved[beyond]
+            A_b = self._times(A[:, beyond], beyond)
+            fixed = np.column_stack([to_dense(A_s), np.zeros((labels.size, r))]) + A_b[:, p:]
             return (
-                sp.hstack([A[:, own], sp.csr_matrix(A_b @ free)], format="csr"),
+                sp.hstack([A[:, own], sp.csr_matrix(A_b[:, :p] @ Q)], format="csr"),
                 np.hstack([fixed, np.zeros((labels.size, forces.shape[1]))]),
             )
 
@@ -153,35 +161,31 @@ class Ground:
         damped = Damping(alpha, beta, extra, *modal)
         return System(ground.name, M_all, K_all, damped, rows, supports, coordinates, np.zeros(coordinates.size))
 
-    @cached_property
-    def _X(self) -> FloatArray:
-        """(n, p + n_support + r) all motion that is not the dofs' own."""
-        return np.hstack([self.Phi, self.moved])
-
     def _cut(self, A: Matrix, own: IntArray, beyond: IntArray) -> _Cut:
         A_o = sp.csr_matrix(A[own])
         A_oo, A_ob = A_o[:, own], A_o[:, beyond]
         near = np.flatnonzero(np.diff(A_ob.indptr))
-        inner = BlockProduct(A_oo)(self._X[own])
-        outer = np.asarray(A_ob[near] @ self._X[beyond])
-        every = inner.copy()
-        every[near] += outer
-        return _Cut(A_oo, near, inner, outer, every)
+        return _Cut(A_oo, near, BlockProduct(A_oo)(self.Phi[own]), self._times(A_ob[near], beyond))
 
-    def _forces(self, own: IntArray, Phi: FloatArray, gaps: GapOperator) -> FloatArray:
+    def _times(self, A_b: Matrix, beyond: IntArray) -> FloatArray:
+        """A_b X_b, of few of the columns `beyond`."""
+        A_b = sp.csc_matrix(A_b)
+        some = np.flatnonzero(np.diff(A_b.indptr))
+        at = beyond[some]
+        return np.asarray(A_b[:, some] @ np.hstack([self.Phi[at], self.moved[at]]))
+
+    def _forces(self, own: IntArray, Phi: FloatArray, gaps: GapOperator) -> Matrix:
         """(n_own + p, k) what forces of the reduced run, of channels and of the loads, are on the side of K_qs.
 
         Parameters
         ----------
         Phi : (n_own, p) motion by y.
         """
-        on = channel_matrices(self.system, gaps).rows[:, own]
-        loads = np.zeros((len(self.force_labels), own.size))
-        for j, labels in enumerate(self.force_labels):
-            loads[j] = np.asarray(sp.csr_matrix(self.system.rows(labels)[0]).sum(axis=0)).ravel()[own]
-        top = np.hstack([np.zeros((own.size, on.shape[0])), -loads.T])
-        low = np.hstack([np.asarray(on @ Phi).T, Phi.T @ loads.T])
-        return np.vstack([top, low])
+        on = sp.csr_matrix(channel_matrices(self.system, gaps).rows)[:, own]
+        acting = [sp.csr_matrix(sp.csr_matrix(self.system.rows(labels)[0]).sum(axis=0)) for labels in self.force_labels]
+        loads = sp.csr_matrix(sp.vstack([sp.csr_matrix((0, self.system.n)), *acting]))[:, own]
+        top = sp.hstack([sp.csr_matrix((own.size, on.shape[0])), -loads.T])
+        return sp.vstack([top, np.hstack([(on @ Phi).T, (loads @ Phi).T])], format="csr")
 
 
 def _independent(mass: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from creak.assembly.system import Supports, System
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
 from creak.model.skin import skin_of
-from creak.sound.head import Head
+from creak.sound.head import Sphere
 from creak.sound.rayleigh import AIR
 from creak.sound.zwicker_tables import REFERENCE_PRESSURE
 from creak.studies.sound.background import NOTHING
@@ -104,7 +104,7 @@ def test_both_ears_hear_a_small_source_as_the_head_says(piston, measured):
     )
     for one, found, side in zip(middle.ears, both, (1, -1), strict=True):
         assert one.ear == {1: "left", -1: "right"}[side]
-        exact = Head(side * left).at_ear(plain, 48_000.0, offset)
+        exact = Sphere(side * left).at_ear(plain, 48_000.0, offset)
         off = np.abs(found - exact).max() / np.abs(exact).max()
         measured("sound", f"small source at the {one.ear} ear: error over the peak", off, at_most=0.01)
     assert np.abs(both[0] - both[1]).max() > 0.05 * np.abs(plain).max()
