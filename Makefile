@@ -10,7 +10,7 @@ LOWEST := build/lowest
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1
 # Of other versions: kernels that are compiled sooner and run slower.
 KERNELS     = NUMBA_OPT=1 NUMBA_CACHE_DIR=$(CURDIR)/build/$*/numba
-PARALLEL   := -n 2 --dist loadfile
+PARALLEL   := -n 3 --dist loadfile
 COMPILE    := "from creak.dynamics.flow.ahead import compile_flow; compile_flow(); compile_flow(solver=True)"
 # Else each process would compile all modules of all packages anew: half of what a short command takes.
 unexport PYTHONDONTWRITEBYTECODE
