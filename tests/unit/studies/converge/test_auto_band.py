@@ -111,7 +111,7 @@ def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, mo
     monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
     told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     while told.summary["runs"]["reduced"]["stages"][-2]["proven"] is None:  # the first stages change by themselves
-        monkeypatch.setattr(auto_band, "PATIENCE", 4.0 * auto_band.PATIENCE + 0.05)
+        monkeypatch.setattr(auto_band, "PATIENCE", 2.0 * auto_band.PATIENCE + 0.01)
         told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     found = told.summary["runs"]["reduced"]
     assert (found["verdict"], found["stages"][-2]["same"], found["stages"][-2]["proven"]) == ("unsettled", True, False)
