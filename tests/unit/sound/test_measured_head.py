@@ -157,7 +157,7 @@ def test_what_is_no_head_is_refused(what, tmp_path, sphere):
 
 def test_files_that_are_none_are_refused(tmp_path):
     (tmp_path / "text.sofa").write_text("azimuth,elevation\n")
-    with pytest.raises(InputError, match="cannot be read"):
+    with pytest.raises(InputError, match="is no HDF5 file, as SOFA files are"):
         head_responses(tmp_path / "text.sofa", "study.toml:1")
     with pytest.raises(InputError, match="no such file"):
         head_responses(tmp_path / "none.sofa", "study.toml:1")

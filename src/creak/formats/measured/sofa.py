@@ -47,7 +47,9 @@ def head_responses(path: Path, where: str) -> HeadResponses:
     except FileNotFoundError as error:
         raise InputError(f"no such file: {path}", where=where, fix="Check the path.") from error
     except (OSError, Damaged) as error:
-        raise _wrong(path, f"cannot be read: {error}") from error
+        known = isinstance(error, PermissionError | Damaged) or h5py.is_hdf5(path)
+        what = f"cannot be read: {error}" if known else "is no HDF5 file, as SOFA files are"
+        raise _wrong(path, what) from error
 
 
 def _wrong(path: Path, what: str, fix: str = "Export or download it again.") -> InputError:
