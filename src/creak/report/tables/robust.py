@@ -63,7 +63,8 @@ def sentence(found: Robustness) -> str:
     d = found.draws
     more = ""
     if found.rattle.foretold and d.further is not None:
-        more = f" and {found.rattle.foretold} more without contact, {d.further.rows.size} of them marched"
+        tried = f" ({d.further.rows.size} of these were marched to see how well)" if d.further.rows.size else ""
+        more = f" and {found.rattle.foretold} more that motion without contact foretells{tried}"
     text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}"
     totals = {
         key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()

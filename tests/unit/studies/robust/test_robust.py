@@ -97,7 +97,8 @@ def test_further_draws_make_the_odds_narrower(found):
         assert known.high - known.low < 0.45 * (alone.high - alone.low)
     marched = robustness.draws.further.rows.size
     assert 0 < marched < 100
-    assert f"of 64 draws and 4096 more without contact, {marched} of them marched" in rows.sentence(robustness)
+    said = f"4096 more that motion without contact foretells ({marched} of these were marched to see how well)"
+    assert f"of 64 draws and {said}" in rows.sentence(robustness)
     assert robustness.as_dict()["rattle"]["foretold"] == 4096
 
 
