@@ -31,7 +31,7 @@ class Supports:
     """One per prescribed coordinate; several physical dofs may follow the same one."""
     M_qs: Matrix
     K_qs: Matrix
-    C_qs: FloatArray
+    C_qs: Matrix
     """(n, n_support), damping that is not Rayleigh."""
     M_ss: FloatArray
     K_ss: FloatArray

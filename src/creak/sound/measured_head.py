@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
@@ -37,51 +37,17 @@ INSIDE = 0.1
 
 
 @dataclass(frozen=True)
-class MeasuredHead(Head):
-    """One ear of a measured head, in the axes of the model."""
+class Filters:
+    """Delays and filters of both ears."""
 
-    axes: FloatArray
-    """(3, 3), rows: where the head looks, its left, and its top."""
-    around: Delaunay
-    """Of the middle of the head, point 0, and all directions that were measured, in its axes."""
     late: FloatArray
-    """(m,) m by which sound comes later than to the middle, were the head not there."""
+    """(2, m) m by which sound comes later than to the middle of the head, were that not there."""
     weight: FloatArray
-    """(m, k)"""
+    """(2, m, k)"""
     freq: FloatArray
     """(f,) Hz"""
-    gain_rows: ComplexArray
+    gains: ComplexArray
     """(k, f)"""
-
-    def path(self, offset: FloatArray) -> FloatArray:
-        """(n,) m: the distance, and by how much the ear was measured later."""
-        return np.asarray(np.linalg.norm(offset, axis=1) + self._between(offset, self.late[:, None])[:, 0])
-
-    def weights(self, offset: FloatArray) -> FloatArray:
-        """(n, k) of the principal components."""
-        return self._between(offset, self.weight)
-
-    @property
-    def gains(self) -> tuple[Callable[[FloatArray], ComplexArray], ...]:
-        """The principal components."""
-        return tuple(partial(self._row, k) for k in range(len(self.gain_rows)))
-
-    def _row(self, k: int, freq: FloatArray) -> ComplexArray:
-        row = self.gain_rows[k]
-        return np.asarray(np.interp(freq, self.freq, row.real) + 1j * np.interp(freq, self.freq, row.imag))
-
-    def _between(self, offset: FloatArray, x: FloatArray) -> FloatArray:
-        """(n, k) of x (m, k) in the directions of offsets."""
-        seen = offset @ self.axes.T
-        point = INSIDE * seen / np.linalg.norm(seen, axis=1)[:, None]
-        cell = self.around.find_simplex(point)
-        change = self.around.transform[cell]
-        first = np.einsum("nij,nj->ni", change[:, :3], point - change[:, 3])
-        share = np.concatenate([first, 1.0 - first.sum(axis=1, keepdims=True)], axis=1)
-        corner = self.around.simplices[cell]
-        share = np.where(corner == 0, 0.0, np.maximum(share, 0.0))
-        share /= share.sum(axis=1, keepdims=True)
-        return np.asarray(np.einsum("nc,nck->nk", share, x[np.maximum(corner - 1, 0)]))
 
 
 @dataclass(frozen=True)
@@ -89,17 +55,85 @@ class Ears:
     """What was measured at both ears, in the axes of the head: where it looks, its left, its top."""
 
     around: Delaunay
-    late: FloatArray
-    """(2, m)"""
-    weight: FloatArray
-    """(2, m, k)"""
-    freq: FloatArray
-    gain_rows: ComplexArray
+    """Of the middle of the head, point 0, and all directions that were measured: as `surrounding` gives it."""
+    responses: FloatArray
+    """(m, 2, n) impulse responses of the left and the right ear."""
+    rate: float
+    """Hz"""
+    delay: FloatArray
+    """(m, 2) s that a response begins later than its first sample."""
+
+    @cached_property
+    def filters(self) -> Filters:
+        """Made where they are first asked for."""
+        m, _, n = self.responses.shape
+        size = next_fast_len(PADDED * n, real=True)
+        freq = np.arange(size // 2 + 1) * (self.rate / size)
+        seen = rfft(self.responses, size, axis=2)
+        ahead = int(np.argmax(self.around.points[1:, 0]))
+        faint = FAINT * float(np.abs(seen).max())
+        front = np.sqrt(np.mean(np.abs(seen[ahead]) ** 2, axis=0))
+        front = np.sqrt(np.mean([np.interp(freq * f, freq, front) ** 2 for f in across_third(PER_THIRD)], axis=0))
+        ratio = np.sqrt((np.abs(seen) ** 2 + faint**2) / (front**2 + faint**2))
+        late = AIR.speed * (self.delay + _delays(seen, size, faint) / self.rate)
+        filters = rfft(_least_phase(ratio, size), size, axis=2)
+        loud = np.sqrt(np.mean(np.abs(filters) ** 2, axis=(0, 1)) * np.maximum(freq, self.rate / n))
+        rows = (filters / loud).reshape(2 * m, -1)
+        both = np.hstack([rows.real, rows.imag])
+        energy, basis = np.linalg.eigh(both.T @ both)
+        energy, basis = energy[::-1], basis[:, ::-1].T
+        k = int(np.searchsorted(np.cumsum(energy), EXPLAINED * float(energy.sum()))) + 1
+        weight = (both @ basis[:k].T).reshape(m, 2, k).transpose(1, 0, 2)
+        gains = loud * (basis[:k, : freq.size] + 1j * basis[:k, freq.size :])
+        return Filters((late - late[ahead].mean()).T, weight, freq, gains)
 
     def head(self, looks: FloatArray, left: FloatArray, side: int) -> MeasuredHead:
         """The ear at a side, 1 left and -1 right, of a head in the axes of the model."""
-        ear, axes = (0 if side > 0 else 1), np.stack([looks, left, np.cross(looks, left)])
-        return MeasuredHead(axes, self.around, self.late[ear], self.weight[ear], self.freq, self.gain_rows)
+        return MeasuredHead(np.stack([looks, left, np.cross(looks, left)]), self, 0 if side > 0 else 1)
+
+
+@dataclass(frozen=True)
+class MeasuredHead(Head):
+    """One ear of a measured head, in the axes of the model."""
+
+    axes: FloatArray
+    """(3, 3), rows: where the head looks, its left, and its top."""
+    of: Ears
+    ear: int
+    """0 left, 1 right."""
+
+    def path(self, offset: FloatArray) -> FloatArray:
+        """(n,) m: the distance, and by how much the ear was measured later."""
+        return np.asarray(
+            np.linalg.norm(offset, axis=1) + self._between(offset, self.of.filters.late[self.ear, :, None])[:, 0]
+        )
+
+    def weights(self, offset: FloatArray) -> FloatArray:
+        """(n, k) of the principal components."""
+        return self._between(offset, self.of.filters.weight[self.ear])
+
+    @property
+    def gains(self) -> tuple[Callable[[FloatArray], ComplexArray], ...]:
+        """The principal components."""
+        return tuple(partial(self._row, k) for k in range(len(self.of.filters.gains)))
+
+    def _row(self, k: int, freq: FloatArray) -> ComplexArray:
+        row, known = self.of.filters.gains[k], self.of.filters.freq
+        return np.asarray(np.interp(freq, known, row.real) + 1j * np.interp(freq, known, row.imag))
+
+    def _between(self, offset: FloatArray, x: FloatArray) -> FloatArray:
+        """(n, k) of x (m, k) in the directions of offsets."""
+        seen = offset @ self.axes.T
+        point = INSIDE * seen / np.linalg.norm(seen, axis=1)[:, None]
+        around = self.of.around
+        cell = around.find_simplex(point)
+        change = around.transform[cell]
+        first = np.einsum("nij,nj->ni", change[:, :3], point - change[:, 3])
+        share = np.concatenate([first, 1.0 - first.sum(axis=1, keepdims=True)], axis=1)
+        corner = around.simplices[cell]
+        share = np.where(corner == 0, 0.0, np.maximum(share, 0.0))
+        share /= share.sum(axis=1, keepdims=True)
+        return np.asarray(np.einsum("nc,nck->nk", share, x[np.maximum(corner - 1, 0)]))
 
 
 def surrounding(directions: FloatArray) -> Delaunay | None:
@@ -109,36 +143,6 @@ def surrounding(directions: FloatArray) -> Delaunay | None:
     except QhullError:
         return None
     return None if np.isin(0, found.convex_hull) else found
-
-
-def ears_of(around: Delaunay, responses: FloatArray, rate: float, delay: FloatArray) -> Ears:
-    """Of impulse responses.
-
-    Parameters
-    ----------
-    around : as `surrounding` gives it. responses : (m, 2, n), left and right ear. rate : Hz.
-    delay : (m, 2) s that a response begins later than its first sample.
-    """
-    m, _, n = responses.shape
-    size = next_fast_len(PADDED * n, real=True)
-    freq = np.arange(size // 2 + 1) * (rate / size)
-    seen = rfft(responses, size, axis=2)
-    ahead = int(np.argmax(around.points[1:, 0]))
-    largest = float(np.abs(seen).max())
-    front = np.sqrt(np.mean(np.abs(seen[ahead]) ** 2, axis=0))
-    front = np.sqrt(np.mean([np.interp(freq * f, freq, front) ** 2 for f in across_third(PER_THIRD)], axis=0))
-    ratio = np.sqrt((np.abs(seen) ** 2 + (FAINT * largest) ** 2) / (front**2 + (FAINT * largest) ** 2))
-    late = AIR.speed * (delay + _delays(seen, size) / rate)
-    filters = rfft(_least_phase(ratio, size), size, axis=2)
-    loud = np.sqrt(np.mean(np.abs(filters) ** 2, axis=(0, 1)) * np.maximum(freq, rate / n))
-    rows = (filters / loud).reshape(2 * m, -1)
-    both = np.hstack([rows.real, rows.imag])
-    energy, basis = np.linalg.eigh(both.T @ both)
-    energy, basis = energy[::-1], basis[:, ::-1].T
-    k = int(np.searchsorted(np.cumsum(energy), EXPLAINED * float(energy.sum()))) + 1
-    weight = (both @ basis[:k].T).reshape(m, 2, k).transpose(1, 0, 2)
-    gains = loud * (basis[:k, : freq.size] + 1j * basis[:k, freq.size :])
-    return Ears(around, (late - late[ahead].mean()).T, weight, freq, gains)
 
 
 def _least_phase(amplitude: FloatArray, size: int) -> FloatArray:
@@ -151,12 +155,11 @@ def _least_phase(amplitude: FloatArray, size: int) -> FloatArray:
     return np.asarray(irfft(np.exp(rfft(fold * cepstrum, size)), size))
 
 
-def _delays(seen: ComplexArray, size: int) -> FloatArray:
+def _delays(seen: ComplexArray, size: int, faint: float) -> FloatArray:
     """(m, 2) samples by which responses come later than those of least phase with their amplitude.
 
     Where the two correlate best (Nam, Abel and Smith, AES 125, 2008).
     """
-    faint = FAINT * float(np.abs(seen).max())
     found = np.zeros(seen.shape[:2])
     for late, own in zip(found, seen, strict=True):  # one by one: the fine correlation takes 16 times their memory
         least = rfft(_least_phase(np.maximum(np.abs(own), faint), size), size)

@@ -8,7 +8,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.measured.sofa import head_responses
 from creak.sound.head import RADIUS
-from creak.sound.measured_head import Ears, ears_of, surrounding
+from creak.sound.measured_head import Ears, surrounding
 from creak.sound.rayleigh import AIR
 from helpers_hrtf import exact, grid, responses, unit, write_sofa
 
@@ -25,7 +25,7 @@ def ears(path) -> Ears:
     found = head_responses(path, "study.toml:1")
     around = surrounding(found.directions)
     assert around is not None
-    return ears_of(around, found.responses, found.rate, found.delay)
+    return Ears(around, found.responses, found.rate, found.delay)
 
 
 @pytest.fixture(scope="module")

@@ -62,20 +62,23 @@ def opened_hdf5(path: Path) -> Iterator[h5py.File]:
 
         if seal(read, os.fstat(raw.fileno()).st_size) != found:
             raise Damaged("its checksum does not fit: it is cut short or was changed after it was written")
-    with h5py.File(path, "r") as file:
-        _check_group(file, set())
+    with unsealed_hdf5(path, is_input=False) as file:
         yield file
 
 
 @contextmanager
-def unsealed_hdf5(path: Path) -> Iterator[h5py.File]:
-    """Open a file of another program, which has no checksum, after all its links have been checked.
+def unsealed_hdf5(path: Path, *, is_input: bool = True) -> Iterator[h5py.File]:
+    """Open a file without a checksum, as of another program, after all its links have been checked.
+
+    Parameters
+    ----------
+    is_input : whether it is one of the user's, which nothing may replace.
 
     Raises
     ------
     Damaged : it reaches outside itself, or announces more than it holds. OSError : it cannot be read.
     """
-    with h5py.File(plain_file(path, is_input=True), "r") as file:
+    with h5py.File(plain_file(path, is_input=is_input), "r") as file:
         _check_group(file, set())
         yield file
 

@@ -115,9 +115,9 @@ def find(draws: Draws) -> Robustness:
     totals = _totals(draws)
     places = tuple(_of_place(draws, k, well) for k in range(len(draws.places)))
     indices: dict[str, dict[str, Index]] = {}
-    here, many = _forecasts(draws)
+    like = _forecasts(draws)
     for name, column in totals.items() if design.indices else ():
-        of = {c.key: _index(draws, k, column, here.get(name), many.get(name)) for k, c in enumerate(design.causes)}
+        of = {c.key: _index(draws, k, column, like.get(name)) for k, c in enumerate(design.causes)}
         if all(index is not None for index in of.values()):
             indices[name] = {key: index for key, index in of.items() if index is not None}
     values = draws.drawn.means()
@@ -138,27 +138,23 @@ def find(draws: Draws) -> Robustness:
     )
 
 
-def _index(
-    draws: Draws, cause: int, column: FloatArray, here: FloatArray | None, many: FloatArray | None
-) -> Index | None:
-    """Of a figure (total,), by what is like it of the same draws and of the further ones."""
-    own = draws.design.blocks(column, cause)
-    if draws.further is None or here is None or many is None:
-        return sobol_index(own)
-    return sobol_index(own, draws.design.blocks(here, cause), draws.further.design.blocks(many, cause))
-
-
-def _forecasts(draws: Draws) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
+def _forecasts(draws: Draws) -> dict[str, tuple[FloatArray, FloatArray]]:
     """What is like each of `SHOWN` without contact, of the draws and of the further ones: whether gaps close, and how
     far they would. Nothing where it is not known of each."""
     if draws.further is None or not np.isfinite(draws.slack[draws.state != FAILED]).all():
-        return {}, {}
+        return {}
+    deep = depth(draws.slack), depth(draws.further.slack)
+    closes = (deep[0] > 0.0).astype(float), (deep[1] > 0.0).astype(float)
+    return {name: closes if name == "rattle" else deep for name in SHOWN}
 
-    def like(slack: FloatArray) -> dict[str, FloatArray]:
-        deep = depth(slack)
-        return {name: (deep > 0.0).astype(float) if name == "rattle" else deep for name in SHOWN}
 
-    return like(draws.slack), like(draws.further.slack)
+def _index(draws: Draws, cause: int, column: FloatArray, like: tuple[FloatArray, FloatArray] | None) -> Index | None:
+    """Of a figure (total,), by what is like it of the same draws and of the further ones."""
+    own = draws.design.blocks(column, cause)
+    if draws.further is None or like is None:
+        return sobol_index(own)
+    here, many = like
+    return sobol_index(own, draws.design.blocks(here, cause), draws.further.design.blocks(many, cause))
 
 
 def _totals(draws: Draws) -> dict[str, FloatArray]:

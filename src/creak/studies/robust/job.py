@@ -116,7 +116,7 @@ def run_draws(
     notes = list[str]()
     beyond = None if again else further_draws(study, design, drawn, channels)
     further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
-    wanted = {*range(design.total), *_beyond(further, design)}
+    wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
     if again and not wanted <= found.keys():
         missing = wanted - found.keys()
@@ -132,7 +132,7 @@ def run_draws(
         notes.extend(made.notes)
         if more is not None and further is None:
             further = told_of(made, channels, design, more)
-            wanted.update(_beyond(further, design))
+            wanted.update(_further_numbers(further, design))
             if further is not None and out is not None:
                 keep(further, out, made_from)
         missing = wanted - found.keys()
@@ -146,7 +146,9 @@ def run_draws(
                 found[number] = record
                 progress("draws", len(found), len(wanted))
     if further is not None:
-        events = [found[k][1 : 1 + len(FIGURES) * len(places) : len(FIGURES)] for k in _beyond(further, design)]
+        events = [
+            found[k][1 : 1 + len(FIGURES) * len(places) : len(FIGURES)] for k in _further_numbers(further, design)
+        ]
         further = replace(further, events=np.array(events).reshape(-1, len(places)))
     table = np.stack([found[k] for k in range(design.total)])
     cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
@@ -193,7 +195,7 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
     }
 
 
-def _beyond(further: Further | None, design: Design) -> list[int]:
+def _further_numbers(further: Further | None, design: Design) -> list[int]:
     """Numbers of the further draws that are marched."""
     return [] if further is None else [design.total + k for k in further.rows.tolist()]
 

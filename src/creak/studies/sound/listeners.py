@@ -16,7 +16,7 @@ from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.sound.directivity import plane_of
 from creak.sound.head import RADIUS, Head, Sphere
-from creak.sound.measured_head import Ears, ears_of, surrounding
+from creak.sound.measured_head import Ears, surrounding
 from creak.sound.third_octave import UPPER_EDGES
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable
@@ -181,7 +181,7 @@ def _ears(path: Path, where: str) -> Ears:
             expected="directions on all sides, above and below, too",
             fix="Take a file that has them, or leave hrtf out: the head is a sphere then.",
         )
-    return ears_of(around, found.responses, found.rate, found.delay)
+    return Ears(around, found.responses, found.rate, found.delay)
 
 
 def _unit(direction: Sequence[float]) -> FloatArray:

@@ -108,7 +108,8 @@ def radiation(system: System, listener: Listener, metre: float, band: float) -> 
     if bodies:
         own = [_towards(system, skin.select(skin.part == b.part), _unit(position - b.centre)) for b in bodies]
         moves = PressureRows(metre * np.stack(own), np.zeros(len(bodies), dtype=np.int64), float(RATE), band)
-    panels = [_panels(system, listener, areas, metre, band) for _, areas in rows]
+    known: dict[bytes, tuple[FloatArray, int]] = {}
+    panels = [_panels(system, listener, areas, metre, band, known) for _, areas in rows]
     taps = max(w.shape[0] for w, _ in panels)
     filters = np.stack([np.pad(w, ((0, taps - w.shape[0]), (0, 0))) for w, _ in panels])
     start = np.array([start for _, start in panels])
@@ -150,15 +151,29 @@ def _product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
     return np.asarray(one(freq) * other(freq))
 
 
-def _panels(system: System, listener: Listener, areas: FloatArray, metre: float, band: float) -> tuple[FloatArray, int]:
-    """(n_tap, n_mode) what modal accelerations send to a point by areas (n, 3) of facets, and the first delay."""
+def _panels(
+    system: System,
+    listener: Listener,
+    areas: FloatArray,
+    metre: float,
+    band: float,
+    known: dict[bytes, tuple[FloatArray, int]],
+) -> tuple[FloatArray, int]:
+    """(n_tap, n_mode) what modal accelerations send to a point by areas (n, 3) of facets, and the first delay.
+
+    Parameters
+    ----------
+    known : by which facets send, the weights of their nodes and the first delay; those that are made here go there.
+    """
     sends = np.abs(areas).max(axis=1, initial=0.0) > 0.0
     if not sends.any():
         return np.zeros((1, system.n)), 0
     nodes, points, each = nodal(listener.skin.select(sends), areas[sends])
-    points, position, head = points * metre, listener.position * metre, listener.head
-    paths = None if head is None else head.path(points - position)
-    weights, start = pressure_weights(points, position, PER_BAND * band, band, paths=paths)
+    if sends.tobytes() not in known:
+        points, position, head = points * metre, listener.position * metre, listener.head
+        paths = None if head is None else head.path(points - position)
+        known[sends.tobytes()] = pressure_weights(points, position, PER_BAND * band, band, paths=paths)
+    weights, start = known[sends.tobytes()]
     # Areas in m^2, motion in m.
     out = sp.csr_array((each.ravel() * metre**3, (np.repeat(np.arange(nodes.size), 3), np.arange(3 * nodes.size))))
     return of_modes(system, weights @ out, node_dofs(nodes, TRANSLATIONS)), start

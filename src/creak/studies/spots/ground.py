@@ -125,28 +125,25 @@ class Ground:
         M_all, M_qs = joined(M, sup.M_qs, np.eye(p))
         K_all, K_qs = joined(self._cut(ground.K, own, beyond), sup.K_qs, np.diag(low.omega2))
         alpha, beta = (damping.alpha, damping.beta) if low.beta is None else (0.0, low.beta)
-        extra, C_qs, some = None, np.zeros(M_qs.shape), low.damped != 0.0
+        extra, C_qs, some = None, sp.csr_matrix(M_qs.shape), low.damped != 0.0
         if damping.extra is not None:
-            extra, C_extra = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
-            C_qs = to_dense(C_extra)
+            extra, C_qs = joined(self._cut(damping.extra, own, beyond), sup.C_qs, low.extra)
         d = low.damped[some]
         modal: tuple[FloatArray | None, FloatArray | None] = None, None
         if some.any():
             acts = np.ascontiguousarray(np.vstack([W, Q.T - Phi.T @ W])[:, some])
             weights = np.column_stack([np.zeros((d.size, n_s)), self.in_shapes[some]])
-            C_qs = C_qs + (acts * d) @ (weights - W[:, some].T @ moved_o)
-            C_qs[own.size :] -= (Q.T[:, some] * d) @ weights
+            by_modes = (acts * d) @ (weights - W[:, some].T @ moved_o)
+            by_modes[own.size :] -= (Q.T[:, some] * d) @ weights
+            C_qs = C_qs + sp.csr_matrix(by_modes)
             modal = acts, d
         forces = self._forces(own, Phi, gaps)
         M_qs = sp.hstack([M_qs, sp.csr_matrix(forces.shape)], format="csr")
         K_qs = sp.hstack([K_qs, forces], format="csr")
+        C_qs = sp.hstack([C_qs, -beta * forces], format="csr")
         count = M_qs.shape[1]
-        C_all = np.zeros((forces.shape[0], count))  # of which memory takes what is not 0
-        C_all[:, : C_qs.shape[1]] = C_qs
-        driven = np.flatnonzero(np.diff(forces.indptr))
-        C_all[driven, C_qs.shape[1] :] = -beta * to_dense(forces[driven])
         none = np.zeros((count, count))
-        supports = Supports(tuple(f"given {k + 1}" for k in range(count)), M_qs, K_qs, C_all, none, none, none, M_qs)
+        supports = Supports(tuple(f"given {k + 1}" for k in range(count)), M_qs, K_qs, C_qs, none, none, none, M_qs)
 
         def rows(labels: IntArray) -> tuple[Matrix, Matrix]:
             A, A_s = ground.rows(labels)
