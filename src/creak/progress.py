@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from threading import Lock
 
 Progress = Callable[[str, int, int], None]
 """What is being done, how many steps are done, how many there are."""
@@ -18,3 +19,19 @@ class Sentence(str):
 
 def silent(*_: object) -> None:
     """No progress."""
+
+
+class Shared:
+    """Progress of works that go on side by side, told one at a time. After `halt` the next call of each ends it."""
+
+    def __init__(self, progress: Progress) -> None:
+        self._progress, self._lock, self._halted = progress, Lock(), False
+
+    def halt(self) -> None:
+        self._halted = True
+
+    def __call__(self, stage: str, done: int, total: int) -> None:
+        if self._halted:
+            raise KeyboardInterrupt
+        with self._lock:
+            self._progress(stage, done, total)

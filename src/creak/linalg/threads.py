@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import cache, lru_cache
@@ -48,6 +48,28 @@ def in_order(work: Callable[[Item], Result], items: Iterable[Item]) -> Iterator[
     finally:
         for waiting in ahead:
             waiting.cancel()
+
+
+def at_once(
+    work: Callable[[Item], Result], items: Sequence[Item], most: int, halt: Callable[[], object] = lambda: None
+) -> list[Result]:
+    """`work` of each item by threads of their own, which may use `pool` themselves; results in the order of the items.
+
+    Parameters
+    ----------
+    most : threads; with one, all is done by the calling thread. halt : called where the calling thread is interrupted
+        or a work raises, so that works under way end early; they are waited for, those that wait are given up.
+    """
+    if min(most, len(items)) < 2:
+        return [work(item) for item in items]
+    with ThreadPoolExecutor(min(most, len(items))) as own:
+        under_way = [own.submit(work, item) for item in items]
+        try:
+            return [future.result() for future in under_way]
+        except BaseException:
+            halt()
+            own.shutdown(wait=False, cancel_futures=True)
+            raise
 
 
 LARGE = 4000

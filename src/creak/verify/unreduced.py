@@ -6,8 +6,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.verify.events import Event
-from creak.verify.figures import TIMES, figures_of
+from creak.verify.figures import FIGURES, TIMES, figures_of
 from creak.verify.matching import EventMatch
 from creak.verify.statistics import EventStatistics
 
@@ -155,35 +156,46 @@ class Structure:
         """
         unit = event.t_end - event.t_start if name in TIMES else 1.0
         alone = bool(self.run) or event.t_start < self.first_end
-        more = 0.0 if alone or name not in MOVED else MOVED[name] * self.inherited * unit
+        more = 0.0 if alone or name not in MOVED else MOVED[name] * self.inherited(event) * unit
         found = [s.error(name) for s in (*self.weighed, *self.run) if s.event is event]
         known = [x for x in found if x is not None]
         if known:
             return float("inf") if np.isnan(known).any() else max(known) + more
-        return self.spread(name) * unit + more
+        return self.spread(name, event) * unit + more
 
-    @property
-    def inherited(self) -> float:
-        """What the error of earlier impulses moves of later events: the largest that a spot check found.
+    def inherited(self, event: Event) -> float:
+        """What the error of earlier impulses moves of an event: the largest that a spot check found, as a share of the
+        checked impulse, and no more than it is of the event's own.
 
         A check begins at the reduced model's state, which has these errors already.
         """
-        errors = [x for s in self.weighed if (x := s.error("impulse")) is not None]
-        return float("inf") if np.isnan(errors).any() else max(errors, default=0.0)
+        found = [(x, s.event.impulse) for s in self.weighed if (x := s.error("impulse")) is not None]
+        if not found:
+            return 0.0
+        share, impulse = np.array(found).T
+        if np.isnan(share).any():
+            return float("inf")
+        most = float(share.max())
+        return min(most, float((share * impulse).max()) / event.impulse) if event.impulse > 0.0 else most
 
-    def spread(self, name: str) -> float:
-        """Within this lie differences of events that were not looked at, by those that were.
+    def spread(self, name: str, event: Event) -> float:
+        """Within this lies the difference of an event that was not looked at, by those that were.
 
         Their root mean square times Student's t: the interval that holds the next one of normal differences about zero
-        in `SURE` of all cases. Of times as a share of the event's duration. nan: none was looked at; infinite: the
-        unreduced model has no such event.
+        in `SURE` of all cases. They are alike as shares of the figure, or in its own unit: a faint tap that is off by a
+        fifth says nothing of a blow then (`alike_in_size`). Of times as a share of the event's duration. nan: none was
+        looked at; infinite: the unreduced model has no such event.
         """
-        shares = [x for s in (self.weighed or self.run) if (x := _share(s, name)) is not None]
-        if not shares:
+        found = [(x, _size(name, s.event)) for s in (self.weighed or self.run) if (x := _share(s, name)) is not None]
+        if not found:
             return float("nan")
-        if np.isnan(shares).any():
+        share, size = np.array(found).T
+        if np.isnan(share).any():
             return float("inf")
-        return float(np.sqrt(np.mean(np.square(shares)))) * surely(len(shares))
+        own = _size(name, event)
+        if own > 0.0 and alike_in_size(share, size):
+            share = share * size / own
+        return float(np.sqrt(np.mean(share**2))) * surely(share.size)
 
     def of_sum(self, name: str) -> float:
         """What it changes of the sum of a figure over all events: the mean by those that were looked at, and what is
@@ -211,9 +223,26 @@ def surely(n: int) -> float:
     return float(t.ppf(0.5 + 0.5 * SURE, n))
 
 
+def alike_in_size(share: FloatArray, size: FloatArray) -> bool:
+    """Whether differences (n,), shares of figures of that size, are alike in the unit of these rather than as shares.
+
+    They are where normal differences of one width would be 1 / (1 - `SURE`) times as likely. Of shares that are alike
+    that happens by chance in no more than 1 - `SURE` of all cases (a ratio of likelihoods has the mean 1).
+    """
+    if (size <= 0.0).any() or not np.isfinite(share).all() or not share.any():
+        return False
+    widths = np.sqrt(np.mean(share**2)), np.sqrt(np.mean((share * size) ** 2))
+    return bool(share.size * np.log(widths[0] / widths[1]) + np.log(size).sum() > -np.log(1.0 - SURE))
+
+
+def _size(name: str, event: Event) -> float:
+    """Of what its differences are shares."""
+    return event.t_end - event.t_start if name in TIMES else abs(FIGURES[name](event))
+
+
 def _share(spot: Spot, name: str) -> float | None:
     by = spot.error(name)
     if by is None or name not in TIMES:
         return by
-    lasts = spot.event.t_end - spot.event.t_start
+    lasts = _size(name, spot.event)
     return by / lasts if lasts > 0.0 else None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
@@ -15,6 +16,9 @@ READERS: dict[str, Callable[[Path], list[Channel]]] = {
     **dict.fromkeys((".uff", ".unv", ".u58"), read_uff_functions),
 }
 """Ending of a file -> its reader."""
+MOST_NAMES = 12
+"""That a message lists."""
+Item = TypeVar("Item")
 
 
 def is_measured(path: Path) -> bool:
@@ -45,24 +49,33 @@ def chosen_channel(path: Path, wanted: str | int | None, where: str) -> Channel:
     InputError : as `read_channels`; there is no such channel, or more than one and none is named.
     """
     channels = read_channels(path)
-    names = [c.name for c in channels]
-    if isinstance(wanted, int):
-        if not 1 <= wanted <= len(channels):
-            raise InputError(f"{path.name} has no channel {wanted}", where=where, expected=f"1 to {len(channels)}")
-        return channels[wanted - 1]
-    if wanted is None:
-        if len(channels) == 1:
-            return channels[0]
-        raise InputError(
-            f"{path.name} has {len(channels)} channels",
-            where=where,
-            expected=f"channel = one of {', '.join(names)}, or its number",
-            fix="Name one.",
-        )
-    found = [c for c in channels if c.name.upper() == wanted.upper()]
-    if len(found) != 1:
-        what = "has no channel" if not found else f"has {len(found)} channels"
-        raise InputError(
-            f"{path.name} {what} {wanted!r}", where=where, fix=suggest(wanted, names) or "Give its number."
-        )
-    return found[0]
+    return chosen(channels, [c.name for c in channels], "channel", wanted, path, where)
+
+
+def chosen(
+    found: Sequence[Item], names: Sequence[str], key: str, wanted: str | int | None, path: Path, where: str
+) -> Item:
+    """Of what a file holds, that of a name, in any case of letters, or of a number from 1; without either the only one.
+
+    Parameters
+    ----------
+    key : of the study, by which it is chosen.
+
+    Raises
+    ------
+    InputError : there is none, or more than one and none is named.
+    """
+    if isinstance(wanted, int) and 1 <= wanted <= len(found):
+        return found[wanted - 1]
+    if wanted is None and len(found) == 1:
+        return found[0]
+    alike = [k for k, name in enumerate(names) if isinstance(wanted, str) and name.upper() == wanted.upper()]
+    if len(alike) == 1:
+        return found[alike[0]]
+    told = f"{path.name} has {len(found)} {key}{'s' * (len(found) != 1)}"
+    raise InputError(
+        told if wanted is None else f"{told}, {len(alike) or 'none'} of which is {wanted!r}",
+        where=where,
+        expected=f"{key} = one of {', '.join(names[:MOST_NAMES])}, or its number, from 1",
+        fix="Name one." if wanted is None else suggest(str(wanted), names) or "Give its number.",
+    )

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from creak.arrays import IntArray
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
-from creak.progress import Progress
+from creak.linalg.threads import at_once, cores
+from creak.progress import Progress, Shared
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settling import (
     BASE,
@@ -27,7 +31,8 @@ from creak.studies.converge.settling import (
     Repeat,
 )
 from creak.studies.file.config import TimeTable
-from creak.studies.models.reduced import with_more_modes
+from creak.studies.models.reduced import ReducedModel, with_more_modes
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import varied
@@ -77,8 +82,7 @@ def converge(
         notes.append("convergence was not looked at: there is no channel that can press")
     else:
         repeats, notes = plan(result)
-        for repeat in repeats:
-            outcomes[repeat.name] = _repeat(result, base, repeat, places, progress)
+        outcomes |= _outcomes(result, base, repeats, places, progress)
     if repeats and result.reduced is not None and result.reduced.complete:
         same = replace(_base_run(result), name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
@@ -181,31 +185,78 @@ def _base_run(result: StudyResult) -> Repeat:
     return Repeat(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
 
 
-def _repeat(result: StudyResult, base: Run, repeat: Repeat, places: Followed, progress: Progress) -> Outcome:
-    """One run; one that cannot be made has no events and says why."""
+@dataclass(frozen=True)
+class _Ready:
+    """A repeat whose model is made."""
+
+    repeat: Repeat
+    system: System
+    gaps: GapOperator
+    march: Callable[[Progress], Run]
+
+
+def _outcomes(
+    result: StudyResult, base: Run, repeats: Sequence[Repeat], places: Followed, progress: Progress
+) -> dict[str, Outcome]:
+    """Each run; one that cannot be made has no events and says why.
+
+    Models are made one after the other. Reduced ones then march side by side, a core each, the longest first.
+    """
+    shared = Shared(progress)
+
+    def failed(repeat: Repeat, error: CreakError) -> Outcome:
+        return Outcome(repeat, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{repeat.name} was not run: {error}")
+
+    def made(repeat: Repeat) -> _Ready | Outcome:
+        try:
+            return _ready(result, base, repeat, _named(repeat, progress))
+        except CreakError as error:
+            return failed(repeat, error)
+
+    def marched(ready: _Ready | Outcome) -> Outcome:
+        if isinstance(ready, Outcome):
+            return ready
+        repeat, gaps = ready.repeat, ready.gaps
+        try:
+            run = ready.march(_named(repeat, shared))
+            rubs = places.rubs_of(gaps, run.history)
+            return outcome_of(repeat, run, places.of(ready.system, gaps, run.history), rubs)
+        except CreakError as error:
+            return failed(repeat, error)
+
+    every = [made(repeat) for repeat in repeats]
+    threads = 1 if result.reduced is None else cores()  # the unreduced model's solver takes all cores by itself
+    return {o.repeat.name: o for o in at_once(marched, every, threads, shared.halt)}
+
+
+def _named(repeat: Repeat, progress: Progress) -> Progress:
+    """With the name of the repeat before each phase."""
 
     def report(stage: str, done: int, total: int) -> None:
         progress(stage if stage.startswith(repeat.name) else f"{repeat.name}: {stage}", done, total)
 
-    try:
-        known = result.band.more if result.band is not None and repeat.family == "modes" else None
-        if known is not None:  # f_max = "auto" has made it
-            gaps, system, run = result.gaps, known[0].system, known[1]
-        else:
-            substeps = _substeps(result.setup.study.config.time, base)
-            setup = repeated_setup(result.setup, repeat, substeps)
-            system, reduced = result.reference.system, result.reduced
-            if reduced is not None and repeat.family == "modes":
-                reduced = with_more_modes(setup, result.reference, result.gaps, reduced, report)
-            if reduced is not None:
-                system = reduced.system
-            gaps = scaled_contact(result.gaps, _scaled(result), repeat.stiffness)
-            observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
-            run = march_run(repeat.name, setup.marching, observed, reduced or result.reference, gaps, report)
-        rubs = places.rubs_of(gaps, run.history)
-        return outcome_of(repeat, run, places.of(system, gaps, run.history), rubs)
-    except CreakError as error:
-        return Outcome(repeat, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{repeat.name} was not run: {error}")
+    return report
+
+
+def _ready(result: StudyResult, base: Run, repeat: Repeat, progress: Progress) -> _Ready:
+    """The model of a repeat, and how it is marched.
+
+    Raises
+    ------
+    CreakError : it cannot be made.
+    """
+    known = result.band.more if result.band is not None and repeat.family == "modes" else None
+    if known is not None:  # f_max = "auto" has made it
+        more, run = known
+        return _Ready(repeat, more.system, result.gaps, lambda _: run)
+    setup = repeated_setup(result.setup, repeat, _substeps(result.setup.study.config.time, base))
+    model: ReducedModel | ReferenceModel = result.reduced or result.reference
+    if isinstance(model, ReducedModel) and repeat.family == "modes":
+        model = with_more_modes(setup, result.reference, result.gaps, model, progress)
+    gaps = scaled_contact(result.gaps, _scaled(result), repeat.stiffness)
+    observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
+    march = partial(march_run, repeat.name, setup.marching, observed, model, gaps)
+    return _Ready(repeat, model.system, gaps, march)
 
 
 def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:

@@ -16,7 +16,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from creak.arrays import ComplexArray, FloatArray
-from creak.errors import InputError, suggest
+from creak.errors import InputError
+from creak.formats.measured.files import chosen
 from creak.formats.measured.uff_frfs import FREQUENCY, FRF, UNKNOWN
 from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, functions
 from creak.formats.measured.uff_sets import data_sets
@@ -173,7 +174,14 @@ def _universal(table: TransferTable, path: Path, where: str) -> _Response:
         every = [f for f in functions(data_sets(path)) if _is_response(f)]
     except OSError as error:
         raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}", where=where) from error
-    f = _chosen(every, [f.name for f in every], table.function, path, where)
+    if not every:
+        raise InputError(
+            f"{path.name} has no frequency response function",
+            where=where,
+            expected="data set 58 of function type 4 with complex values over frequency",
+            fix="Export frequency response functions.",
+        )
+    f = chosen(every, [f.name for f in every], "function", table.function, path, where)
     found: tuple[FloatArray, Any] = f.values()
     above = found[0] > 0.0
     told, over = (plain_unit(axis.unit).replace(NO_UNIT, "") for axis in (f.ordinate, f.denominator))
@@ -204,35 +212,10 @@ def _impulse(table: TransferTable, path: Path, where: str) -> _Response:
         )
     channels = sound.samples.reshape(sound.samples.shape[0], -1).T / (sound.full_scale or 1.0)
     names = [f"channel {k + 1}" for k in range(len(channels))]
-    x = _chosen(list(channels), names, table.function, path, where)
+    x = chosen(list(channels), names, "function", table.function, path, where)
     size = PADDED * x.size
     freq = np.arange(1, size // 2 + 1) * (sound.rate / size)
     return _Response(freq, table.full_scale * np.fft.rfft(x, size)[1:], phase=True)
-
-
-def _chosen(found: Sequence[Any], names: Sequence[str], wanted: str | int | None, path: Path, where: str) -> Any:
-    """The function of a name, or of a number from 1; without either the only one."""
-    if not found:
-        raise InputError(
-            f"{path.name} has no frequency response function",
-            where=where,
-            expected="data set 58 of function type 4 with complex values over frequency",
-            fix="Export frequency response functions.",
-        )
-    if isinstance(wanted, int) and 1 <= wanted <= len(found):
-        return found[wanted - 1]
-    if wanted is None and len(found) == 1:
-        return found[0]
-    if isinstance(wanted, str) and names.count(wanted) == 1:
-        return found[names.index(wanted)]
-    raise InputError(
-        f"{path.name} has {len(found)} functions, of which {wanted!r} is none"
-        if wanted is not None
-        else f"{path.name} has {len(found)} functions",
-        where=where,
-        expected=f"function = one of {', '.join(names[:12])}, or its number, from 1",
-        fix=suggest(wanted, names) if isinstance(wanted, str) else "Name one.",
-    )
 
 
 READERS: dict[tuple[str, ...], Callable[[TransferTable, Path, str], _Response]] = {

@@ -13,13 +13,13 @@ from creak.linalg.together import Solver
 from creak.progress import Progress
 from creak.studies.converge.auto_band import PROOF
 from creak.studies.converge.settling import limit
-from creak.studies.models.reduced import FACTOR
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import Stretch, affordable, near_channels, stretch
+from creak.studies.spots.choose import Price, Stretch, affordable, near_channels, stretch
 from creak.studies.spots.handover import Begins, Handover, ordered, states_at
 from creak.studies.spots.march import figures_over, own_figures
-from creak.studies.spots.nearby import AnyChecker, checker_of, once, share
+from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
+from creak.verify.events import Event
 from creak.verify.figures import FIGURES, change
 from creak.verify.unreduced import Spot, Structure, surely
 
@@ -51,41 +51,41 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     if not order:
         return Structure(why_not="there is no event to check")
     near = near_channels(of.history, of.gaps, order, of.ends)
-    rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, of.budget - once(of), FEWEST_EVENTS, share(of))
+    price = price_of(of, near.size + 2 * of.gaps.select(near).rubbing)
+    taken = affordable(order, price, of.budget - price.once, FEWEST_EVENTS)
     progress("spot checks", 0, 1)
-    marched = partial(_marched, of, found.setup.marching, near, rows, progress)
+    marched = partial(_marched, of, found.setup.marching, near, price, progress)
     spots, solves = marched(taken)
-    solves += once(of)
+    solves += price.once
     if not found.reduced.complete:
         others, finer = [s for s in order if s not in taken], [s.finer() for s in taken]
-        if not _is_resolved(spots[0]) and len(affordable(finer, rows, of.budget - solves, 0, share(of))) == len(finer):
+        if not _is_resolved(spots[0]) and len(affordable(finer, price, of.budget - solves, 0)) == len(finer):
             spots, more = marched(finer)
             solves, others = solves + more, [s.finer() for s in others]
-        again = affordable(others, rows, of.budget, 0, share(of))[: len(taken)]
-        if again and _few_decide(spots, len(again)):
+        again = affordable(others, price, of.budget, 0)[: len(taken)]
+        if again and _few_decide(spots, [s.event for s in again]):
             further, more = marched(again, halved=False)
             spots, solves = [*spots, *further], solves + more
     first_end = min(e.t_end for e in found.run.events)
     return Structure(tuple(spots), first_end=first_end, solves=round(solves))
 
 
-def _few_decide(spots: list[Spot], more: int) -> bool:
-    """Does what events that were not looked at may be off by fill more than its part (`PROOF`) of what the verdict lets
-    them, and would all of it do with so many more spots whose differences are of the same size?"""
+def _few_decide(spots: list[Spot], others: list[Event]) -> bool:
+    """Does what the hardest of the events that were not looked at may be off by fill more than its part (`PROOF`) of
+    what the verdict lets it, and would all of it do if they were, with differences that are alike?"""
     n = sum(not s.problem for s in spots)
     if n == 0:
         return False
-    known = Structure(tuple(spots))
-    filled = np.nanmax([known.spread(name) / limit(name, 1.0) for name in FIGURES])
-    return bool(PROOF < filled <= surely(n) / surely(n + more))
+    known, hardest = Structure(tuple(spots)), max(others, key=lambda e: e.force_place)
+    filled = np.nanmax([known.spread(name, hardest) / limit(name, 1.0) for name in FIGURES])
+    return bool(PROOF < filled <= surely(n) / surely(n + len(others)))
 
 
 def _marched(
     of: Handover,
     marching: Marching,
     near: IntArray,
-    rows: int,
+    price: Price,
     progress: Progress,
     taken: list[Stretch],
     *,
@@ -95,12 +95,12 @@ def _marched(
 
     Parameters
     ----------
-    rows : right sides that the compliance of the channels `near` takes. halved : whether the first one is.
+    halved : whether the first one is.
     """
     states = states_at(marching, of, taken)
     found: dict[int, tuple[Spot, Stretch]] = {}
     queue, solves, marched = list(enumerate(taken)), 0.0, 0
-    begin = FACTOR + rows if of.nearby is None else 0
+    begin = round(price.length)
     ahead = [*taken, taken[0].finer()] if halved else taken
     foreseen = sum(s.steps for s in ahead) + len({s.parts for s in ahead}) * begin
 
@@ -122,7 +122,7 @@ def _marched(
 
         def through(solver: Solver | None) -> _Seen:
             seen = _compared(of, checker, s, begins, solver)
-            counted(0 if of.nearby is None else s.steps)
+            counted(s.steps if solver is None else 0)  # else who solves counts
             return seen
 
         return through

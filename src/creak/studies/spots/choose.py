@@ -13,7 +13,6 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.studies.findings.places import Place
-from creak.studies.models.reduced import FACTOR
 from creak.verify.events import Event
 
 SHARE = 0.2
@@ -21,8 +20,6 @@ SHARE = 0.2
 BLOCKED = 0.2
 """Cost of a back-substitution among the blocks of a reduction over that of one by itself: .3 at 56,000 dofs, .16 at
 1.15 million."""
-RECOVERED = 100
-"""Shapes that the reduced motion of a stretch is made of, or fewer."""
 FEWEST = 5e7
 """Back-substitutions times unknowns that they may take in any case: ten seconds or so."""
 STEP = 2_500
@@ -155,23 +152,25 @@ def near_channels(history: History, gaps: GapOperator, stretches: Sequence[Span]
     return np.flatnonzero(low <= NEARLY * np.ptp(history.gap, axis=0)).astype(np.int64)
 
 
-def affordable(
-    order: Sequence[AnySpan], rows: int, budget: float, least: int, nearby: float | None = None
-) -> list[AnySpan]:
-    """As many, in order, as the budget holds; those that need steps of another length need another factor.
+@dataclass(frozen=True)
+class Price:
+    """What checks take: back-substitutions of the whole model, or what costs as much."""
 
-    Parameters
-    ----------
-    rows : channels and directions of friction, each solved for once a factor. budget : back-substitutions.
-    least : so many whatever they cost.
-    nearby : share of the unknowns that move in a check, each by a factor of its own; None: all do.
-    """
+    once: float
+    """All of them together, whatever they are."""
+    length: float
+    """Those by steps of one length."""
+    span: float
+    """Each."""
+    step: float
+    """Each step."""
+
+
+def affordable(order: Sequence[AnySpan], price: Price, budget: float, least: int) -> list[AnySpan]:
+    """As many, in order, as the budget holds beside what they cost once; `least` of them whatever they cost."""
     taken, lengths, spent = list[AnySpan](), set[int](), 0.0
     for s in order:
-        if nearby is None:
-            more = float(s.steps + (0 if s.parts in lengths else FACTOR + rows))
-        else:
-            more = nearby * (s.steps + FACTOR + rows) + BLOCKED * RECOVERED
+        more = price.span + price.step * s.steps + (0.0 if s.parts in lengths else price.length)
         if len(taken) >= least and spent + more > budget:
             continue
         taken.append(s)

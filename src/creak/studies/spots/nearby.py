@@ -16,7 +16,7 @@ from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
 from creak.studies.models.reduced import FACTOR
-from creak.studies.spots.choose import BLOCKED, Span
+from creak.studies.spots.choose import BLOCKED, Price, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
 from creak.studies.spots.handover import Begins, Handover, States
 from creak.studies.spots.march import Checker, Marched, cut, springs_of, watching, what_closes
@@ -24,6 +24,8 @@ from creak.studies.spots.march import Checker, Marched, cut, springs_of, watchin
 Result = TypeVar("Result")
 SHAPES = 1e-7
 """Of the largest singular value: shapes of the motion beyond that are left out."""
+RECOVERED = 100
+"""Shapes that the reduced motion of a stretch is made of, or fewer."""
 INSTANTS = 200
 """Of a stretch, most that these shapes are made of."""
 AROUND = 16.0
@@ -163,14 +165,13 @@ def checker_of(of: Handover, parts: int, near: IntArray, stiffness: FloatArray) 
     return (Checker if of.nearby is None else Nearby)(of, parts, near, stiffness)
 
 
-def share(of: Handover) -> float | None:
-    """Of the unknowns, those that move by themselves; None: all."""
-    return None if of.nearby is None else (1.0 + NARROW) * of.nearby / of.unreduced.n
-
-
-def once(of: Handover) -> float:
-    """Back-substitutions that all checks together take beside those of each: factors of the parts, the lowest modes."""
-    return 0.0 if of.low is None else FACTOR + BLOCKED * of.low.omega2.size
+def price_of(of: Handover, rows: int) -> Price:
+    """What checks take by `checker_of`, of channels with so many directions of contact and friction, `rows`."""
+    begin = FACTOR + rows  # a factor, and the compliance of the channels
+    if of.low is None or of.nearby is None:
+        return Price(0.0, begin, 0.0, 1.0)
+    share = (1.0 + NARROW) * of.nearby / of.unreduced.n
+    return Price(FACTOR + BLOCKED * of.low.omega2.size, 0.0, share * begin + BLOCKED * RECOVERED, share)
 
 
 def _shapes(q: FloatArray, most: int) -> FloatArray:

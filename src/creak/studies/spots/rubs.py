@@ -12,12 +12,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.linalg.together import Solver
 from creak.studies.findings.places import Place, resting_places
-from creak.studies.models.reduced import FACTOR
 from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
 from creak.studies.spots.handover import SEED, Handover, states_at
 from creak.studies.spots.march import Marched, within
-from creak.studies.spots.nearby import AnyChecker, checker_of, once, share
+from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
 from creak.verify.rubbing import rub_of
 from creak.verify.unreduced import RubSpot
 
@@ -55,8 +54,8 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     if not order:
         return (), 0
     near = near_channels(of.history, of.gaps, order, of.ends)
-    rows = near.size + 2 * of.gaps.select(near).rubbing
-    taken = affordable(order, rows, of.budget - once(of), 1, share(of))
+    price = price_of(of, near.size + 2 * of.gaps.select(near).rubbing)
+    taken = affordable(order, price, of.budget - price.once, 1)
     states = states_at(run.setup.marching, of, taken)
     checkers = {n: checker_of(of, n, near, states.found.stiffness) for n in sorted({p.parts for p in taken})}
 
@@ -79,7 +78,7 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
         own = rub_of(reduced, of.gaps, p.place.channels, window, of.f_max).figures
         other = rub_of(within(m.history, window), m.gaps, here, window, of.f_max).figures
         found.append(RubSpot(p.place.contact, p.place.number, window, own, other, m.problem))
-    begin = once(of) if of.nearby is not None else len(checkers) * (FACTOR + rows)
+    begin = price.once + len(checkers) * price.length
     return tuple(found), round(sum(m.solves for m in marched.values()) + begin)
 
 

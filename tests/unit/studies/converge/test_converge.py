@@ -219,6 +219,30 @@ def test_only_a_stiffness_that_creak_chose_is_judged(given, own, strips):
     assert (module.GIVEN in notes) == own
 
 
+def test_runs_side_by_side_are_those_one_by_one(strips, repeated, monkeypatch):
+    for threads in (1, 3):
+        monkeypatch.setattr(module, "cores", lambda threads=threads: threads)
+        c = converge(strips, silent)
+        assert list(c.outcomes) == list(repeated.outcomes)
+        assert all(o.events == repeated.outcomes[name].events for name, o in c.outcomes.items())
+
+
+def test_an_interruption_ends_those_that_are_under_way(strips, monkeypatch):
+    """Ctrl-C reaches the calling thread alone: the others end where they next tell how far they are."""
+    ended = []
+
+    def interrupted(work, items, most, halt):
+        halt()
+        ended.extend(work(item).stopped for item in items)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(module, "at_once", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        converge(strips, silent)
+    assert ended
+    assert all("stopped at t" in text for text in ended), ended
+
+
 # --- runs that stop --------------------------------------------------------------------------------------------------
 
 

@@ -15,12 +15,12 @@ from creak.dynamics import condensed
 from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.run.integrate import flowing
 from creak.studies.spots.check import _few_decide, check_spots
-from creak.studies.spots.choose import Stretch, affordable
+from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch
-from creak.verify.unreduced import Spot, Structure, surely
+from creak.verify.unreduced import Spot, Structure, alike_in_size, surely
 from helpers_bar import IMPULSE, LASTS, bar
 from helpers_decks import STOP, STUDY, write_strips
 
@@ -287,20 +287,45 @@ def test_of_a_complete_model_its_own_run_counts_and_spot_checks_do_not():
 
 def test_as_many_are_checked_as_the_cost_allows():
     order = [Stretch(0, parts, 100, hit(t), "drawn") for t, parts in ((0.1, 50), (0.2, 100), (0.3, 50), (0.4, 50))]
-    assert affordable(order, 40, 300.0, 0) == [order[0], order[2]]  # 190, another factor would be 190 more, 100
-    assert affordable(order, 40, 0.0, 3) == order[:3]
+    price = Price(0.0, 90.0, 0.0, 1.0)  # a factor as 50 solutions, 40 channels
+    assert affordable(order, price, 300.0, 0) == [order[0], order[2]]  # 190, another factor would be 190 more, 100
+    assert affordable(order, price, 0.0, 3) == order[:3]
 
 
 def test_as_many_again_are_checked_where_their_small_number_decides():
     """Three whose impulse is 2.8, .3 and .2 % off leave 5.2 % open of the others: six of that size 4 %."""
     many = [spot(hit(t), by) for t, by in ((0.1, 0.028), (0.2, 0.003), (0.3, 0.002))]
-    assert Structure(tuple(many)).spread("impulse") > 0.05
-    assert _few_decide(many, 3)
-    assert not _few_decide(many, 0)
-    assert not _few_decide([spot(hit(t), 0.003) for t in (0.1, 0.2, 0.3)], 3)  # they are enough
-    assert not _few_decide([spot(hit(t), 0.1) for t in (0.1, 0.2, 0.3)], 3)  # no number of them would be
-    assert not _few_decide([*many, spot(hit(0.4), 0.0, lost=True)], 4)
-    assert not _few_decide([replace(s, problem="not there") for s in many], 3)
+    others = [hit(t) for t in (0.5, 0.6, 0.7)]
+    assert Structure(tuple(many)).spread("impulse", others[0]) > 0.05
+    assert _few_decide(many, others)
+    assert not _few_decide([spot(hit(t), 0.003) for t in (0.1, 0.2, 0.3)], others)  # they are enough
+    assert not _few_decide([spot(hit(t), 0.1) for t in (0.1, 0.2, 0.3)], others)  # no number of them would be
+    assert not _few_decide([*many, spot(hit(0.4), 0.0, lost=True)], others)
+    assert not _few_decide([replace(s, problem="not there") for s in many], others)
+
+
+def test_a_faint_tap_that_is_far_off_says_nothing_of_a_blow():
+    """Impulses that are off by 1e-5 each, be they large or small: blows have 1 % then, whatever share of a tap it is."""
+    blows = [hit(0.1 * k) for k in range(1, 5)]
+    of = Structure((*(spot(e, 0.01) for e in blows), *(spot(hit(t, 0.05), 0.2) for t in (0.5, 0.6, 0.7))))
+    later, tap = hit(0.9), hit(1.0, 0.05)
+    assert of.change("impulse", later) == pytest.approx(0.01 * surely(7), rel=0.1)
+    assert of.change("impulse", tap) == pytest.approx(0.2 * surely(7), rel=0.1)
+    assert of.inherited(later) == pytest.approx(0.01, rel=0.02)
+    assert of.inherited(tap) == pytest.approx(0.2 / 1.2)
+
+
+def test_shares_that_are_alike_are_seldom_taken_for_others():
+    """A ratio of likelihoods of 20 comes by chance once in 20 at most, whatever the sizes of the figures."""
+    rng = np.random.default_rng(7)
+    for n in (3, 8):
+        wrong = [alike_in_size(rng.normal(size=n), rng.lognormal(sigma=2.0, size=n)) for _ in range(2000)]
+        assert np.mean(wrong) < 0.05 + 2.0 * math.sqrt(0.05 / 2000)
+    sizes = rng.lognormal(sigma=2.0, size=(200, 8))
+    assert np.mean([alike_in_size(rng.normal(size=8) / x, x) for x in sizes]) > 0.9
+    assert not alike_in_size(np.zeros(3), np.ones(3))
+    assert not alike_in_size(np.array([0.1, np.inf, 0.1]), np.ones(3))
+    assert not alike_in_size(np.full(3, 0.1), np.array([1.0, 1.0, 0.0]))
 
 
 def test_those_again_are_other_events_by_the_same_steps(strips, monkeypatch):
