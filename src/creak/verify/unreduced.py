@@ -182,9 +182,9 @@ class Structure:
         """Within this lies the difference of an event that was not looked at, by those that were.
 
         Their root mean square times Student's t: the interval that holds the next one of normal differences about zero
-        in `SURE` of all cases. They are alike as shares of the figure, or in its own unit: a faint tap that is off by a
-        fifth says nothing of a blow then (`alike_in_size`). Of times as a share of the event's duration. nan: none was
-        looked at; infinite: the unreduced model has no such event.
+        in `SURE` of all cases. They are alike as shares of the figure, or in its own unit, those of times as a length:
+        a faint tap that is off by a fifth says nothing of a blow then (`alike_in_size`). Of times as a share of the
+        event's duration. nan: none was looked at; infinite: the unreduced model has no such event.
         """
         found = [(x, _size(name, s.event)) for s in (self.weighed or self.run) if (x := _share(s, name)) is not None]
         if not found:
@@ -236,13 +236,15 @@ def alike_in_size(share: FloatArray, size: FloatArray) -> bool:
 
 
 def _size(name: str, event: Event) -> float:
-    """Of what its differences are shares."""
-    return event.t_end - event.t_start if name in TIMES else abs(FIGURES[name](event))
+    """Of what its differences are shares; of times the way that the gap would go, as what is off by a length is late
+    by that over the speed."""
+    lasts = event.t_end - event.t_start
+    return lasts * abs(event.closing_speed) if name in TIMES else abs(FIGURES[name](event))
 
 
 def _share(spot: Spot, name: str) -> float | None:
     by = spot.error(name)
     if by is None or name not in TIMES:
         return by
-    lasts = _size(name, spot.event)
+    lasts = spot.event.t_end - spot.event.t_start
     return by / lasts if lasts > 0.0 else None
