@@ -17,6 +17,7 @@ from creak.assembly.elimination import LinearEquation, eliminate, principal, thr
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
+from creak.linalg.scratch import rows_of
 from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
@@ -107,8 +108,8 @@ def couple(
         A = rows.combined(sp.csc_matrix(B), labels)
         return A @ T, to_dense(A @ T_s)
 
-    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
-        return rows.recover(np.asarray(T @ q + T_s @ s))
+    def whole(q: FloatArray, s: FloatArray, at: IntArray | None) -> FloatArray:
+        return rows.recover(np.asarray(T @ q + T_s @ s), at)
 
     velocity = np.concatenate([s.velocity for s in systems])[own[active]]
     C_t = [] if extra is None else [congruent(T, extra, own[active])]
@@ -194,14 +195,16 @@ class _Stacked:
                 pieces.append(E if plain else _echelon(E))
         return sp.csr_matrix(sp.vstack(pieces, format="csr"))
 
-    def recover(self, q_all: FloatArray) -> FloatArray:
-        """(n_label, k) motion of all labels."""
-        u = np.zeros((self.labels.size, q_all.shape[1]))
-        start = 0
+    def recover(self, q_all: FloatArray, at: IntArray | None = None) -> FloatArray:
+        """(n_label, k) motion of all labels, or of those `at` some places; Systems that have none of them are left."""
+        labels = self.labels if at is None else self.labels[at]
+        owner = self._owner if at is None else self._owner[at]
+        u, start = rows_of(labels.size, q_all.shape[1]).T, 0
         for k, system in enumerate(self.systems):
-            at = np.searchsorted(self.labels, system.labels)
-            mine = self._owner[at] == k
-            u[at[mine]] = system.recover(q_all[start : start + system.n])[mine]
+            mine = np.flatnonzero(owner == k)
+            if mine.size:
+                own = np.searchsorted(system.labels, labels[mine])
+                u[mine] = system.recover(q_all[start : start + system.n], at=own)
             start += system.n
         return u
 

@@ -14,7 +14,7 @@ from creak.linalg.dense_product import symmetric
 
 Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
-Recover = Callable[[FloatArray, FloatArray], FloatArray]
+Recover = Callable[[FloatArray, FloatArray, IntArray | None], FloatArray]
 """q (n, k) and s (n_support, k) -> u (n_label, k) of all labels of a System."""
 Combine = Callable[[Matrix, IntArray], tuple[Matrix, Matrix]]
 """A (m, k), physical dof labels (k,) -> A R and A R_s of `Rows`."""
@@ -94,7 +94,7 @@ class System:
     labels: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """(n_label,) sorted physical dof labels that the System moves."""
     whole: Recover | None = None
-    """The motion of all labels at once, where that is cheaper than through `rows`."""
+    """The motion of many labels at once, as `recover`, where that is cheaper than through `rows`."""
     interface: IntArray | None = None
     """Sorted labels at which the System is joined to others that share them; None: all."""
     combine: Combine | None = None
@@ -119,15 +119,22 @@ class System:
         R, R_s = self.rows(labels)
         return np.asarray(R @ q + R_s @ s)
 
-    def recover(self, q: FloatArray, s: FloatArray | None = None) -> FloatArray:
+    def recover(self, q: FloatArray, s: FloatArray | None = None, at: IntArray | None = None) -> FloatArray:
         """Full-field motion (n_label,) or (n_label, k) of `labels` for q (n,) or (n, k) and s likewise.
 
         For many instants call it block by block (`creak.assembly.recovery`): a block costs its own size only.
+
+        Parameters
+        ----------
+        at : where in `labels` those are whose motion is asked for; default: all.
         """
         one = q.ndim == 1
         Q = q[:, None] if one else q
         S = np.zeros((self.supports.count, Q.shape[1])) if s is None else (s[:, None] if one else s)
-        u = self.whole(Q, S) if self.whole is not None else self.displacement(self.labels, Q, S)
+        if self.whole is not None:
+            u = self.whole(Q, S, at)
+        else:
+            u = self.displacement(self.labels if at is None else self.labels[at], Q, S)
         return u[:, 0] if one else u
 
     @property
@@ -187,8 +194,8 @@ def project(
         B = dense_if_full(B)
         return np.asarray(B @ V), np.asarray(B @ R) + to_dense(B_s)
 
-    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
-        return system.recover(np.asarray(V @ q) + R @ s, s)
+    def whole(q: FloatArray, s: FloatArray, at: IntArray | None) -> FloatArray:
+        return system.recover(np.asarray(V @ q) + R @ s, s, at)
 
     M, K = known or (symmetric(V.T @ np.asarray(A @ V)) for A in (system.M, system.K))
     velocity = np.zeros(V.shape[1])

@@ -10,9 +10,11 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
-from creak.assembly.system import Combine, Rows, System, momentum_fit, no_supports, to_dense
+from creak.assembly.system import Combine, Recover, Rows, System, momentum_fit, no_supports, to_dense
 from creak.linalg.dense_product import symmetric
+from creak.linalg.memory import blocks_that_fit
 from creak.linalg.modes import Modes, lowest, modes
+from creak.linalg.scratch import rows_of
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Progress, Steps
 from creak.reduction.constraint_modes import Terms, blocks, static_terms
@@ -20,6 +22,10 @@ from creak.reduction.inside import Inside
 
 MOSTLY_FULL = 0.3
 """Reduced matrices with a larger share of entries are stored dense."""
+COLUMNS = 64
+"""Motions that are recovered at a time."""
+COPIES = 4
+"""Of these, that are held meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -236,10 +242,24 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         M_alone=matrices.M_alone,
         stats=replace(system.stats, retained=n_xi, modes=n_m, internal=inside.i.size, first_left_out=beyond),
         labels=system.labels,
-        whole=lambda q, s: system.recover(basis.expand(q)),
+        whole=_recovering(system, basis),
         interface=_joinable(system, inside),
         of_shells=system.of_shells,
     )
+
+
+def _recovering(system: System, basis: Basis) -> Recover:
+    """A few motions at a time; where memory is short the factor does not stay until the next ones."""
+    inside = basis.inside
+
+    def whole(q: FloatArray, _: FloatArray, at: IntArray | None) -> FloatArray:
+        u = rows_of(system.labels.size if at is None else at.size, q.shape[1]).T
+        for some in blocks_that_fit(q.shape[1], inside.b.size + inside.i.size, COPIES, COLUMNS, 1):
+            u[:, some] = system.recover(basis.expand(q[:, some]), at=at)
+        inside.spare()
+        return u
+
+    return whole
 
 
 def mode_rows(basis: Basis, A_ib: Matrix) -> FloatArray:

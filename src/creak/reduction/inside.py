@@ -11,6 +11,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, LaterFactor
+from creak.linalg.memory import free_bytes
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct, copy_fits
@@ -130,6 +131,11 @@ class Inside:
             self._factor.release()
             self._inner.clear()
             self._stiffness = self._mass = None
+
+    def spare(self) -> None:
+        """`release` where memory would not hold another such factor beside this one."""
+        if self._factor.memory > free_bytes():
+            self.release()
 
     def solve(self, f: FloatArray, out: FloatArray | None = None) -> FloatArray:
         """K_ii^-1 f; f is (n_i,) or (n_i, k). `out`: memory of that shape where it may be put; use what is returned."""

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
@@ -18,8 +18,14 @@ LARGEST = 8e6
 """Dofs times modes: each step goes through all shapes some five times, 30 ms or so."""
 
 
-def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArray) -> FloatArray:
+def recovered_on(
+    unreduced: System, reduced: System, q: FloatArray, s: FloatArray, kept: IntArray | None = None
+) -> FloatArray:
     """(n, k) coordinates of the unreduced System in the motion (q, s) of the reduced one; velocities alike.
+
+    Parameters
+    ----------
+    kept : of the coordinates, those that are asked for; default: all.
 
     Raises
     ------
@@ -28,7 +34,7 @@ def recovered_on(unreduced: System, reduced: System, q: FloatArray, s: FloatArra
     at = np.searchsorted(reduced.labels, unreduced.coordinates)
     if np.any(reduced.labels[np.minimum(at, reduced.labels.size - 1)] != unreduced.coordinates):
         raise InputError("the unreduced model has coordinates that are no motion of nodes", expected="full matrices")
-    return np.asarray(reduced.recover(q, s)[at])
+    return reduced.recover(q, s, at if kept is None else at[kept])
 
 
 def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceModel, reduced: ReducedModel) -> System:

@@ -137,7 +137,7 @@ def with_static(start: StaticStart | None, nodes: IntArray, system: System, hist
     energy[:, ENERGIES.index("strain")] += start.state.strain
     u = start.at(system.labels)
 
-    def whole(q: FloatArray, s: FloatArray) -> FloatArray:
-        return system.recover(q, s) + u[:, None]
+    def whole(q: FloatArray, s: FloatArray, at: IntArray | None) -> FloatArray:
+        return system.recover(q, s, at) + (u if at is None else u[at])[:, None]
 
     return replace(system, whole=whole), replace(history, displacement=kept, energy=energy)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -18,8 +18,8 @@ from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.memory import ENTRY, blocks_that_fit, fits
-from creak.linalg.scratch import rows_of, spared
+from creak.linalg.memory import ENTRY, fits
+from creak.linalg.scratch import spared
 from creak.reduction.modal import ModalDamping, modal_values, without_modal_damping
 from creak.studies.findings.places import find_places
 from creak.studies.models.alike import damped_alike, recovered_on
@@ -44,10 +44,6 @@ MODES = 100
 """Lowest modes of the reduced model in which the rest moves with them."""
 SAME = 1.01
 """Times the square of a frequency: a reduced model has it so near."""
-COLUMNS = 64
-"""Motions of the reduced model that are recovered at a time."""
-COPIES = 4
-"""Of these, that are held meanwhile."""
 ROUND_OFF = 1e-12
 """Of a time."""
 Begins = tuple[FloatArray, FloatArray]
@@ -112,15 +108,7 @@ class Handover:
         """(p, n) the lowest modes in the coordinates of the unreduced model."""
         assert self.low is not None
         V = self.low.shapes
-        kept = rows_of(self.unreduced.n, V.shape[1])
-        for some, motion in self.recovered(V, np.zeros((self.reduced.supports.count, V.shape[1]))):
-            kept[some] = motion.T
-        return kept
-
-    def recovered(self, q: FloatArray, s: FloatArray) -> Iterator[tuple[slice, FloatArray]]:
-        """The unreduced coordinates (n, k) in motions (q, s) of the reduced model, some columns at a time."""
-        for some in blocks_that_fit(q.shape[1], self.unreduced.n, COPIES, COLUMNS, 1):
-            yield some, recovered_on(self.unreduced, self.reduced, q[:, some], s[:, some])
+        return recovered_on(self.unreduced, self.reduced, V, np.zeros((self.reduced.supports.count, V.shape[1]))).T
 
     @cached_property
     def acts(self) -> Matrix:

@@ -15,6 +15,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
+from creak.studies.models.alike import recovered_on
 from creak.studies.models.reduced import FACTOR
 from creak.studies.spots.choose import BLOCKED, Price, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
@@ -92,7 +93,9 @@ class Nearby:
         q, starts, force = self._followed(loads, begins, held)
         shapes = _shapes(q, INSTANTS)
         n_s, r = loads.support.shape[2], shapes.shape[1]
-        u = self._recovered(
+        u = recovered_on(
+            of.unreduced,
+            of.reduced,
             np.column_stack([np.zeros((of.reduced.n, n_s)), shapes, *begins]),
             np.column_stack([np.eye(n_s), np.zeros((n_s, r)), *loads.support[:2, 0]]),
             kept,
@@ -148,13 +151,6 @@ class Nearby:
         h = march(stepper, np.zeros(0, dtype=np.int64), max(1, loads.n_step), whole_at=every)
         start = np.array([*begins, stepper.start().x.a])
         return np.asarray(h.coordinates), start, np.concatenate([h.force, h.tangential], axis=1)
-
-    def _recovered(self, q: FloatArray, s: FloatArray, kept: IntArray) -> FloatArray:
-        """(n_kept, k) of the unreduced coordinates in motions (q, s) of the reduced model."""
-        u = np.empty((kept.size, q.shape[1]))
-        for some, motion in self._of.recovered(q, s):
-            u[:, some] = motion[kept]
-        return u
 
 
 AnyChecker = Checker | Nearby

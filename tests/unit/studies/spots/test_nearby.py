@@ -132,18 +132,24 @@ def test_what_the_border_changes_is_told(tmp_path, monkeypatch):
     assert np.median(np.abs(off)) < 5e-3  # the reduced model itself is .4 to 1 % off
 
 
-def test_it_is_taken_for_large_models_alone(tmp_path, monkeypatch):
-    result = creak.run(creak.read_study(write_strips(tmp_path, study=SHORT)), converge=False, record=False).found
+@pytest.fixture(scope="module")
+def short(tmp_path_factory):
+    """Two strips, run as the study says."""
+    study = creak.read_study(write_strips(tmp_path_factory.mktemp("short"), study=SHORT))
+    return study, creak.run(study, converge=False, record=False).found
+
+
+def test_it_is_taken_for_large_models_alone(short):
+    _, result = short
     of, _ = handed_over(result.band, result.reference)
     assert of.nearby is None
     assert isinstance(checker_of(of, 8, np.arange(2), of.gaps.stiffness), Checker)
     assert isinstance(checker_of(replace(of, nearby=60), 8, np.arange(2), of.gaps.stiffness), Nearby)
 
 
-def test_without_a_factor_of_the_whole_events_are_checked_all_the_same(tmp_path, monkeypatch):
+def test_without_a_factor_of_the_whole_events_are_checked_all_the_same(short, monkeypatch):
     """Parts alone in memory: the unreduced matrices near an event are those of before, and so is what they say."""
-    study = creak.read_study(write_strips(tmp_path, study=SHORT))
-    whole = creak.run(study, converge=False, record=False).found
+    study, whole = short
     _, expected = checked(whole, monkeypatch, 100)
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     parts = creak.run(study, converge=False, record=False).found

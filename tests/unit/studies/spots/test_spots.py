@@ -335,7 +335,7 @@ def test_those_again_are_other_events_by_the_same_steps(strips, monkeypatch):
     asked = []
 
     def decides(spots, more):
-        asked.append((len(spots), more))
+        asked.append((len(spots), len(more)))
         return True
 
     monkeypatch.setattr("creak.studies.spots.check._few_decide", decides)
