@@ -17,7 +17,7 @@ from creak.assembly.elimination import LinearEquation, eliminate, principal, thr
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
 from creak.linalg.dense_product import symmetric
-from creak.linalg.scratch import rows_of
+from creak.linalg.scratch import SPARE, rows_of
 from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
@@ -199,7 +199,7 @@ class _Stacked:
         """(n_label, k) motion of all labels, or of those `at` some places; Systems that have none of them are left."""
         labels = self.labels if at is None else self.labels[at]
         owner = self._owner if at is None else self._owner[at]
-        u, start = rows_of(labels.size, q_all.shape[1]).T, 0
+        u, start = rows_of(labels.size, q_all.shape[1], SPARE).T, 0
         for k, system in enumerate(self.systems):
             mine = np.flatnonzero(owner == k)
             if mine.size:

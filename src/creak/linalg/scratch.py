@@ -20,12 +20,12 @@ SPARE = 8.0
 """Free memory over that of a matrix below which its entries go to disk."""
 
 
-def held_in_memory(n: int, k: int) -> bool:
+def held_in_memory(n: int, k: int, room: float = ROOM) -> bool:
     """Whether `vectors` come from memory: they leave most of it to others."""
-    return fits(ROOM * 8.0 * n * k)
+    return fits(room * 8.0 * n * k)
 
 
-def vectors(n: int, k: int) -> FloatArray:
+def vectors(n: int, k: int, room: float = ROOM) -> FloatArray:
     """(k, n), each row a vector, not filled; its memory is given back once nothing refers to it.
 
     The file lies where `tempfile` puts files (TMPDIR) and has no name; the system keeps what fits of it in memory.
@@ -34,13 +34,18 @@ def vectors(n: int, k: int) -> FloatArray:
     ------
     OutOfMemory : neither memory nor disk holds it.
     """
-    return np.empty((k, n)) if held_in_memory(n, k) else _on_disk(n, k)
+    return np.empty((k, n)) if held_in_memory(n, k, room) else _on_disk(n, k)
 
 
-def rows_of(n: int, k: int) -> FloatArray:
-    """`vectors`, in memory where the disk does not hold them either."""
+def rows_of(n: int, k: int, room: float = ROOM) -> FloatArray:
+    """`vectors`, in memory where the disk does not hold them either.
+
+    Parameters
+    ----------
+    room : free memory over theirs from which on they come from memory; `SPARE` where a factor is made beside them.
+    """
     try:
-        return vectors(n, k)
+        return vectors(n, k, room)
     except OutOfMemory:
         return np.empty((k, n))
 

@@ -14,7 +14,7 @@ from creak.assembly.system import Combine, Recover, Rows, System, momentum_fit, 
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import blocks_that_fit
 from creak.linalg.modes import Modes, lowest, modes
-from creak.linalg.scratch import rows_of
+from creak.linalg.scratch import SPARE, rows_of
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Progress, Steps
 from creak.reduction.constraint_modes import Terms, blocks, static_terms
@@ -253,7 +253,8 @@ def _recovering(system: System, basis: Basis) -> Recover:
     inside = basis.inside
 
     def whole(q: FloatArray, _: FloatArray, at: IntArray | None) -> FloatArray:
-        u = rows_of(system.labels.size if at is None else at.size, q.shape[1]).T
+        inside.solve_only()
+        u = rows_of(system.labels.size if at is None else at.size, q.shape[1], SPARE).T
         for some in blocks_that_fit(q.shape[1], inside.b.size + inside.i.size, COPIES, COLUMNS, 1):
             u[:, some] = system.recover(basis.expand(q[:, some]), at=at)
         inside.spare()

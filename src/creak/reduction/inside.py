@@ -17,6 +17,9 @@ from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.reduction.room import regular_factor_that_fits
 
+OTHERS = 8.0
+"""Factors of the size of a part's own, that its others may take: where memory holds so many more each keeps its own."""
+
 
 class Inside:
     """Internal dofs i and boundary dofs b of a System: M and K in blocks, and one factor of K_ii.
@@ -132,10 +135,23 @@ class Inside:
             self._inner.clear()
             self._stiffness = self._mass = None
 
+    def solve_only(self) -> None:
+        """Make the factor; where memory is short, what it was made of goes."""
+        if self.i.size:
+            _ = self.factor
+        if self._short:
+            self._inner.clear()
+            self._stiffness = self._mass = None
+
     def spare(self) -> None:
-        """`release` where memory would not hold another such factor beside this one."""
-        if self._factor.memory > free_bytes():
+        """`release` where memory is short."""
+        if self._short:
             self.release()
+
+    @property
+    def _short(self) -> bool:
+        """Memory would not hold those of other parts beside this factor."""
+        return OTHERS * self._factor.memory > free_bytes()
 
     def solve(self, f: FloatArray, out: FloatArray | None = None) -> FloatArray:
         """K_ii^-1 f; f is (n_i,) or (n_i, k). `out`: memory of that shape where it may be put; use what is returned."""

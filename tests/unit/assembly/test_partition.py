@@ -11,9 +11,12 @@ from creak.assembly.part import part_system
 from creak.assembly.partition import cut, shared_nodes
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System, to_dense
+from creak.linalg.factor import Factor
 from creak.model.constraints import Fixed, KinematicCoupling
 from creak.model.mesh import Model
+from creak.reduction import inside as inside_module
 from creak.reduction.craig_bampton import craig_bampton
+from creak.reduction.inside import Inside
 from helpers_core import NO_DAMPING, NONE, block, model_of, plate, shell
 
 NX, NY = 6, 4
@@ -132,3 +135,36 @@ def test_recovered_field_is_the_same_in_blocks_and_at_once():
     field = by_node(at_once, small.labels, model.nodes.count)
     assert field.shape == (7, model.nodes.count, 3)
     np.testing.assert_allclose(field[:, held], 0.0, atol=1e-12)
+
+
+def test_some_of_the_field_is_that_of_all_and_asks_no_part_that_has_none_of_it(monkeypatch):
+    """With memory for no second factor each is made for its part and goes again; a part that is far needs none."""
+    made, made_of = [], Inside._regular
+
+    def counted(inside: Inside) -> Factor:
+        made.append(inside.name)
+        return made_of(inside)
+
+    monkeypatch.setattr(Inside, "_regular", counted)
+    model = held_plate()
+    pieces = cut(model, halves(model), ["RIGHT"]).model
+    edge, held = shared_nodes(pieces), np.flatnonzero(model.nodes.coords[:, 0] == 0.0)
+    systems = parts_of(pieces)
+    boundary = [np.flatnonzero(np.isin(s.coordinates // 6, np.union1d(edge, held))) for s in systems]
+    small = couple(
+        [craig_bampton(s, b, count=3) for s, b in zip(systems, boundary, strict=True)], pieces, NONE, NO_DAMPING
+    )
+    q, rng = np.random.default_rng(3).standard_normal((small.n, 7)), np.random.default_rng(4)
+    whole = small.recover(q)
+    at = rng.permutation(small.labels.size)[:50]
+    some = small.recover(q, at=at)
+    np.testing.assert_allclose(some, whole[at], atol=1e-12 * np.abs(whole).max())
+    np.testing.assert_allclose(small.recover(q[:, 0], at=at), whole[at, 0], atol=1e-9 * np.abs(whole).max())
+    monkeypatch.setattr(inside_module, "free_bytes", lambda: 0.0)
+    small.recover(q)  # what was there goes
+    made.clear()
+    np.testing.assert_allclose(small.recover(q, at=at), whole[at], atol=1e-12 * np.abs(whole).max())
+    assert sorted(made) == sorted(s.name for s in systems)
+    right = np.flatnonzero(np.isin(small.labels, np.setdiff1d(systems[1].labels, systems[0].labels)))
+    np.testing.assert_allclose(small.recover(q, at=right), whole[right], atol=1e-12 * np.abs(whole).max())
+    assert made[2:] == [systems[1].name]

@@ -92,6 +92,8 @@ class Handover:
     """Unknowns of the unreduced model that move by themselves, near an event; None: all."""
     low: LowModes | None = None
     """Where some do: modes in which the rest moves with them; their damping, which `unreduced` does not have then."""
+    by_parts: bool = False
+    """Memory holds factors of single parts alone: they are made for each check anew."""
 
     @property
     def ends(self) -> FloatArray:
@@ -161,7 +163,8 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     budget = max(FEWEST / (unreduced.n + STEP), SHARE * BLOCKED * reduced.solves)
     run_of = setup.loads, run.history, v.merge, v.f_max
     positions = setup.structure.model.nodes.coords
-    return Handover(unreduced, system, found.gaps, *run_of, fewest, budget, positions, nearby, low), ""
+    by_parts = reference.of_parts is not None
+    return Handover(unreduced, system, found.gaps, *run_of, fewest, budget, positions, nearby, low, by_parts), ""
 
 
 def low_modes(zeta: ModalDamping | None, reduced: System, reference: ReferenceModel) -> LowModes:

@@ -83,6 +83,7 @@ class Nearby:
         whole, narrow = both
         some = (sizes[0][0].size + sizes[1][0].size) / of.unreduced.n
         solves = some * (FACTOR + whole.gaps.m + s.steps) + BLOCKED * (ground.moved.shape[1] + 2)
+        solves += FACTOR if of.by_parts else 0.0
         return replace(whole, narrow=narrow, solves=solves)
 
     def _ground(self, s: Span, begins: Begins, kept: IntArray) -> tuple[Ground, Prescribed, Begins]:
@@ -167,7 +168,8 @@ def price_of(of: Handover, rows: int) -> Price:
     if of.low is None or of.nearby is None:
         return Price(0.0, begin, 0.0, 1.0)
     share = (1.0 + NARROW) * of.nearby / of.unreduced.n
-    return Price(FACTOR + BLOCKED * of.low.omega2.size, 0.0, share * begin + BLOCKED * RECOVERED, share)
+    recovered = BLOCKED * RECOVERED + (FACTOR if of.by_parts else 0.0)
+    return Price(FACTOR + BLOCKED * of.low.omega2.size, 0.0, share * begin + recovered, share)
 
 
 def _shapes(q: FloatArray, most: int) -> FloatArray:
