@@ -24,11 +24,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg as sla
+import scipy.sparse as sp
 
 from creak.arrays import ComplexArray, FloatArray, Matrix
 from creak.linalg.complex_factor import ComplexFactor, complex_factor, complex_refactor
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import require
+from creak.linalg.mkl import has_pardiso
+from creak.linalg.scratch import SPARE, rows_of
 
 WIDTHS = 2.0
 """Widths of a resonance between two frequencies at first."""
@@ -39,10 +42,12 @@ SAME = 1e-10
 """Square of the length, of 1, below which what is new in an answer is none."""
 FINE = 400
 """Points of the integral over a band."""
+MORE = 3
+"""Frequencies beside the first ones for which there is room at once."""
 MOMENTS = 2
 """Solves of each column at a frequency."""
-ROOM, FEWER = 64.0, "Use a narrower band."
-"""Bytes of a dof of a shape, of answers and of copies that come and go; what to do where memory does not hold them."""
+ROOM, FEWER = 128.0, "Use a narrower band."
+"""Bytes of a dof of an answer, and of copies that come and go; what to do where memory does not hold them."""
 
 
 @dataclass(frozen=True)
@@ -134,8 +139,8 @@ def band_modes(
         return None
     freq, width = widths_between(losses, *band)
     high = reach(losses, band, most)
-    work = _Basis(K, M, losses, push, weights)
     count = min(count_for(losses, low, high), most) - 1  # the last of them checks the others
+    work = _Basis(K, M, losses, push, weights, count + MORE)
     for f in np.interp(np.linspace(0.0, np.interp(high, freq, width), count), width, freq).tolist():
         work.add(f)
     failed, error = list[float](), np.inf
@@ -153,6 +158,7 @@ def band_modes(
         high, error = max(below), CLOSE
         if high <= low:
             return None
+    work.end()
     omega2, Q = sla.eigh(symmetric(work.K), symmetric(work.V.T @ np.asarray(M @ work.V)))
     return BandModes(
         np.maximum(omega2, 0.0), work.V @ Q, high, np.sort(work.freq), error, work.reciprocity, work.solves
@@ -163,10 +169,18 @@ class _Basis:
     """The shapes while they are gathered."""
 
     def __init__(
-        self, K: Matrix, M: Matrix, losses: Losses, push: FloatArray, weights: Callable[[float], ComplexArray]
+        self,
+        K: Matrix,
+        M: Matrix,
+        losses: Losses,
+        push: FloatArray,
+        weights: Callable[[float], ComplexArray],
+        expected: int,
     ) -> None:
         self._full, self._mass, self._losses, self._push, self._weights = K, M, losses, push, weights
-        self.V = np.zeros((K.shape[0], 0))
+        self._upper = tuple(sp.csr_matrix(sp.triu(A)) for A in (K, M))
+        self._expected = expected
+        self._rows, self._used = np.zeros((0, K.shape[0])), 0
         self.K = np.zeros((0, 0))
         self._held: ComplexFactor | None = None
         self._first: list[FloatArray] = []
@@ -174,14 +188,29 @@ class _Basis:
         self.freq: list[float] = []
         self.reciprocity, self.solves = 0.0, 0
 
+    @property
+    def V(self) -> FloatArray:
+        """(n, r) shapes."""
+        return self._rows[: self._used].T
+
+    def end(self) -> None:
+        """Give the memory of the factor back."""
+        self._held = None
+
+    def _factored(self, freq: float) -> ComplexFactor:
+        """A at a frequency, of which nothing stays beside its factor."""
+        (k, m), (K, M) = self._losses.factors(freq), self._upper
+        A = k * K + m * M
+        if not has_pardiso():
+            A = A + sp.triu(A, 1).T
+        return complex_factor(A) if self._held is None else complex_refactor(self._held, A)
+
     def add(self, freq: float) -> float:
         """Solve at a frequency and take the answers in; the error of the transfer there before."""
-        k, m = self._losses.factors(freq)
-        A, w = (k * self._full + m * self._mass).tocsr(), self._weights(freq)
-        held = complex_factor(A) if self._held is None else complex_refactor(self._held, A)
+        held, w = self._factored(freq), self._weights(freq)
         self._held = held
         loads = np.hstack([w, self._push])
-        require(ROOM * self.V.shape[0] * (self.V.shape[1] + loads.shape[1]), "the shapes of the sound", FEWER)
+        require(ROOM * self._full.shape[0] * loads.shape[1], "the shapes of the sound", FEWER)
         X = np.asarray(held.solve(loads))
         true, other = X[:, : w.shape[1]].T @ self._push, w.T @ X[:, w.shape[1] :]
         size = max(float(np.abs(true).max(initial=0.0)), np.finfo(float).tiny)
@@ -216,8 +245,18 @@ class _Basis:
         stiff = np.asarray(self._full @ rest)
         cross = self.V.T @ stiff
         self.K = np.block([[self.K, cross], [cross.T, rest.T @ stiff]])
-        self.V = np.hstack([self.V, rest])
+        self._append(rest)
         return np.asarray(self.V.T @ np.asarray(self._mass @ Y))
+
+    def _append(self, shapes: FloatArray) -> None:
+        """More shapes, in memory where there is much of it, else in a file."""
+        end = self._used + shapes.shape[1]
+        if end > self._rows.shape[0]:
+            most = self._expected * MOMENTS * shapes.shape[1]
+            before, self._rows = self._rows, rows_of(shapes.shape[0], max(end, most), SPARE)
+            self._rows[: self._used] = before[: self._used]
+        self._rows[self._used : end] = shapes.T
+        self._used = end
 
 
 def new_shapes(V: FloatArray, M: Matrix, Y: FloatArray) -> tuple[FloatArray, FloatArray]:

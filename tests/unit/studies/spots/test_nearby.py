@@ -10,11 +10,12 @@ import pytest
 import creak
 from creak.studies.converge.settling import LEAST
 from creak.studies.models import of_parts
+from creak.studies.models.reduced import FACTOR
 from creak.studies.spots import handover
 from creak.studies.spots.check import check_spots
 from creak.studies.spots.handover import handed_over
 from creak.studies.spots.march import Checker
-from creak.studies.spots.nearby import Nearby, checker_of
+from creak.studies.spots.nearby import Nearby, checker_of, price_of
 from creak.verify.figures import FIGURES, TIMES
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -156,6 +157,8 @@ def test_without_a_factor_of_the_whole_events_are_checked_all_the_same(short, mo
     assert parts.reference.of_parts == whole.reference.free_dof
     of, why = handed_over(parts.band, parts.reference)
     assert of.nearby is not None, why
+    held = price_of(replace(of, by_parts=False), 2)
+    assert price_of(of, 2) == replace(held, span=held.span + FACTOR)  # the parts' factors are made for each check
     _, found = checked(parts, monkeypatch, 100)
     assert len(found) == len(expected) > 1
     for a, b in zip(expected, found, strict=True):
