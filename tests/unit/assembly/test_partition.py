@@ -115,7 +115,8 @@ def test_a_coupling_across_the_cut_is_kept():
     np.testing.assert_allclose(frequencies(joined)[:40], frequencies(whole)[:40], rtol=1e-6)
 
 
-def test_recovered_field_is_the_same_in_blocks_and_at_once():
+def reduced_halves() -> tuple[Model, np.ndarray, list[System], System]:
+    """A plate, its held nodes, its halves, and these reduced and joined."""
     model = held_plate()
     pieces = cut(model, halves(model), ["RIGHT"]).model
     edge, held = shared_nodes(pieces), np.flatnonzero(model.nodes.coords[:, 0] == 0.0)
@@ -124,6 +125,11 @@ def test_recovered_field_is_the_same_in_blocks_and_at_once():
     small = couple(
         [craig_bampton(s, b, count=3) for s, b in zip(systems, boundary, strict=True)], pieces, NONE, NO_DAMPING
     )
+    return model, held, systems, small
+
+
+def test_recovered_field_is_the_same_in_blocks_and_at_once():
+    model, held, _, small = reduced_halves()
     q = np.random.default_rng(3).standard_normal((small.n, 7))
     at_once = small.recover(q)
     through_rows = np.asarray(small.rows(small.labels)[0] @ q)
@@ -146,14 +152,7 @@ def test_some_of_the_field_is_that_of_all_and_asks_no_part_that_has_none_of_it(m
         return made_of(inside)
 
     monkeypatch.setattr(Inside, "_regular", counted)
-    model = held_plate()
-    pieces = cut(model, halves(model), ["RIGHT"]).model
-    edge, held = shared_nodes(pieces), np.flatnonzero(model.nodes.coords[:, 0] == 0.0)
-    systems = parts_of(pieces)
-    boundary = [np.flatnonzero(np.isin(s.coordinates // 6, np.union1d(edge, held))) for s in systems]
-    small = couple(
-        [craig_bampton(s, b, count=3) for s, b in zip(systems, boundary, strict=True)], pieces, NONE, NO_DAMPING
-    )
+    _, _, systems, small = reduced_halves()
     q, rng = np.random.default_rng(3).standard_normal((small.n, 7)), np.random.default_rng(4)
     whole = small.recover(q)
     at = rng.permutation(small.labels.size)[:50]

@@ -86,9 +86,9 @@ REFUSED = {
     "no such number": (
         rpc3(),
         3,
-        "has 2 channels, none of which is 3; expected channel = one of Acc_X, Acc_Z, or its number, from 1",
+        "has 2 channels, none of them 3; expected channel = one of Acc_X, Acc_Z, or its number, from 1",
     ),
-    "no such name": (rpc3(), "Acc_Q", "has 2 channels, none of which is 'Acc_Q'"),
+    "no such name": (rpc3(), "Acc_Q", "has 2 channels, none of them 'Acc_Q'"),
     "not named": (rpc3(), None, "has 2 channels; expected channel = one of Acc_X, Acc_Z"),
     "histogram": (rpc3(FILE_TYPE="HISTOGRAM"), 1, "HISTOGRAM"),
     "no step": (rpc3(DELTA_T="soon"), 1, "DELTA_T of the RPC III file is 'soon'"),

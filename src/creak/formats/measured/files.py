@@ -74,7 +74,7 @@ def chosen(
         return found[alike[0]]
     told = f"{path.name} has {len(found)} {key}{'s' * (len(found) != 1)}"
     raise InputError(
-        told if wanted is None else f"{told}, {len(alike) or 'none'} of which is {wanted!r}",
+        told if wanted is None else f"{told}, {len(alike) or 'none'} of them {wanted!r}",
         where=where,
         expected=f"{key} = one of {', '.join(names[:MOST_NAMES])}, or its number, from 1",
         fix="Name one." if wanted is None else suggest(str(wanted), names) or "Give its number.",

@@ -202,9 +202,9 @@ def test_wrong_input_gets_one_message_with_its_line(tmp_path, keys, content, say
     [
         (TransferTable(file="a.mat"), r"a file that ends in .csv, .wav"),
         (TransferTable(file="f.wav"), "f.wav has no calibration"),
-        (TransferTable(file="f.wav", full_scale=1.0, function=2), "has 1 function, none of which is 2"),
+        (TransferTable(file="f.wav", full_scale=1.0, function=2), "has 1 function, none of them 2"),
         (TransferTable(file="e.unv"), "e.unv has 2 functions"),
-        (TransferTable(file="e.unv", function=3), "none of which is 3"),
+        (TransferTable(file="e.unv", function=3), "none of them 3"),
         (TransferTable(file="d.uff", per="volume velocity"), "where d.uff tells volume acceleration"),
         (TransferTable(file="force.uff"), "in Pa over N"),
     ],
