@@ -15,7 +15,7 @@ from creak.linalg.dense_product import symmetric
 Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
 Recover = Callable[[FloatArray, FloatArray, IntArray | None], FloatArray]
-"""q (n, k) and s (n_support, k) -> u (n_label, k) of all labels of a System."""
+"""q (n, k), s (n_support, k) and places in the labels of a System, or None -> u (n_label, k) there, or of all."""
 Combine = Callable[[Matrix, IntArray], tuple[Matrix, Matrix]]
 """A (m, k), physical dof labels (k,) -> A R and A R_s of `Rows`."""
 

@@ -29,12 +29,13 @@ class ComplexFactor(Protocol):
         ...
 
 
-def complex_factor(A: Matrix) -> ComplexFactor:
+def complex_factor(A: Matrix, *, upper: bool = False) -> ComplexFactor:
     """Factorise the complex symmetric matrix A.
 
     Parameters
     ----------
     A : (n, n) Diagonal, ndarray or SciPy sparse; both triangles stored.
+    upper : of a sparse matrix the upper one alone is.
 
     Raises
     ------
@@ -44,10 +45,12 @@ def complex_factor(A: Matrix) -> ComplexFactor:
         return _Diagonal(A)
     if not sp.issparse(A):
         return _Dense(A)
-    return _Pardiso(A) if has_pardiso() else _SuperLU(A)
+    if has_pardiso():
+        return _Pardiso(A)
+    return _SuperLU(A + sp.triu(A, 1).T if upper else A)
 
 
-def complex_refactor(old: ComplexFactor, A: Matrix) -> ComplexFactor:
+def complex_refactor(old: ComplexFactor, A: Matrix, *, upper: bool = False) -> ComplexFactor:
     """A factor of A in the place of `old`, which is gone then.
 
     Where A has the pattern of old's matrix its equations are neither ordered nor analysed again.
@@ -55,7 +58,7 @@ def complex_refactor(old: ComplexFactor, A: Matrix) -> ComplexFactor:
     if isinstance(old, _Pardiso) and old.replaced(A):
         return old
     del old
-    return complex_factor(A)
+    return complex_factor(A, upper=upper)
 
 
 class _Diagonal:

@@ -17,7 +17,7 @@ RESERVE = 2e9
 ROOM = 2.5
 """Free memory over that of what is to stay in it."""
 SPARE = 8.0
-"""Free memory over that of a matrix below which its entries go to disk."""
+"""The same where it is to stay beside a factor: the entries of a matrix, and vectors that are made with one."""
 
 
 def held_in_memory(n: int, k: int, room: float = ROOM) -> bool:

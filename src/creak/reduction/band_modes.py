@@ -30,7 +30,6 @@ from creak.arrays import ComplexArray, FloatArray, Matrix
 from creak.linalg.complex_factor import ComplexFactor, complex_factor, complex_refactor
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import require
-from creak.linalg.mkl import has_pardiso
 from creak.linalg.scratch import SPARE, rows_of
 
 WIDTHS = 2.0
@@ -201,14 +200,13 @@ class _Basis:
         """A at a frequency, of which nothing stays beside its factor."""
         (k, m), (K, M) = self._losses.factors(freq), self._upper
         A = k * K + m * M
-        if not has_pardiso():
-            A = A + sp.triu(A, 1).T
-        return complex_factor(A) if self._held is None else complex_refactor(self._held, A)
+        held = self._held
+        self._held = complex_factor(A, upper=True) if held is None else complex_refactor(held, A, upper=True)
+        return self._held
 
     def add(self, freq: float) -> float:
         """Solve at a frequency and take the answers in; the error of the transfer there before."""
         held, w = self._factored(freq), self._weights(freq)
-        self._held = held
         loads = np.hstack([w, self._push])
         require(ROOM * self._full.shape[0] * loads.shape[1], "the shapes of the sound", FEWER)
         X = np.asarray(held.solve(loads))

@@ -253,7 +253,8 @@ def _recovering(system: System, basis: Basis) -> Recover:
     inside = basis.inside
 
     def whole(q: FloatArray, _: FloatArray, at: IntArray | None) -> FloatArray:
-        inside.solve_only()
+        if q.size:
+            inside.solve_only()
         u = rows_of(system.labels.size if at is None else at.size, q.shape[1], SPARE).T
         for some in blocks_that_fit(q.shape[1], inside.b.size + inside.i.size, COPIES, COLUMNS, 1):
             u[:, some] = system.recover(basis.expand(q[:, some]), at=at)

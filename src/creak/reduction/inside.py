@@ -132,16 +132,18 @@ class Inside:
         """Give the memory of blocks, factor and products back, unless the factor has `above` bytes at most."""
         if self._factor.nbytes > above:
             self._factor.release()
-            self._inner.clear()
-            self._stiffness = self._mass = None
+            self._forget()
+
+    def _forget(self) -> None:
+        """Blocks and products, of which each is cut out anew where it is asked for."""
+        self._inner.clear()
+        self._stiffness = self._mass = None
 
     def solve_only(self) -> None:
         """Make the factor; where memory is short, what it was made of goes."""
-        if self.i.size:
-            _ = self.factor
+        self.in_one()
         if self._short:
-            self._inner.clear()
-            self._stiffness = self._mass = None
+            self._forget()
 
     def spare(self) -> None:
         """`release` where memory is short."""

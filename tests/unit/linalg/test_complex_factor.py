@@ -77,3 +77,13 @@ def test_another_matrix_in_the_place_of_the_first(backend):
 def test_one_analysis_serves_a_pattern():
     first = complex_factor(accretive())
     assert complex_refactor(first, sp.csr_matrix(2.0 * accretive())) is first
+
+
+@pytest.mark.parametrize("pardiso", [True, False])
+def test_one_triangle_is_enough(pardiso, monkeypatch):
+    if not pardiso:
+        monkeypatch.setattr(module, "has_pardiso", lambda: False)
+    A = accretive()
+    b = np.arange(1.0, A.shape[0] + 1.0)
+    found = complex_factor(sp.csr_matrix(sp.triu(A)), upper=True).solve(b)
+    np.testing.assert_allclose(A @ found, b, atol=1e-9 * np.abs(b).max())

@@ -82,8 +82,7 @@ class Nearby:
             both.append(Marched(history, gaps, self._near[acting], what_closes(history), 0.0))
         whole, narrow = both
         some = (sizes[0][0].size + sizes[1][0].size) / of.unreduced.n
-        solves = some * (FACTOR + whole.gaps.m + s.steps) + BLOCKED * (ground.moved.shape[1] + 2)
-        solves += FACTOR if of.by_parts else 0.0
+        solves = _solves(of, some, whole.gaps.m + s.steps, ground.moved.shape[1] + 2)
         return replace(whole, narrow=narrow, solves=solves)
 
     def _ground(self, s: Span, begins: Begins, kept: IntArray) -> tuple[Ground, Prescribed, Begins]:
@@ -164,12 +163,16 @@ def checker_of(of: Handover, parts: int, near: IntArray, stiffness: FloatArray) 
 
 def price_of(of: Handover, rows: int) -> Price:
     """What checks take by `checker_of`, of channels with so many directions of contact and friction, `rows`."""
-    begin = FACTOR + rows  # a factor, and the compliance of the channels
     if of.low is None or of.nearby is None:
-        return Price(0.0, begin, 0.0, 1.0)
+        return Price(0.0, FACTOR + rows, 0.0, 1.0)  # a factor, and the compliance of the channels
     share = (1.0 + NARROW) * of.nearby / of.unreduced.n
-    recovered = BLOCKED * RECOVERED + (FACTOR if of.by_parts else 0.0)
-    return Price(FACTOR + BLOCKED * of.low.omega2.size, 0.0, share * begin + recovered, share)
+    return Price(FACTOR + BLOCKED * of.low.omega2.size, 0.0, _solves(of, share, rows, RECOVERED), share)
+
+
+def _solves(of: Handover, share: float, solved: int, recovered: int) -> float:
+    """Back-substitutions of the whole that a march near an event takes: a factor and so many solved for on a share of
+    the unknowns, and motions that are recovered before it."""
+    return share * (FACTOR + solved) + BLOCKED * recovered + (FACTOR if of.by_parts else 0.0)
 
 
 def _shapes(q: FloatArray, most: int) -> FloatArray:
