@@ -99,7 +99,9 @@ def force_lines(force: FloatArray, high: float) -> ForceLines:
     return ForceLines(size, 2 * ease, X / np.sinc(np.arange(lines) / size)[:, None])
 
 
-def band_power(lines: ForceLines, here: slice, gain: FloatArray, mix: FloatArray) -> tuple[FloatArray, FloatArray]:
+def band_power(
+    lines: ForceLines, here: slice, gain: FloatArray, mix: FloatArray | ComplexArray
+) -> tuple[FloatArray, FloatArray]:
     """Times (k,) in s and mean squares (k,), over a period of the band, of all of X mix: of some lines, with a gain of
     each.
 

@@ -21,6 +21,9 @@ from creak.sound.third_octave import across_third
 
 EDGE = 3.5
 """Mobility of a free edge over that of the inside of the same plate (Cremer, Heckl and Petersson, section 5.2)."""
+FREE, POINT = 0.52, 16.0
+"""What a free edge radiates far below coincidence, over that of a supported one and (f / f_c)^2; supported edge over
+the length of a wave by 2 pi that a held point radiates like."""
 MOST = 2.0
 """Radiation efficiency at most, near coincidence (EN 12354-1)."""
 POINTS = 9
@@ -41,7 +44,11 @@ class Plate:
     area: float
     """m^2."""
     perimeter: float
-    """m, of its free edges and holes."""
+    """m of its edges that are held across, as simply supported ones are."""
+    free: float = 0.0
+    """m of edges that are free."""
+    points: int = 0
+    """At which it is held besides."""
 
     @property
     def coincidence(self) -> float:
@@ -72,15 +79,19 @@ class Plate:
 def radiation_efficiency(plate: Plate, freq: FloatArray) -> FloatArray:
     """sigma of one side of a baffled plate at each frequency, Hz, mean of a third octave around it, 2 at most.
 
-    Below coincidence, with l = sqrt(f / f_c), U the perimeter,
+    Below coincidence, with l = sqrt(f / f_c),
 
         sigma = U c / (S f_c) [(1 - l^2) ln((1 + l) / (1 - l)) + 2 l] / (4 pi^2 (1 - l^2)^1.5) + d_2,
         d_2 = 8 c^2 (1 - 2 l^2) / (f_c^2 pi^4 S l sqrt(1 - l^2)) below half of it, 4 S (f / c)^2 at most below the first
-        mode; above 1 / sqrt(1 - f_c / f) (EN 12354-1, equations B.3).
+        mode; above 1 / sqrt(1 - f_c / f) (EN 12354-1, equations B.3). U is the perimeter where the edges are supported.
+    All that holds a plate back radiates: a free edge by l^4 (.52 + .48 l^10) of a supported one (waves of all
+    directions on half a plate, Poisson's ratio .3), and a point as 16 / k_b of supported edge (its force is v / Re Y,
+    and sends rho / (2 pi m) of that). The corners' share d_2 is that of the supported edges.
     """
     each = freq[:, None] * across_third(POINTS)
     f_c, c = plate.coincidence, AIR.speed
-    half, S = 0.5 * plate.perimeter, plate.area
+    S, outline = plate.area, plate.perimeter + plate.free
+    half = 0.5 * outline
     sides = max(half**2 - 2.0 * S, 2.0 * S)  # l1^2 + l2^2; a square is the least
     first = c**2 / (4.0 * f_c) * sides / S**2
     tiny = 1e-9
@@ -89,7 +100,9 @@ def radiation_efficiency(plate: Plate, freq: FloatArray) -> FloatArray:
     edges = ((1.0 - below) * np.log((1.0 + root) / (1.0 - root)) + 2.0 * root) / (4.0 * np.pi**2 * (1.0 - below) ** 1.5)
     corners = 8.0 * c**2 * (1.0 - 2.0 * below) / (f_c**2 * np.pi**4 * S * root * np.sqrt(1.0 - below))
     small = 4.0 * S * (each / c) ** 2
-    waves = plate.perimeter * c / (S * f_c) * edges + np.where(below < 0.5, corners, 0.0)
+    length = plate.perimeter + plate.free * below**2 * (FREE + (1.0 - FREE) * below**5)
+    length = length + plate.points * POINT / plate.wavenumber(each)
+    waves = length * c / (S * f_c) * edges + plate.perimeter / outline * np.where(below < 0.5, corners, 0.0)
     above = 1.0 / np.sqrt(1.0 - np.clip(f_c / each, tiny, 1.0 - tiny))
     short = np.sqrt(2.0 * np.pi * each * half / (16.0 * c))
     if first <= 0.5 * f_c:
@@ -104,7 +117,7 @@ def relative_variance(overlap: FloatArray, bandwidth: FloatArray, *, at_a_point:
     """Variance over its squared mean of what one of many like plates has of a band: of its energy, or of what it sends
     to one point.
 
-        r^2 = (a - 1) G / (pi M) + ln(1 + B^2) / (pi M B)^2,     G = (2 B atan B - ln(1 + B^2)) / B^2
+        r^2 = (a - 1) G / (pi M) + ln(1 + B^2) / (pi M B)^2,     G of `interference`
 
     Langley and Brown 2004, equation 40, for modes that keep apart as those of irregular plates do. At one point waves
     of all directions meet with any phase (Schroeder), which adds G however many modes there are.
@@ -113,11 +126,17 @@ def relative_variance(overlap: FloatArray, bandwidth: FloatArray, *, at_a_point:
     ----------
     overlap : M, width of a resonance times modes per Hz. bandwidth : B, width of the band over that of a resonance.
     """
-    B, log = bandwidth, np.log1p(bandwidth**2)
-    G = (2.0 * B * np.arctan(B) - log) / B**2
+    B, log, G = bandwidth, np.log1p(bandwidth**2), interference(bandwidth)
     spread = DRIVEN * HEARD if at_a_point else DRIVEN
     found = (spread - 1.0) * G / (np.pi * overlap) + log / (np.pi * overlap * B) ** 2
     return np.asarray(found + G if at_a_point else found)
+
+
+def interference(bandwidth: FloatArray) -> FloatArray:
+    """G = (2 B atan B - ln(1 + B^2)) / B^2: relative variance in a band of two waves that meet with any phase, B its
+    width over that of a resonance."""
+    B = bandwidth
+    return np.asarray((2.0 * B * np.arctan(B) - np.log1p(B**2)) / B**2)
 
 
 def in_decibel(variance: FloatArray) -> FloatArray:

@@ -121,6 +121,54 @@ def test_radiation_efficiency_against_rayleigh_integrals_of_modes(thick, freq, w
     )
 
 
+def sent_by_an_edge(share: float, *, supported: bool) -> float:
+    """Power that an edge sends, over rho c <v^2> / k_b, by waves of all directions on half a plate, set in a wall.
+
+    Each wave, what it is turned back as and what stays near the edge, by wavenumbers across the edge.
+    """
+    k = np.sqrt(share)  # of air, over that of bending
+    steep = np.arcsin(k) * (np.arange(300) + 0.5) / 300  # others send nothing
+    found = 0.0
+    for along in np.sin(steep):
+        to, near = 1j * np.sqrt(1 - along**2), -np.sqrt(1 + along**2)
+
+        def moment(s: complex, a: float = along) -> complex:
+            return s**2 - NU * a**2
+
+        def shear(s: complex, a: float = along) -> complex:
+            return s**3 - (2 - NU) * a**2 * s
+
+        back = np.array([-1.0, 0.0])
+        if not supported:
+            rows = np.array([[f(to), f(near)] for f in (moment, shear)])
+            back = np.linalg.solve(rows, [-moment(-to), -shear(-to)])
+        K = np.sqrt(k**2 - along**2) * np.cos((np.arange(60) + 0.5) / 60 * np.pi)
+        shape = 1 / (1j * K + to) + back[0] / (1j * K - to) + back[1] / (1j * K - near)
+        found += k / 4 * (np.abs(shape) ** 2).mean() * steep[-1] / steep.size * 2 / np.pi
+    return found
+
+
+@pytest.mark.parametrize("share", [0.02, 0.1, 0.3, 0.6])
+def test_edges_of_half_a_plate(share, measured):
+    """Supported and free ones, by waves that come from all directions; so long that corners are nothing."""
+    wave, long, area = 50.0, 400.0, 1e4
+    coincidence = wave * AIR.speed / (2 * np.pi) / np.sqrt(share)
+    mass = (2 * np.pi * coincidence / AIR.speed**2) ** 2
+    freq = np.array([share * coincidence])
+    for supported in (True, False):
+        plate = Plate(1.0, mass, area, *((long, 0.0) if supported else (0.0, long)))
+        assert plate.wavenumber(freq)[0] == pytest.approx(wave)
+        kind = "supported" if supported else "free"
+        measured(
+            "sound",
+            f"what a {kind} edge sends at {share:g} of its coincidence, over rho c <v^2> / k_b",
+            radiation_efficiency(plate, freq)[0] * area * wave / long,
+            sent_by_an_edge(share, supported=supported),
+            rel=0.1,
+            source="waves of all directions on half a plate",
+        )
+
+
 def test_coincidence_of_steel_and_plates_below_their_first_mode():
     assert steel(1e-3, 1.0, 1.0).coincidence == pytest.approx(12_000.0, rel=0.02)  # 12 m/s^2 over thickness
     plate = steel(1e-3, 0.5, 0.5)

@@ -18,7 +18,7 @@ from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
-UNCHECKED = "not checked: it was not repeated with other settings of the run, nor was the unreduced model run beside it"
+UNCHECKED = "not checked: it was not repeated with other settings of the run"
 """Reason of a run that nothing judged."""
 FAINT = 0.1
 """Force of the place over that of the hardest event, up to which an event that has not settled may be let be."""

@@ -19,7 +19,8 @@ from creak.studies.sound.loud import Heard, bar_share, heard_of, with_bar
 from creak.studies.sound.radiation import Radiation, radiation, record_of
 from creak.studies.sound.rooms import Cabin
 from creak.studies.sound.source import Source, on_system, source_of
-from creak.studies.sound.statistics import Statistics, Tie, statistical
+from creak.studies.sound.statistics import Statistics, statistical
+from creak.studies.sound.tied import Tie
 
 
 @dataclass(frozen=True)

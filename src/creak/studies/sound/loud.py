@@ -15,7 +15,7 @@ from creak.sound.loudness import TIME_STEP, Loudness, added_loudness, loudness
 from creak.sound.quality import Quality, quality_of, within
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
-from creak.studies.sound.statistics import Tie
+from creak.studies.sound.tied import Tie
 
 MESH = 0.03
 """Share by which loudness that a mesh computes to its end, six elements per wave, is off in 95 of 100 struck plates."""

@@ -15,8 +15,9 @@ from creak.model.dofs import TRANSLATIONS, dofs_of, nodes_of
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
-from creak.model.skin import Skin, panels
+from creak.model.skin import Skin
 from creak.sound.plates import EDGE, Plate
+from creak.studies.sound.edges import Edges, edges_of
 
 LEAST = 1.0
 """Modes in a third octave from which on a part counts as a plate."""
@@ -26,7 +27,7 @@ OUT = 0.05
 
 @dataclass(frozen=True)
 class PartPlates:
-    """A part of shells: its sections, each as a plate of the area and the free edges of the whole part."""
+    """A part of shells: its sections, each as a plate of the area and the edges of the whole part."""
 
     part: int
     """Row into `Model.parts`."""
@@ -80,6 +81,13 @@ class Push:
     """(k,)"""
     direct: FloatArray
     """(k,)"""
+    normal: FloatArray
+    """(k, 3) of the plate there, unit length; `across` is along it."""
+
+    def of(self, which: BoolArray, column: IntArray) -> Push:
+        """Some of the forces, as other columns."""
+        each = (x[which] for x in (self.across, self.point, self.mobility, self.direct, self.normal))
+        return Push(self.part, column, *each)
 
 
 def sheets_of(model: Model, skin: Skin, metre: float) -> Sheets:
@@ -111,47 +119,25 @@ def sheets_of(model: Model, skin: Skin, metre: float) -> Sheets:
         own.append((float(area.sum()), float(area @ D / area.sum()), float(area @ m / area.sum())))
     shells = skin.select(~skin.solid)
     solid[skin.nodes_idx[skin.solid]] = True
-    normal, free, edges = _normals_and_edges(shells, n, metre)
+    normal, free, edges = edges_of(model, shells, metre)
     has = whole > 0.0
     D, m = D_sum / np.where(has, whole, 1.0), m_sum / np.where(has, whole, 1.0)
     at = np.where(has, 1.0 / (8.0 * np.sqrt(np.where(has, D * m, 1.0))), 0.0) * np.where(free, EDGE, 1.0)
     direct = np.zeros(n)
     direct[has] = [Plate(1.0, x, 1.0, 1.0).direct for x in m[has].tolist()]
-    plates = tuple(_part(k, own, edges.get(k, 0.0)) for k, own in sorted(sections.items()) if k >= 0)
+    plates = tuple(_part(k, own, edges.get(k, Edges())) for k, own in sorted(sections.items()) if k >= 0)
     coords = model.nodes.coords * metre
     leads = np.where(has, np.arange(n), -1)
     _lead(model, coords, has, solid, part, leads)
     return Sheets(plates, part, leads, coords, normal, at, direct)
 
 
-def _part(part: int, sections: Sequence[tuple[float, float, float]], perimeter: float) -> PartPlates:
+def _part(part: int, sections: Sequence[tuple[float, float, float]], edges: Edges) -> PartPlates:
     areas = np.array([s[0] for s in sections])
     whole = float(areas.sum())
-    around = max(perimeter, 4.0 * whole**0.5)  # a closed shell has no edge; it sends no less than a square
-    return PartPlates(part, tuple(Plate(D, m, whole, around) for _, D, m in sections), areas)
-
-
-def _normals_and_edges(shells: Skin, n: int, metre: float) -> tuple[FloatArray, BoolArray, dict[int, float]]:
-    """Unit normals of nodes, which of them lie on a free edge, and the length of the free edges of each part, m."""
-    normal, free = np.zeros((n, 3)), np.zeros(n, dtype=bool)
-    if not shells.count:
-        return normal, free, {}
-    turned = shells.areas * panels(shells.nodes_idx)[0][:, None]
-    for column in shells.nodes_idx.T:
-        np.add.at(normal, column, turned)
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    start, end = shells.nodes_idx.ravel(), np.roll(shells.nodes_idx, -1, axis=1).ravel()
-    length = np.linalg.norm(np.roll(shells.corners, -1, axis=1) - shells.corners, axis=2).ravel() * metre
-    there = start != end
-    ends = np.sort(np.stack([start, end], axis=1)[there], axis=1)
-    _, edge, count = np.unique(ends, axis=0, return_inverse=True, return_counts=True)
-    alone = count[edge.ravel()] == 1
-    free[ends[alone]] = True
-    lengths: dict[int, float] = {}
-    part = np.repeat(shells.part, 4)[there]
-    for k in np.unique(part).tolist():
-        lengths[k] = float(length[there][alone & (part == k)].sum())
-    return normal, free, lengths
+    closed = edges.held + edges.free == 0.0  # has no edge; it sends no less than a square
+    of_part = whole, 4.0 * whole**0.5 if closed else edges.held, edges.free, edges.points
+    return PartPlates(part, tuple(Plate(D, m, *of_part) for _, D, m in sections), areas)
 
 
 def _lead(model: Model, coords: FloatArray, has: BoolArray, solid: BoolArray, part: IntArray, leads: IntArray) -> None:
@@ -176,7 +162,7 @@ def pushes(sheets: Sheets, gaps: GapOperator, row: IntArray) -> list[Push]:
     R = _rows(gaps)[row].tocoo()
     labels = gaps.labels[R.col]
     node, dof = nodes_of(labels), dofs_of(labels)
-    moves = np.isin(dof, TRANSLATIONS)
+    moves = np.isin(dof, TRANSLATIONS) & (R.data != 0.0)
     force, node, axis, value = R.row[moves].astype(np.int64), node[moves], dof[moves] - 1, R.data[moves]
     on = sheets.leads[node]
     force, axis, value, on = force[on >= 0], axis[on >= 0], value[on >= 0], on[on >= 0]
@@ -189,13 +175,17 @@ def pushes(sheets: Sheets, gaps: GapOperator, row: IntArray) -> list[Push]:
         at, share = on[mine], np.abs(value[mine])
         share = share / np.bincount(k, share)[k]
         across = np.asarray(np.bincount(k, value[mine] * sheets.normal[at, axis[mine]]), dtype=np.float64)
-        point = np.stack([np.bincount(k, share * sheets.coords[at, x]) for x in range(3)], axis=1)
-        means = (np.asarray(np.bincount(k, share * x[at]), dtype=np.float64) for x in (sheets.mobility, sheets.direct))
-        push = Push(one, column, across, np.asarray(point, dtype=np.float64), *means)
+
+        def mean(of_node: FloatArray, share: FloatArray = share, at: IntArray = at, k: IntArray = k) -> FloatArray:
+            return np.stack([np.bincount(k, share * x[at]) for x in np.atleast_2d(of_node.T)], axis=1)
+
+        normal = mean(sheets.normal)
+        normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+        mobility, direct = mean(np.stack([sheets.mobility, sheets.direct], axis=1)).T
+        push = Push(one, column, across, mean(sheets.coords), mobility, direct, normal)
         bends = np.abs(across) > OUT * np.abs(across).max(initial=0.0)
         if bends.any():
-            fields = (x[bends] for x in (push.column, push.across, push.point, push.mobility, push.direct))
-            found.append(Push(one, *fields))
+            found.append(push.of(bends, push.column[bends]))
     return found
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import rfft
 from scipy.special import j0
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
@@ -29,25 +29,23 @@ from creak.sound.carriers import (
     lines_of,
     stored,
 )
-from creak.sound.directivity import FlatSheet, flat_sheet, plane_of
+from creak.sound.directivity import FlatSheet, flat_sheet
 from creak.sound.forced import FADE, LOWEST, without_lows
 from creak.sound.head import Head
-from creak.sound.plates import in_decibel, radiation_efficiency, relative_variance
+from creak.sound.plates import in_decibel, interference, radiation_efficiency, relative_variance
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
 from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.sheets import LEAST, PartPlates, Push, Sheets, pushes, sheets_of
 from creak.studies.sound.source import Source
+from creak.studies.sound.tied import Levels, Tie, tied
 from creak.studies.sound.transfers import Transfer
 
 END = 10_000.0
 """Hz up to which statistical energy goes."""
-TIED = 3
+TIED = 6
 """Third octaves, the last ones that were computed, that it is tied to."""
-UNTIED = 5.0
-"""dB, standard deviation of a level that is tied to nothing. Real parts are no flat plates of one thickness: bands of a
-door and a cockpit that were computed are off by so much. It is also what an edge takes more than the inside."""
 BAR = 2.0
 """Standard deviations of a bar."""
 WORTH = 1.1
@@ -90,19 +88,6 @@ class Statistics:
 
 
 @dataclass(frozen=True)
-class Tie:
-    """How the statistical level of one sound stands to what was computed of it."""
-
-    bands: int
-    """Third octaves that both have; 0: it is tied to nothing."""
-    offset: float
-    """dB by which the statistics are corrected: what was computed over them there, as far as its own scatter lets it
-    tell more than `UNTIED`; 0 where nothing ties them."""
-    scatter: float
-    """dB, standard deviation of the level beyond: of the tie, and of one plate from the mean of all like it."""
-
-
-@dataclass(frozen=True)
 class Statistical:
     """Pressures (n_group, n) at 48 kHz."""
 
@@ -128,7 +113,9 @@ class _Heard:
     head: Head | None
     """Of the listener, at whose ear it is heard; None: nothing is there."""
     sine: FloatArray
-    """(k,) of the angle between the part's normal and the way from each force to the listener."""
+    """(k,) of the angle between the plate's normal and the way from each force to the listener."""
+    straight: FloatArray
+    """(k,) 1/m over the length of that way, negative where the normal points away from the listener."""
     way: Transfer | None = None
     """What was measured from the part."""
     beams: FloatArray | None = None
@@ -226,9 +213,11 @@ def statistical(
             continue
         lines = force_lines(source.force[:, some] * (known.metre / np.sqrt(share)), known.span.high)
         beyond = [_envelope(known, lines, here, int(b), cut=True) for b in known.span.bands]
-        tie = _tie(known, lines, here, beyond, computed[g])
+        tie, corrected = _tie(known, lines, here, beyond, computed[g])
         time = (np.arange(n) - start) / RATE
-        square = [10.0 ** (0.1 * tie.offset) * np.interp(time, e.time, e.square) for e in beyond]
+        square = [
+            10.0 ** (0.1 * by) * np.interp(time, e.time, e.square) for by, e in zip(corrected, beyond, strict=True)
+        ]
         rows = along(known.noise.of(n), square, int(GOLDEN * g * n) % n).sum(axis=0)
         if listener.head is not None:
             nearest = max(here, key=lambda h: h.spread)
@@ -253,17 +242,18 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
 
 
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
-    own = _shells(listener, push.part)
+    own, nothing = _shells(listener, push.part), np.zeros(len(push.point))
     if not own.count:
-        return _Heard(push, 0.0, 0.0, np.zeros(3), None, np.zeros(len(push.point)))
+        return _Heard(push, 0.0, 0.0, np.zeros(3), None, nothing, nothing)
     area = np.linalg.norm(own.areas, axis=1)
     offset = (own.centres - listener.position) * metre
     r = np.linalg.norm(offset, axis=1)
     spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
     way, to = listener.way(push.part.part), listener.position * metre - push.point
-    normal = plane_of(own.areas)[1][:, -1]
-    sine = np.linalg.norm(np.cross(to, normal), axis=1) / np.linalg.norm(to, axis=1)
-    return _Heard(push, spread, away, np.asarray(area @ offset / area.sum()), listener.head, sine, way)
+    far, middle = np.linalg.norm(to, axis=1), np.asarray(area @ offset / area.sum())
+    cosine = np.einsum("nx,nx->n", to, push.normal) / far
+    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
+    return _Heard(push, spread, away, middle, listener.head, sine, np.where(cosine < 0.0, -1.0, 1.0) / far, way)
 
 
 def _shells(listener: Listener, part: PartPlates) -> Skin:
@@ -276,8 +266,7 @@ def _of(heard: _Heard, columns: IntArray) -> _Heard:
     p = heard.push
     mine = np.isin(p.column, columns)
     among = np.searchsorted(columns, p.column[mine])
-    own = Push(p.part, among, p.across[mine], p.point[mine], p.mobility[mine], p.direct[mine])
-    return replace(heard, push=own, sine=heard.sine[mine])
+    return replace(heard, push=p.of(mine, among), sine=heard.sine[mine], straight=heard.straight[mine])
 
 
 def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
@@ -286,17 +275,17 @@ def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], ban
     gain = gain * known.span.gain(lines.freq(here)) if cut else gain
     middle = np.array([BANDS[band]])
     width = float(known.losses.width(middle)[0])
-    total, late, variance = np.zeros(1), 0.0, 0.0
-    time = np.zeros(1)
+    time, total = band_power(lines, here, gain, _straight(heard, lines.X.shape[1], float(middle[0])))
+    straight, over, late, variance = float(total.sum()), middle * WIDTH / width, 0.0, 0.0
     for h in heard:
-        time, power = band_power(lines, here, gain, _together(h.push, float(middle[0]), lines.X.shape[1]))
+        _, power = band_power(lines, here, gain, _together(h.push, float(middle[0]), lines.X.shape[1]))
         per_energy = _sent(h, band) * h.reach(float(middle[0]))
         ringing = per_energy * stored(time, power, 2.0 * np.pi * width)
-        own = ringing + _direct(h, lines, here, gain, float(middle[0]))
-        overlap, over = np.array([width * h.push.part.density]), middle * WIDTH / width
-        total = total + own
-        late += h.away * float(own.sum())
-        variance += float(relative_variance(overlap, over)[0]) * float(ringing.sum()) ** 2
+        rings, overlap = float(ringing.sum()), np.array([width * h.push.part.density])
+        total = total + ringing
+        late += h.away * (rings + straight / len(heard))
+        variance += float(relative_variance(overlap, over)[0]) * rings**2
+        variance += 2.0 * float(interference(over)[0]) * rings * straight
     whole = float(np.sum(total))
     if whole <= 0.0:
         return _Envelope(band, time, np.zeros(time.size), 0.0)
@@ -339,7 +328,7 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
         return None
     point = listener.position * known.metre
     found = np.ones((len(part.plates), BANDS.size))
-    bands = range(max(0, int(known.span.bands[0]) - TIED - 1), int(known.span.bands[-1]) + 1)
+    bands = range(int(known.span.bands[-1]) + 1)
     for k, plate in enumerate(part.plates):
         for band in bands:
             freq = float(BANDS[band])
@@ -350,19 +339,21 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
     return found
 
 
-def _direct(heard: _Heard, lines: ForceLines, here: slice, gain: FloatArray, freq: float) -> FloatArray:
-    """Mean square of what the forces send by themselves.
+def _straight(heard: Sequence[_Heard], n_force: int, freq: float) -> ComplexArray:
+    """(n_force, 1) what the forces send by themselves, of all parts together: a contact pushes two of them apart.
 
     rho F / (2 pi r m) / (1 - x), x = (f / f_c)^2 sin^4 of the angle off the normal at the force: the infinite plate
     (Cremer, Heckl and Petersson, section 6.5). What is above that at x near 1 is a wave, which its energy has.
     """
-    push, n = heard.push, lines.X.shape[1]
-    plate = max(push.part.plates, key=lambda p: p.density)
-    x = (freq / plate.coincidence) ** 2 * heard.sine**4
-    mix = np.zeros((n, 1))
-    share = 1.0 / np.maximum(x - 1.0, 1.0)
-    np.add.at(mix[:, 0], push.column, push.across * push.direct * share * np.sqrt(heard.reach(freq)))
-    return band_power(lines, here, gain, mix)[1]
+    mix = np.zeros((n_force, 1), dtype=np.complex128)
+    for h in heard:
+        push = h.push
+        plate = max(push.part.plates, key=lambda p: p.density)
+        x = (freq / plate.coincidence) ** 2 * h.sine**4
+        late = np.exp(-2j * np.pi * freq / AIR.speed / np.abs(h.straight))
+        way = h.straight * late * np.sqrt(h.reach(freq) / h.spread)
+        np.add.at(mix[:, 0], push.column, push.across * push.direct * way / np.maximum(x - 1.0, 1.0))
+    return mix
 
 
 def _tie(
@@ -371,27 +362,21 @@ def _tie(
     heard: Sequence[_Heard],
     beyond: Sequence[_Envelope],
     computed: FloatArray,
-) -> Tie:
-    """By the third octaves below the span that were computed whole."""
+) -> tuple[Tie, FloatArray]:
+    """By the third octaves below the span that were computed whole; and dB by which each of those beyond is off."""
     modes = max(h.push.part.density for h in heard) * WIDTH * BANDS
     whole = np.flatnonzero((FADE * known.span.low >= UPPER_EDGES) & (LOWER_EDGES >= LOWEST) & (modes >= LEAST))
     X = np.abs(rfft(computed)) ** 2
-    apart: list[float] = []
-    scatter: list[float] = []
-    for band in whole[-TIED:].tolist():
-        there = _envelope(known, lines, heard, band, cut=False)
-        here, gain = lines_of(band, RATE / computed.size, X.size)
+    band, apart, variance = list[int](), list[float](), list[float]()
+    for k in whole[-TIED:].tolist():
+        there = _envelope(known, lines, heard, k, cut=False)
+        here, gain = lines_of(k, RATE / computed.size, X.size)
         energy = 2.0 * float(X[here] @ gain**2) / computed.size / RATE
         if energy > 0.0 and there.energy > 0.0:
+            band.append(k)
             apart.append(float(10.0 * np.log10(energy / there.energy)))
-            scatter.append(there.variance)
-    weight = np.array([e.energy for e in beyond]) ** LOUD
-    count = weight.sum() ** 2 / (weight @ weight) if weight.any() else 1.0
-    own = in_decibel(np.array([e.variance for e in beyond])) ** 2 @ weight / max(float(weight.sum()), 1e-300)
-    k, before = len(apart), UNTIED**2
-    if not k:
-        return Tie(0, 0.0, float(np.sqrt(before + own / count)))
-    seen = float(np.var(apart, ddof=1)) if k > 1 else 0.0
-    of_tie = max(seen, float(np.mean(in_decibel(np.array(scatter)) ** 2))) / k
-    counts = before / (before + of_tie)
-    return Tie(k, counts * float(np.mean(apart)), float(np.sqrt(counts * of_tie + own / count)))
+            variance.append(there.variance)
+    seen = Levels(np.array(band, dtype=np.int64), np.array(apart), in_decibel(np.array(variance)))
+    own = in_decibel(np.array([e.variance for e in beyond]))
+    loud = np.array([e.energy for e in beyond]) ** LOUD
+    return tied(seen, np.array([e.band for e in beyond], dtype=np.int64), own, loud)

@@ -26,7 +26,7 @@ from creak.studies.sound.loud import Heard, heard_of, with_bar
 from creak.studies.sound.rooms import Cabin
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
-from creak.studies.sound.statistics import END, Statistics, _strongest, statistical, statistics_of
+from creak.studies.sound.statistics import END, Statistics, _heard, _straight, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, shell
 from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate
 from helpers_solids import solid_mesh
@@ -137,12 +137,12 @@ def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, c
     assert coarse.band < 500.0
     inside = 0
     for at in STRUCK:
-        for one, rel, end in ((fine, 0.08, "3.5 kHz"), (coarse, 0.3, "490 Hz")):
+        for one, rel, end, tied in ((fine, 0.08, "3.5 kHz", 6), (coarse, 0.3, "490 Hz", 4)):
             found, _ = one.heard(at)
             true = exact(one.node(at))
             inside += found.n5_bar[0] <= true.n5 <= found.n5_bar[1]
             assert found.tie is not None
-            assert found.tie.bands == 3
+            assert found.tie.bands == tied
             measured(
                 "sound",
                 f"plate struck at {at[0]:g}, {at[1]:g} m: N5 of a mesh to {end} with statistical energy beyond",
@@ -153,7 +153,7 @@ def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, c
                 source="Kirchhoff's modes and Rayleigh's integral to 10 kHz",
             )
         assert found.n5_computed < 0.4 * true.n5
-        assert found.n5_bar[1] / found.n5 - 1.0 < 0.5  # a bar that says something
+        assert found.n5_bar[1] / found.n5 - 1.0 < 0.6  # a bar that says something
     assert inside >= 7  # of 8: bars are two standard deviations
 
 
@@ -203,22 +203,45 @@ def test_nothing_changes_below_and_nothing_is_above_its_end(coarse):
 
 
 def test_what_forces_push(coarse):
-    """Across a plate, at its middle or its edge; along it nothing bends."""
+    """Across a plate, at its middle or its edge, held or free; along it nothing bends."""
     model = coarse.model
     sheets = sheets_of(model, coarse.skin, 1.0)
     (inside,) = pushes(sheets, across(model, (0.2667, 0.2)), np.array([0]))
-    (edge,) = pushes(sheets, across(model, (0.5, 0.2)), np.array([0]))
+    (held,) = pushes(sheets, across(model, (0.5, 0.2)), np.array([0]))
+    (edge,) = pushes(sheets_of(replace(model, fixed=()), coarse.skin, 1.0), across(model, (0.5, 0.2)), np.array([0]))
     part = inside.part
     rigidity = STEEL.youngs_modulus * THICK**3 / (12 * (1 - STEEL.poisson_ratio**2))
     assert abs(inside.across[0]) == pytest.approx(1.0)
     assert inside.mobility[0] == pytest.approx(1.0 / (8.0 * np.sqrt(rigidity * STEEL.density * THICK)))
     assert edge.mobility[0] == pytest.approx(EDGE * inside.mobility[0])
+    assert held.mobility[0] == pytest.approx(inside.mobility[0])
     assert part.mass == pytest.approx(STEEL.density * THICK * SIDES[0] * SIDES[1])
     assert part.plates[0].perimeter == pytest.approx(2.0 * sum(SIDES))
     assert part.density == pytest.approx(0.5 * 0.2 * np.sqrt(STEEL.density * THICK / rigidity))
     G = np.zeros((1, 6 * len(model.nodes.coords)))
     G[0, 6 * 40] = 1.0  # along x
     assert pushes(sheets, channels(G, 0.0, 1.0), np.array([0])) == []
+
+
+def test_a_contact_pushes_two_plates_apart(coarse):
+    """What its two forces send by themselves is of opposite signs; that of the heavier plate is the fainter."""
+    one = coarse.model
+    n = one.nodes.count
+    quads, coords = one.blocks[0].nodes_idx, np.vstack([one.nodes.coords, one.nodes.coords - [0.0, 0.0, 0.002]])
+    blocks = [block("quad4", quads, shell(THICK)), block("quad4", quads + n, shell(3 * THICK), part=1, first=1001)]
+    model = model_of(coords, blocks, [("A", range(n)), ("B", range(n, 2 * n))])
+    skin, node = skin_of(model), 100
+    G = np.zeros((2, 12 * n))
+    G[:, 6 * node + 2] = 1.0
+    G[1, 6 * (node + n) + 2] = -1.0
+    found = pushes(sheets_of(model, skin, 1.0), channels(G, [0.0, 0.0], [1.0, 1.0]), np.array([0, 1]))
+    ear = Listener("ear", coords[node] + [0.0, 0.0, 0.5], skin, ("A", "B"), True)
+    alone, both = _straight([_heard(p, ear, 1.0) for p in found], 2, 100.0)[:, 0]
+    own = AIR.density / (2 * np.pi * STEEL.density * THICK)
+    assert abs(alone) == pytest.approx(own / 0.5)
+    assert abs(both) == pytest.approx(own / 0.5 - own / 3 / 0.502, rel=1e-3)
+    near, far = (np.angle(_straight([_heard(found[0], ear, 1.0)], 2, f)[0, 0]) for f in (100.0, 200.0))
+    assert (near - far) % (2 * np.pi) == pytest.approx(2 * np.pi * 100.0 * 0.5 / AIR.speed)  # half a metre later
 
 
 def test_lengths_in_millimetres_change_nothing(coarse):

@@ -151,7 +151,9 @@ def test_beyond_the_modes_and_the_mesh_it_counts_alike(measured):
         np.testing.assert_allclose(found, np.where(is_b, gain, 1.0) * without, atol=1e-12 * np.abs(without).max())
     flat = Transfer(1, "b.csv", freq, np.array([3.0, 3.0]))
     nothing = np.zeros(0)
-    push = Push(PartPlates(1, (), nothing), nothing.astype(int), nothing, np.zeros((0, 3)), nothing, nothing)
+    push = Push(
+        PartPlates(1, (), nothing), nothing.astype(int), nothing, np.zeros((0, 3)), nothing, nothing, np.zeros((0, 3))
+    )
     reach = [_heard(push, replace(plain, transfers=ways), 1.0).reach(700.0) for ways in ((), (flat,))]
     measured(
         "sound", "square of a way in statistical energy", reach[1] / reach[0], 9.0, rel=1e-12, source="its own gain"
