@@ -11,6 +11,8 @@ from creak.arrays import FloatArray, IntArray
 UNTIED, LIKE = 5.0, 4.0
 """dB, standard deviation of a third octave that is tied to nothing, and as many of them as that is believed like. Real
 parts are no flat plates of one thickness: those of a door and a cockpit that were computed are off by so much."""
+FAR = 3.0
+"""Times `UNTIED` beyond which a third octave is no more off: a part that stands still there is no plate yet."""
 OCTAVE = 3.0
 """Third octaves over which the correlation of what two of them are off by falls to 1 / e."""
 
@@ -50,7 +52,7 @@ def tied(seen: Levels, further: IntArray, scatter: FloatArray, weight: FloatArra
     ----------
     further, scatter : of the levels beyond, as `Levels` has them. weight : with which each counts, of any sum.
     """
-    b, d, v = seen.band, seen.apart, seen.scatter**2
+    b, d, v = seen.band, np.clip(seen.apart, -FAR * UNTIED, FAR * UNTIED), seen.scatter**2
 
     def alike(one: IntArray, other: IntArray) -> FloatArray:
         return np.asarray(np.exp(-np.abs(one[:, None] - other) / OCTAVE))

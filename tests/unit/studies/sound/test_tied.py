@@ -40,6 +40,16 @@ def test_levels_that_are_right_below_are_believed_more_beyond():
     assert right.scatter < 0.75 * UNTIED < UNTIED < wrong.scatter
 
 
+def test_a_part_that_stands_still_far_below_does_not_spoil_what_is_beyond():
+    seen = np.arange(8, 14)
+    still, off = (
+        tied(Levels(seen, np.array([below, 0.0, 0.0, 0.0, 0.0, 0.0]), np.full(6, 3.0)), FURTHER, 3.0 * EVEN, EVEN)[0]
+        for below in (-60.0, -15.0)
+    )
+    assert still == off
+    assert still.scatter < UNTIED
+
+
 @pytest.mark.parametrize(("sd", "least"), [(2.0, 0.95), (5.0, 0.92), (9.0, 0.8)])
 def test_scatter_covers_draws_of_the_random_function(sd, least, measured):
     """Two standard deviations of the mean level beyond, of 2,000 random functions that scatter by 2, 5 and 9 dB."""
