@@ -153,19 +153,25 @@ def skin_of(model: Mesh) -> Skin:
     return Skin(table, model.nodes.coords[table], np.concatenate(part), np.arange(table.shape[0]) < of_solids)
 
 
+def sides_of(nodes_idx: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Sides of facets (n, 4), in their order: the facet of each, its ends (n_side, 2) as the facet is turned, the edge
+    on which it lies, and how many facets meet there."""
+    start, end = nodes_idx.ravel(), np.roll(nodes_idx, -1, axis=1).ravel()
+    there = start != end  # a triangle repeats a corner
+    ends = np.stack([start, end], axis=1)[there]
+    _, edge, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
+    return np.repeat(np.arange(nodes_idx.shape[0]), 4)[there], ends, edge.ravel(), count[edge.ravel()]
+
+
 def panels(nodes_idx: IntArray) -> tuple[FloatArray, IntArray]:
     """Facets (n, 4) of shells as panels: 1 or -1 (n,) that turns all of one alike, and the panel (n,) of each.
 
     Facets are joined along edges that two of them share. One that cannot be turned as its neighbours are, as on a strip
     with a twist, is a panel by itself.
     """
-    n = nodes_idx.shape[0]
-    start, end = nodes_idx.ravel(), np.roll(nodes_idx, -1, axis=1).ravel()
-    facet = np.repeat(np.arange(n), 4)[start != end]
-    ends = np.stack([start, end], axis=1)[start != end]
-    _, edge, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    order = np.argsort(edge.ravel(), kind="stable")
-    i, j = order[count[edge.ravel()][order] == 2].reshape(-1, 2).T
+    n, (facet, ends, edge, count) = nodes_idx.shape[0], sides_of(nodes_idx)
+    order = np.argsort(edge, kind="stable")
+    i, j = order[count[order] == 2].reshape(-1, 2).T
     # Neighbours that are turned alike run along their edge in opposite directions. Facet k turned round is n + k.
     across = np.where(ends[i, 0] == ends[j, 0], n, 0)
     i, j = facet[i], facet[j]

@@ -12,7 +12,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.model.constraints import DistributingCoupling
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS
-from creak.model.skin import Skin, panels
+from creak.model.skin import Skin, panels, sides_of
 from creak.model.solid_faces import FACES
 from creak.model.volumes import LINES
 
@@ -32,18 +32,6 @@ class Edges:
     """Separate places where something else holds them."""
 
 
-@dataclass(frozen=True)
-class _Sides:
-    """Of facets, in their order."""
-
-    facet: IntArray
-    ends: IntArray
-    """(n, 2) node rows, as the facet is turned."""
-    count: IntArray
-    """(n,) facets at that edge."""
-    length: FloatArray
-
-
 def edges_of(model: Model, shells: Skin, metre: float) -> tuple[FloatArray, BoolArray, dict[int, Edges]]:
     """(n_node, 3) unit normals, turned alike over each panel; (n_node,) which lie on a free edge; by part its edges.
 
@@ -59,29 +47,21 @@ def edges_of(model: Model, shells: Skin, metre: float) -> tuple[FloatArray, Bool
     for column in shells.nodes_idx.T:
         np.add.at(normal, column, turned)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    sides, (held, joined) = _sides(shells, metre), _held(model, normal)
-    both, rigid = held[sides.ends].all(axis=1), np.asarray(held[shells.nodes_idx].all(axis=1))
-    open_edge: BoolArray = np.logical_and(sides.count == 1, ~both)
-    free[sides.ends[open_edge].ravel()] = True
-    stops = np.where(both & ~rigid[sides.facet], sides.length, 0.0)
-    cluster = _clusters(sides.ends, joined)
-    part = shells.part[sides.facet]
+    (facet, ends, _, count), (held, joined) = sides_of(shells.nodes_idx), _held(model, normal)
+    along = model.nodes.coords[ends]
+    length = metre * np.linalg.norm(along[:, 1] - along[:, 0], axis=1)
+    both, rigid = held[ends].all(axis=1), np.asarray(held[shells.nodes_idx].all(axis=1))
+    open_edge: BoolArray = np.logical_and(count == 1, ~both)
+    free[ends[open_edge].ravel()] = True
+    stops = np.where(both & ~rigid[facet], length, 0.0)
+    cluster, part = _clusters(ends, joined), shells.part[facet]
     found: dict[int, Edges] = {}
     for k in np.unique(part).tolist():
         mine = part == k
-        own = np.unique(sides.ends[mine])
+        own = np.unique(ends[mine])
         points = np.unique(cluster[own[joined[own]]]).size
-        found[k] = Edges(float(stops[mine].sum()), float(sides.length[mine & open_edge].sum()), int(points))
+        found[k] = Edges(float(stops[mine].sum()), float(length[mine & open_edge].sum()), int(points))
     return normal, free, found
-
-
-def _sides(shells: Skin, metre: float) -> _Sides:
-    start, end = shells.nodes_idx.ravel(), np.roll(shells.nodes_idx, -1, axis=1).ravel()
-    length = np.linalg.norm(np.roll(shells.corners, -1, axis=1) - shells.corners, axis=2).ravel() * metre
-    there = start != end  # a triangle repeats a corner
-    ends = np.stack([start, end], axis=1)[there]
-    _, edge, count = np.unique(np.sort(ends, axis=1), axis=0, return_inverse=True, return_counts=True)
-    return _Sides(np.repeat(np.arange(shells.count), 4)[there], ends, count[edge.ravel()], length[there])
 
 
 def _held(model: Model, normal: FloatArray) -> tuple[BoolArray, BoolArray]:
