@@ -68,6 +68,13 @@ class Skin:
         """Some of the facets."""
         return Skin(self.nodes_idx[which], self.corners[which], self.part[which], self.solid[which])
 
+    def has(self, nodes_idx: IntArray) -> BoolArray:
+        """(n,) which facets are among others (k, 4), whichever way these are turned."""
+        both = np.sort(np.concatenate([self.nodes_idx, nodes_idx]), axis=1)
+        _, which = np.unique(both, axis=0, return_inverse=True)
+        own, others = np.split(which.ravel(), [self.count])
+        return np.isin(own, others)
+
     def toward(self, point: FloatArray) -> ComplexArray:
         """(n, 3) `areas` that send to a point: shells turned to it, faces of solids as far as they look at it.
 

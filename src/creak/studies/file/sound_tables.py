@@ -34,7 +34,7 @@ class ListenerTable(Table):
     position: tuple[Finite, Finite, Finite]
     """length, in the deck's axes."""
     parts: list[str] | str = []
-    """Parts that radiate to it; default: all that have shells or solids."""
+    """Parts, surfaces or element sets that radiate to it; default: all parts with shells or solids."""
     faces: tuple[Finite, Finite, Finite] | None = None
     """Direction in which its head looks, in the deck's axes: it hears with two ears, position is the middle between
     them. Default: a point in the air."""

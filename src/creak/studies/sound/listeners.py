@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
+from creak.contact.facets import facets_of
 from creak.errors import InputError, suggest
 from creak.formats.measured.sofa import head_responses
 from creak.model.mesh import Model
@@ -117,7 +118,7 @@ def _measured(
 ) -> Transfer:
     """What was measured from a part that radiates to a listener."""
     where, skin = places.where("listener", listener.name, "transfer", part), listener.skin
-    own = skin.select(_of_parts(model, skin, [part], listener.name, where))
+    own = skin.select(_of_names(model, skin, [part], listener.name, where))
     if not own.count:
         raise InputError(
             f"listener {listener.name!r} does not hear part {part!r}",
@@ -190,7 +191,7 @@ def _unit(direction: Sequence[float]) -> FloatArray:
 
 
 def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places: Places) -> Listener:
-    heard = skin.select(_of_parts(model, skin, table.part_names, name, places.where("listener", name, "parts")))
+    heard = skin.select(_of_names(model, skin, table.part_names, name, places.where("listener", name, "parts")))
     if not heard.count:
         wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
         raise InputError(
@@ -220,19 +221,37 @@ def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places:
     return Listener(name, position, heard, _names(model, heard), True)
 
 
-def _of_parts(model: Model, skin: Skin, wanted: Sequence[str], name: str, where: str) -> BoolArray:
-    """Facets of the parts that a listener names; of all where it names none."""
+def _of_names(model: Model, skin: Skin, wanted: Sequence[str], name: str, where: str) -> BoolArray:
+    """Facets of the parts, surfaces and element sets that a listener names; of all where it names none.
+
+    Raises
+    ------
+    InputError : no such name; a set or surface has no facets, or none that the outside sees.
+    """
     rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
-    unknown = next((p for p in wanted if p.upper() not in rows), None)
-    if unknown is not None:
-        raise InputError(
-            f"listener {name!r}: unknown part {unknown!r}",
-            where=where,
-            fix=suggest(unknown, [p.name for p in model.parts]),
-        )
-    if not wanted:
-        return np.ones(skin.count, dtype=bool)
-    return np.isin(skin.part, [rows[p.upper()] for p in wanted])
+    others = [*model.surfaces, *model.element_sets]
+    heard = np.zeros(skin.count, dtype=bool) if wanted else np.ones(skin.count, dtype=bool)
+    for one in wanted:
+        if one.upper() in rows:
+            heard |= skin.part == rows[one.upper()]
+            continue
+        if one.upper() not in others:
+            raise InputError(
+                f"listener {name!r}: unknown part {one!r}",
+                where=where,
+                expected="a part, a surface or an element set of the deck",
+                fix=suggest(one, [*(p.name for p in model.parts), *others]),
+            )
+        mine = skin.has(facets_of(model, one, where=where).nodes)
+        if not mine.any():
+            raise InputError(
+                f"listener {name!r}: no face of {one!r} looks outside",
+                where=where,
+                expected="shells, or faces of solids that no other solid covers",
+                fix="Name the part, or a surface on its outside.",
+            )
+        heard |= mine
+    return heard
 
 
 def ear_off(model: Model, skin: Skin, part: int, units: str) -> Listener:

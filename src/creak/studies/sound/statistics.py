@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import rfft
 from scipy.special import j0
 
-from creak.arrays import ComplexArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
@@ -44,6 +44,8 @@ from creak.studies.sound.transfers import Transfer
 
 END = 10_000.0
 """Hz up to which statistical energy goes."""
+WHOLE = 1.0 - 1e-9
+"""Share of a part's area from which on all of it is heard."""
 TIED = 6
 """Third octaves, the last ones that were computed, that it is tied to."""
 BAR = 2.0
@@ -105,7 +107,9 @@ class _Heard:
 
     push: Push
     spread: float
-    """1/m^2, mean of 1 / r^2 over its faces."""
+    """1/m^2, mean of 1 / r^2 over its faces that are heard."""
+    share: float
+    """Of its area that is heard."""
     away: float
     """m, mean distance of its faces."""
     middle: FloatArray
@@ -114,8 +118,10 @@ class _Heard:
     """Of the listener, at whose ear it is heard; None: nothing is there."""
     sine: FloatArray
     """(k,) of the angle between the plate's normal and the way from each force to the listener."""
-    straight: FloatArray
-    """(k,) 1/m over the length of that way, negative where the normal points away from the listener."""
+    far: FloatArray
+    """(k,) m of that way."""
+    side: FloatArray
+    """(k,) 1 where the normal points to the listener, -1 where away, 0 where the plate is not heard there."""
     way: Transfer | None = None
     """What was measured from the part."""
     beams: FloatArray | None = None
@@ -244,16 +250,27 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
 def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
     own, nothing = _shells(listener, push.part), np.zeros(len(push.point))
     if not own.count:
-        return _Heard(push, 0.0, 0.0, np.zeros(3), None, nothing, nothing)
-    area = np.linalg.norm(own.areas, axis=1)
+        return _Heard(push, 0.0, 0.0, 0.0, np.zeros(3), None, nothing, nothing, nothing)
+    area, whole = np.linalg.norm(own.areas, axis=1) * metre**2, float(push.part.areas.sum())
     offset = (own.centres - listener.position) * metre
     r = np.linalg.norm(offset, axis=1)
     spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
     way, to = listener.way(push.part.part), listener.position * metre - push.point
     far, middle = np.linalg.norm(to, axis=1), np.asarray(area @ offset / area.sum())
     cosine = np.einsum("nx,nx->n", to, push.normal) / far
-    sine = np.sqrt(np.maximum(1.0 - cosine**2, 0.0))
-    return _Heard(push, spread, away, middle, listener.head, sine, np.where(cosine < 0.0, -1.0, 1.0) / far, way)
+    sine, share = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), float(area.sum()) / whole if whole else 1.0
+    side = np.where(cosine < 0.0, -1.0, 1.0)
+    if share < WHOLE:
+        side = side * _on(own, push.point / metre)
+    return _Heard(push, spread, share, away, middle, listener.head, sine, far, side, way)
+
+
+def _on(faces: Skin, points: FloatArray) -> BoolArray:
+    """(k,) which points lie on some faces, to the size of one."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    apart, nearest = cKDTree(faces.centres).query(points)
+    return np.asarray(apart <= faces.size[nearest])
 
 
 def _shells(listener: Listener, part: PartPlates) -> Skin:
@@ -266,7 +283,7 @@ def _of(heard: _Heard, columns: IntArray) -> _Heard:
     p = heard.push
     mine = np.isin(p.column, columns)
     among = np.searchsorted(columns, p.column[mine])
-    return replace(heard, push=p.of(mine, among), sine=heard.sine[mine], straight=heard.straight[mine])
+    return replace(heard, push=p.of(mine, among), sine=heard.sine[mine], far=heard.far[mine], side=heard.side[mine])
 
 
 def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
@@ -314,7 +331,7 @@ def _sent(heard: _Heard, band: int) -> float:
     part, freq = heard.push.part, np.array([BANDS[band]])
     each = np.array([float(radiation_efficiency(p, freq)[0]) for p in part.plates]) * part.areas
     sigma = float(each.sum() if heard.beams is None else each @ heard.beams[:, band])
-    return (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
+    return heard.share * (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
 
 
 def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArray | None:
@@ -328,7 +345,7 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
         return None
     point = listener.position * known.metre
     found = np.ones((len(part.plates), BANDS.size))
-    bands = range(int(known.span.bands[-1]) + 1)
+    bands = range(max(0, int(known.span.bands[0]) - TIED - 1), int(known.span.bands[-1]) + 1)
     for k, plate in enumerate(part.plates):
         for band in bands:
             freq = float(BANDS[band])
@@ -350,8 +367,8 @@ def _straight(heard: Sequence[_Heard], n_force: int, freq: float) -> ComplexArra
         push = h.push
         plate = max(push.part.plates, key=lambda p: p.density)
         x = (freq / plate.coincidence) ** 2 * h.sine**4
-        late = np.exp(-2j * np.pi * freq / AIR.speed / np.abs(h.straight))
-        way = h.straight * late * np.sqrt(h.reach(freq) / h.spread)
+        late = np.exp(-2j * np.pi * freq / AIR.speed * h.far)
+        way = h.side / h.far * late * np.sqrt(h.reach(freq) / h.spread)
         np.add.at(mix[:, 0], push.column, push.across * push.direct * way / np.maximum(x - 1.0, 1.0))
     return mix
 
