@@ -229,15 +229,17 @@ def _of_names(model: Model, skin: Skin, wanted: Sequence[str], name: str, where:
     InputError : no such name; a set or surface has no facets, or none that the outside sees.
     """
     rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
-    others = [*model.surfaces, *model.element_sets]
+    others = [*(key for key, s in model.surfaces.items() if not s.is_node_based), *model.element_sets]
     heard = np.zeros(skin.count, dtype=bool) if wanted else np.ones(skin.count, dtype=bool)
     for one in wanted:
         if one.upper() in rows:
             heard |= skin.part == rows[one.upper()]
             continue
         if one.upper() not in others:
+            bare = one.upper() in model.surfaces or one.upper() in model.node_sets
+            what = f"{one!r} is a set of nodes, without faces" if bare else f"unknown part {one!r}"
             raise InputError(
-                f"listener {name!r}: unknown part {one!r}",
+                f"listener {name!r}: {what}",
                 where=where,
                 expected="a part, a surface or an element set of the deck",
                 fix=suggest(one, [*(p.name for p in model.parts), *others]),

@@ -63,7 +63,10 @@ def test_of_solids_what_no_other_covers_is_heard(plate):
 
 @pytest.mark.parametrize(
     ("name", "says"),
-    [("LEFTT", "unknown part 'LEFTT'.*a part, a surface or an element set.*Did you mean 'LEFT'"), ("NODES", "unknown")],
+    [
+        ("LEFTT", "unknown part 'LEFTT'.*a part, a surface or an element set.*Did you mean 'LEFT'"),
+        ("NODES", "'NODES' is a set of nodes, without faces"),
+    ],
 )
 def test_a_name_that_has_no_face_is_refused(plate, name, says):
     with pytest.raises(InputError, match=says):
