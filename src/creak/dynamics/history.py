@@ -62,6 +62,11 @@ class History:
     (`dynamics.record.thinning`); 0: nowhere."""
 
     @property
+    def nbytes(self) -> int:
+        """Of its arrays."""
+        return sum(x.nbytes for x in vars(self).values() if isinstance(x, np.ndarray))
+
+    @property
     def weights(self) -> FloatArray:
         """(n_time,) time that each instant stands for, half of the steps on both sides of it (trapezoidal rule).
 

@@ -12,6 +12,7 @@ from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import CreakError
+from creak.linalg.memory import free_bytes
 from creak.linalg.threads import at_once, cores
 from creak.progress import Progress, Shared
 from creak.studies.converge.compared import assess
@@ -47,6 +48,8 @@ GIVEN = "the contact stiffness is the study's own: what another one changes is t
 COMPLETE = "every part is complete, with all modes that there are: the reduction leaves nothing out"
 SHAPES = ("interpolation", "characteristic", "coarse-mesh")
 """Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out."""
+GROWING = 2.0
+"""Times of a run's histories that it holds while they are put together."""
 HALVED = 2.0
 """How much finer the contact is resolved with half the tolerance."""
 
@@ -225,8 +228,17 @@ def _outcomes(
             return failed(repeat, error)
 
     every = [made(repeat) for repeat in repeats]
-    threads = 1 if result.reduced is None else cores()  # the unreduced model's solver takes all cores by itself
-    return {o.repeat.name: o for o in at_once(marched, every, threads, shared.halt)}
+    return {o.repeat.name: o for o in at_once(marched, every, _side_by_side(result, base), shared.halt)}
+
+
+def _side_by_side(result: StudyResult, base: Run) -> int:
+    """Runs that march at once: as many as cores, as far as memory holds what each keeps.
+
+    The unreduced model's solver takes all cores by itself.
+    """
+    if result.reduced is None:
+        return 1
+    return max(1, int(min(cores(), free_bytes() / (GROWING * base.history.nbytes))))
 
 
 def _named(repeat: Repeat, progress: Progress) -> Progress:

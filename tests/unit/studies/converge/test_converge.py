@@ -227,6 +227,25 @@ def test_runs_side_by_side_are_those_one_by_one(strips, repeated, monkeypatch):
         assert all(o.events == repeated.outcomes[name].events for name, o in c.outcomes.items())
 
 
+def test_where_memory_is_short_runs_march_one_by_one(strips, monkeypatch):
+    """Each holds twice its histories while it puts them together."""
+    at_once, asked = module.at_once, []
+
+    def counted(work, items, most, halt):
+        asked.append(most)
+        return at_once(work, items, most, halt)
+
+    monkeypatch.setattr(module, "at_once", counted)
+    monkeypatch.setattr(module, "cores", lambda: 4)
+    each = 2.0 * strips.runs["reduced"].history.nbytes
+    for free in (9.0 * each, 2.5 * each, 0.1 * each):
+        monkeypatch.setattr(module, "free_bytes", lambda free=free: free)
+        converge(strips, silent)
+    assert asked == [4, 2, 1]
+    history = strips.runs["reduced"].history
+    assert history.nbytes >= history.gap.nbytes + history.force.nbytes
+
+
 def test_an_interruption_ends_those_that_are_under_way(strips, monkeypatch):
     """Ctrl-C reaches the calling thread alone: the others end where they next tell how far they are."""
     ended = []
