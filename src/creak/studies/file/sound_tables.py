@@ -35,6 +35,9 @@ class ListenerTable(Table):
     """length, in the deck's axes."""
     parts: list[str] | str = []
     """Parts, surfaces or element sets that radiate to it; default: all parts with shells or solids."""
+    wall: StrictBool = True
+    """Whether panels count as set in a wall. `false`: they stand free, and what flows around their edges is not heard.
+    """
     faces: tuple[Finite, Finite, Finite] | None = None
     """Direction in which its head looks, in the deck's axes: it hears with two ears, position is the middle between
     them. Default: a point in the air."""

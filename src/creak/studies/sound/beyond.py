@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,12 +18,13 @@ from creak.linalg.diagonal import Diagonal
 from creak.linalg.memory import OutOfMemory
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.reduction.band_modes import BandModes, Losses, band_modes, count_for, reach
-from creak.sound.forced import FADE
+from creak.sound.forced import FADE, Gain
 from creak.sound.rayleigh import AIR
 from creak.studies.models.reduced import FACTOR
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.radiation import nodal
+from creak.studies.sound.rims import without_wall
 from creak.studies.sound.source import Source
 
 WORTH = 1.1
@@ -167,8 +169,9 @@ def hearing(system: System, listener: Listener, metre: float) -> Callable[[float
     """
     sent, part = listener.skin.toward(listener.position), listener.skin.part[:, None]
     open_air = np.where(np.isin(part, [way.part for way in listener.transfers]), 0.0, sent)
-    gains = [lambda freq: np.ones_like(freq), *(way.gain for way in listener.transfers)]
-    ways = [open_air, *(np.where(part == way.part, sent, 0.0) for way in listener.transfers)]
+    own = ((way.gain, np.where(part == way.part, sent, 0.0)) for way in listener.transfers)
+    rows: list[tuple[Gain, Any]] = [(np.ones_like, open_air), *own]
+    gains, ways = zip(*without_wall(listener.rims, rows), strict=True)
     nodes, points, _ = nodal(listener.skin, sent.real)
     volumes = [metre**3 * (nodal(listener.skin, own.real)[2] + 1j * nodal(listener.skin, own.imag)[2]) for own in ways]
     r = metre * np.linalg.norm(points - listener.position, axis=1)

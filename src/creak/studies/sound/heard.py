@@ -280,7 +280,7 @@ def _notes(
             )
     said.append(
         f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
-        "nothing outside is in it. Contact forces alone make it; panels count as set in a wall, none shadows another"
+        f"nothing outside is in it. Contact forces alone make it; panels {_walls(ears)}, none shadows another"
     )
     if isinstance(further, Beyond):
         all_of = heard[0][-1]
@@ -328,6 +328,13 @@ def _notes(
     if any(h.n5 is None for of_one in heard for h in of_one):
         said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
     return said
+
+
+def _walls(ears: Sequence[Ear]) -> str:
+    free = [ear.listener.name for ear in ears if ear.listener.rims]
+    if not free:
+        return "count as set in a wall"
+    return "stand free" if len(free) == len(ears) else f"stand free for {listed(free)}, else count as set in a wall"
 
 
 def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, parts: Sequence[Part]) -> list[str]:

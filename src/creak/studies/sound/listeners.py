@@ -21,6 +21,7 @@ from creak.sound.measured_head import Ears, surrounding
 from creak.sound.third_octave import UPPER_EDGES
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable
+from creak.studies.sound.rims import Rim, rims_of
 from creak.studies.sound.transfers import Transfer, transfer_of
 
 EAR = 0.6
@@ -58,6 +59,8 @@ class Listener:
     """Of its head; None: that is a sphere."""
     hrtf: str = ""
     """File of them."""
+    rims: tuple[Rim, ...] = ()
+    """Panels that it hears without a wall; those of the skin that are in none are in one."""
 
     @property
     def head(self) -> Head | None:
@@ -98,8 +101,15 @@ def listeners_of(
     skin = skin_of(model)
 
     def made(name: str, table: ListenerTable) -> Listener:
-        plain = _listener(model, skin, name, table, places)
+        plain = _listener(model, skin, name, table, metre, places)
         measured = tuple(_measured(model, plain, part, table, metre, places) for part in table.transfer)
+        if measured and not table.wall:
+            raise InputError(
+                f"listener {name!r} has transfer functions, and wall = false",
+                where=places.where("listener", name, "wall"),
+                expected="one of both",
+                fix="Leave wall out: what was measured has all around the part in it.",
+            )
         twice = [one.part for one in measured]
         if len(set(twice)) < len(twice):
             raise InputError(
@@ -190,8 +200,9 @@ def _unit(direction: Sequence[float]) -> FloatArray:
     return np.asarray(given / np.linalg.norm(given))
 
 
-def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places: Places) -> Listener:
-    heard = skin.select(_of_names(model, skin, table.part_names, name, places.where("listener", name, "parts")))
+def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, metre: float, places: Places) -> Listener:
+    chosen = _of_names(model, skin, table.part_names, name, places.where("listener", name, "parts"))
+    heard = skin.select(chosen)
     if not heard.count:
         wanted = f"of {', '.join(table.part_names)} " if table.part_names else ""
         raise InputError(
@@ -218,7 +229,8 @@ def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, places:
             expected=f"{OFF * skin.size[nearest]:.4g} or more away, the size of the element there",
             fix="Move it off.",
         )
-    return Listener(name, position, heard, _names(model, heard), True)
+    found = Listener(name, position, heard, _names(model, heard), True)
+    return found if table.wall else replace(found, rims=rims_of(skin, chosen, position, metre))
 
 
 def _of_names(model: Model, skin: Skin, wanted: Sequence[str], name: str, where: str) -> BoolArray:

@@ -19,6 +19,7 @@ from creak.sound.head import Head
 from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
+from creak.studies.sound.rims import product, without_wall
 from creak.studies.sound.source import Source, of_modes
 from creak.studies.sound.transfers import Transfer
 
@@ -100,7 +101,7 @@ def radiation(system: System, listener: Listener, metre: float, band: float) -> 
         rows.append((_quarter_turn, plain.imag))
     large = [b for b in bodies if b.large(np.array([band]))[0] > 0.0]
     rows += [(b.large, np.where((skin.part == b.part)[:, None], sent.real, 0.0)) for b in large]
-    rows = _measured(listener, rows)
+    rows = without_wall(listener.rims, _measured(listener, rows))
     rows = [row for row in rows if row[1].any()] or rows[:1]
     if listener.head is not None:
         rows = _around(listener.head, rows, (skin.centres - listener.position) * metre)
@@ -132,7 +133,7 @@ def _measured(listener: Listener, rows: Sequence[tuple[Gain, FloatArray]]) -> li
     part, found = listener.skin.part[:, None], list(rows)
     for way in listener.transfers:
         own = part == way.part
-        apart = [(partial(_product, gain, way.gain), np.where(own, areas, 0.0)) for gain, areas in found]
+        apart = [(partial(product, gain, way.gain), np.where(own, areas, 0.0)) for gain, areas in found]
         found = [*((gain, np.where(own, 0.0, areas)) for gain, areas in found), *apart]
     return found
 
@@ -141,14 +142,10 @@ def _around(head: Head, rows: Sequence[tuple[Gain, FloatArray]], offset: FloatAr
     """Each row once for every gain of a head, of facets at offset (n, 3) from its middle."""
     weights = head.weights(offset)
     return [
-        (partial(_product, gain, own), weight[:, None] * areas)
+        (partial(product, gain, own), weight[:, None] * areas)
         for own, weight in zip(head.gains, weights.T, strict=True)
         for gain, areas in rows
     ]
-
-
-def _product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
-    return np.asarray(one(freq) * other(freq))
 
 
 def _panels(

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.fft import rfft
 from scipy.special import j0
 
-from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
@@ -31,21 +31,18 @@ from creak.sound.carriers import (
 )
 from creak.sound.directivity import FlatSheet, flat_sheet
 from creak.sound.forced import FADE, LOWEST, without_lows
-from creak.sound.head import Head
 from creak.sound.plates import in_decibel, interference, radiation_efficiency, relative_variance
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
 from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.listeners import Listener
+from creak.studies.sound.plates_heard import PlateHeard, plate_heard, shells_of
 from creak.studies.sound.sheets import LEAST, PartPlates, Push, Sheets, pushes, sheets_of
 from creak.studies.sound.source import Source
 from creak.studies.sound.tied import Levels, Tie, tied
-from creak.studies.sound.transfers import Transfer
 
 END = 10_000.0
 """Hz up to which statistical energy goes."""
-WHOLE = 1.0 - 1e-9
-"""Share of a part's area from which on all of it is heard."""
 TIED = 6
 """Third octaves, the last ones that were computed, that it is tied to."""
 BAR = 2.0
@@ -99,42 +96,6 @@ class Statistical:
     louder: FloatArray
     ties: tuple[Tie | None, ...]
     """Of each group; None: its forces bend no plate that is heard."""
-
-
-@dataclass(frozen=True)
-class _Heard:
-    """A part as a listener hears it."""
-
-    push: Push
-    spread: float
-    """1/m^2, mean of 1 / r^2 over its faces that are heard."""
-    share: float
-    """Of its area that is heard."""
-    away: float
-    """m, mean distance of its faces."""
-    middle: FloatArray
-    """(3,) m from the listener to the middle of its faces."""
-    head: Head | None
-    """Of the listener, at whose ear it is heard; None: nothing is there."""
-    sine: FloatArray
-    """(k,) of the angle between the plate's normal and the way from each force to the listener."""
-    far: FloatArray
-    """(k,) m of that way."""
-    side: FloatArray
-    """(k,) 1 where the normal points to the listener, -1 where away, 0 where the plate is not heard there."""
-    way: Transfer | None = None
-    """What was measured from the part."""
-    beams: FloatArray | None = None
-    """(n_plate, n_band) share of the listener in what each of its plates sends in each of `BANDS`; None: of all alike.
-    """
-
-    def reach(self, freq: float) -> float:
-        """1/m^2, `spread` with what head or measured way make of its square at a frequency, Hz."""
-        if self.way is not None:
-            return self.spread * self.way.square(freq)
-        if self.head is None:
-            return self.spread
-        return self.spread * float(np.abs(self.head.gain(np.array([freq]), self.middle))[0]) ** 2
 
 
 @dataclass(frozen=True)
@@ -203,7 +164,7 @@ def statistical(
     alike : plates send alike to all sides.
     """
     found = pushes(known.sheets, gaps, source.row)
-    heard = [_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
+    heard = [plate_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
     heard = [h for h in heard if h.spread > 0.0]
     if not alike:
         heard = [replace(h, beams=_beams(known, h.push.part, listener)) for h in heard]
@@ -212,7 +173,7 @@ def statistical(
     ties: list[Tie | None] = []
     for g, columns in enumerate(groups):
         some, share = _strongest(source.force, columns)
-        here = [_of(h, some) for h in heard]
+        here = [h.of(some) for h in heard]
         here = [h for h in here if h.push.column.size]
         if not here:
             ties.append(None)
@@ -247,46 +208,7 @@ def _strongest(force: FloatArray, columns: IntArray) -> tuple[IntArray, float]:
     return np.sort(columns[kept]), float(change[kept].sum()) / whole
 
 
-def _heard(push: Push, listener: Listener, metre: float) -> _Heard:
-    own, nothing = _shells(listener, push.part), np.zeros(len(push.point))
-    if not own.count:
-        return _Heard(push, 0.0, 0.0, 0.0, np.zeros(3), None, nothing, nothing, nothing)
-    area, whole = np.linalg.norm(own.areas, axis=1) * metre**2, float(push.part.areas.sum())
-    offset = (own.centres - listener.position) * metre
-    r = np.linalg.norm(offset, axis=1)
-    spread, away = float(area @ r**-2 / area.sum()), float(area @ r / area.sum())
-    way, to = listener.way(push.part.part), listener.position * metre - push.point
-    far, middle = np.linalg.norm(to, axis=1), np.asarray(area @ offset / area.sum())
-    cosine = np.einsum("nx,nx->n", to, push.normal) / far
-    sine, share = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), float(area.sum()) / whole if whole else 1.0
-    side = np.where(cosine < 0.0, -1.0, 1.0)
-    if share < WHOLE:
-        side = side * _on(own, push.point / metre)
-    return _Heard(push, spread, share, away, middle, listener.head, sine, far, side, way)
-
-
-def _on(faces: Skin, points: FloatArray) -> BoolArray:
-    """(k,) which points lie on some faces, to the size of one."""
-    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
-
-    apart, nearest = cKDTree(faces.centres).query(points)
-    return np.asarray(apart <= faces.size[nearest])
-
-
-def _shells(listener: Listener, part: PartPlates) -> Skin:
-    """Of a part, as far as the listener hears it."""
-    return listener.skin.select(~listener.skin.solid & (listener.skin.part == part.part))
-
-
-def _of(heard: _Heard, columns: IntArray) -> _Heard:
-    """Of some of the forces, numbered among these."""
-    p = heard.push
-    mine = np.isin(p.column, columns)
-    among = np.searchsorted(columns, p.column[mine])
-    return replace(heard, push=p.of(mine, among), sine=heard.sine[mine], far=heard.far[mine], side=heard.side[mine])
-
-
-def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[_Heard], band: int, *, cut: bool) -> _Envelope:
+def _envelope(known: Statistics, lines: ForceLines, heard: Sequence[PlateHeard], band: int, *, cut: bool) -> _Envelope:
     """Mean square pressure over time of a third octave, or of what of it lies in the span."""
     here, gain = lines.of(band)
     gain = gain * known.span.gain(lines.freq(here)) if cut else gain
@@ -325,13 +247,20 @@ def _together(push: Push, freq: float, n_force: int) -> FloatArray:
     return mix
 
 
-def _sent(heard: _Heard, band: int) -> float:
+def _sent(heard: PlateHeard, band: int) -> float:
     """Pa^2 m^2 per unit of energy: rho c / (2 pi) times the power that its faces radiate to one side, as much of it as
     goes to the listener."""
     part, freq = heard.push.part, np.array([BANDS[band]])
     each = np.array([float(radiation_efficiency(p, freq)[0]) for p in part.plates]) * part.areas
     sigma = float(each.sum() if heard.beams is None else each @ heard.beams[:, band])
-    return heard.share * (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
+    short = 1.0 / max(float(p.wavenumber(freq)[0]) for p in part.plates)
+    return (
+        heard.at_edges(float(freq[0]), short)
+        * heard.share
+        * (AIR.density * AIR.speed) ** 2
+        * sigma
+        / (2.0 * np.pi * part.mass)
+    )
 
 
 def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArray | None:
@@ -339,7 +268,7 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
     if part.part not in known.flat:
         high = np.array([BANDS[-1]])
         shortest = min(AIR.speed / high[0], *(2.0 * np.pi / float(p.wavenumber(high)[0]) for p in part.plates))
-        known.flat[part.part] = flat_sheet(_shells(listener, part).corners * known.metre, shortest)
+        known.flat[part.part] = flat_sheet(shells_of(listener, part).corners * known.metre, shortest)
     sheet = known.flat[part.part]
     if sheet is None:
         return None
@@ -356,7 +285,7 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
     return found
 
 
-def _straight(heard: Sequence[_Heard], n_force: int, freq: float) -> ComplexArray:
+def _straight(heard: Sequence[PlateHeard], n_force: int, freq: float) -> ComplexArray:
     """(n_force, 1) what the forces send by themselves, of all parts together: a contact pushes two of them apart.
 
     rho F / (2 pi r m) / (1 - x), x = (f / f_c)^2 sin^4 of the angle off the normal at the force: the infinite plate
@@ -368,7 +297,7 @@ def _straight(heard: Sequence[_Heard], n_force: int, freq: float) -> ComplexArra
         plate = max(push.part.plates, key=lambda p: p.density)
         x = (freq / plate.coincidence) ** 2 * h.sine**4
         late = np.exp(-2j * np.pi * freq / AIR.speed * h.far)
-        way = h.side / h.far * late * np.sqrt(h.reach(freq) / h.spread)
+        way = h.side / h.far * late * np.sqrt(h.reach(freq) / h.spread) * h.around(freq)
         np.add.at(mix[:, 0], push.column, push.across * push.direct * way / np.maximum(x - 1.0, 1.0))
     return mix
 
@@ -376,7 +305,7 @@ def _straight(heard: Sequence[_Heard], n_force: int, freq: float) -> ComplexArra
 def _tie(
     known: Statistics,
     lines: ForceLines,
-    heard: Sequence[_Heard],
+    heard: Sequence[PlateHeard],
     beyond: Sequence[_Envelope],
     computed: FloatArray,
 ) -> tuple[Tie, FloatArray]:

@@ -15,8 +15,9 @@ from creak.model.skin import skin_of
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import ListenerTable
 from creak.studies.sound.listeners import listeners_of
+from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.sheets import pushes, sheets_of
-from creak.studies.sound.statistics import _heard, _sent, _straight
+from creak.studies.sound.statistics import _sent, _straight
 from helpers_core import STEEL, block, channels, model_of
 from helpers_plate import supported_plate
 from helpers_solids import solid_mesh
@@ -81,7 +82,7 @@ def test_statistics_send_as_much_as_is_heard(plate):
     G = np.zeros((2, 6 * n))
     G[[0, 1], [6 * left + 2, 6 * right + 2]] = 1.0
     (push,) = pushes(sheets_of(plate, skin_of(plate), 1.0), channels(G, [0.0, 0.0], [1.0, 1.0]), np.array([0, 1]))
-    whole, some = (_heard(push, heard(plate, *names), 1.0) for names in ((), ("LEFT",)))
+    whole, some = (plate_heard(push, heard(plate, *names), 1.0) for names in ((), ("LEFT",)))
     assert _sent(some, 15) == pytest.approx(0.25 * _sent(whole, 15))
     straight = [_straight([h], 2, 500.0)[:, 0] for h in (whole, some)]
     assert abs(straight[1][0]) == pytest.approx(abs(straight[0][0]))

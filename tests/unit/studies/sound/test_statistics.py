@@ -23,10 +23,11 @@ from creak.studies.sound.band import mesh_band
 from creak.studies.sound.ear import Ear, Records, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
+from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.rooms import Cabin
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
-from creak.studies.sound.statistics import END, Statistics, _heard, _straight, _strongest, statistical, statistics_of
+from creak.studies.sound.statistics import END, Statistics, _straight, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, shell
 from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate
 from helpers_solids import solid_mesh
@@ -236,11 +237,11 @@ def test_a_contact_pushes_two_plates_apart(coarse):
     G[1, 6 * (node + n) + 2] = -1.0
     found = pushes(sheets_of(model, skin, 1.0), channels(G, [0.0, 0.0], [1.0, 1.0]), np.array([0, 1]))
     ear = Listener("ear", coords[node] + [0.0, 0.0, 0.5], skin, ("A", "B"), True)
-    alone, both = _straight([_heard(p, ear, 1.0) for p in found], 2, 100.0)[:, 0]
+    alone, both = _straight([plate_heard(p, ear, 1.0) for p in found], 2, 100.0)[:, 0]
     own = AIR.density / (2 * np.pi * STEEL.density * THICK)
     assert abs(alone) == pytest.approx(own / 0.5)
     assert abs(both) == pytest.approx(own / 0.5 - own / 3 / 0.502, rel=1e-3)
-    near, far = (np.angle(_straight([_heard(found[0], ear, 1.0)], 2, f)[0, 0]) for f in (100.0, 200.0))
+    near, far = (np.angle(_straight([plate_heard(found[0], ear, 1.0)], 2, f)[0, 0]) for f in (100.0, 200.0))
     assert (near - far) % (2 * np.pi) == pytest.approx(2 * np.pi * 100.0 * 0.5 / AIR.speed)  # half a metre later
 
 

@@ -17,8 +17,8 @@ from creak.studies.file.sound_tables import TransferTable
 from creak.studies.sound.beyond import hearing
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.listeners import Listener
+from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.sheets import PartPlates, Push
-from creak.studies.sound.statistics import _heard
 from creak.studies.sound.transfers import Transfer, transfer_of
 from helpers_cli import caller
 from helpers_core import assembled, block, model_of, shell
@@ -154,7 +154,7 @@ def test_beyond_the_modes_and_the_mesh_it_counts_alike(measured):
     push = Push(
         PartPlates(1, (), nothing), nothing.astype(int), nothing, np.zeros((0, 3)), nothing, nothing, np.zeros((0, 3))
     )
-    reach = [_heard(push, replace(plain, transfers=ways), 1.0).reach(700.0) for ways in ((), (flat,))]
+    reach = [plate_heard(push, replace(plain, transfers=ways), 1.0).reach(700.0) for ways in ((), (flat,))]
     measured(
         "sound", "square of a way in statistical energy", reach[1] / reach[0], 9.0, rel=1e-12, source="its own gain"
     )

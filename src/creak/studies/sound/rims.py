@@ -1,0 +1,92 @@
+"""Panels that stand free: how far each facet is from where the air flows around, and what that takes away."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from creak.model.skin import Skin
+from creak.sound.forced import Gain
+from creak.sound.screen import around_edges
+
+DEPTHS = np.array([0.08, 0.25, 0.5, 0.75, 1.0])
+"""Shares of half a panel's width at which its facets are told apart; between them weights are linear."""
+
+
+MOST = 12
+"""Panels, the largest that a listener hears, whose edges are looked at."""
+
+
+@dataclass(frozen=True)
+class Rim:
+    """A panel without a wall, as a listener hears it."""
+
+    facets: IntArray
+    """(k,) rows into the listener's skin."""
+    to_edge: FloatArray
+    """(k,) m from their middles to the nearest edge."""
+    half_width: float
+    """m, the farthest that a point of the panel is from its edges."""
+    away: float
+    """m from its middle to the listener."""
+    cosine: float
+    """Of the angle between its mean normal and the way to the listener."""
+
+    def gain(self, freq: FloatArray, to_edge: float) -> ComplexArray:
+        """Of a point so many m from the edge, over that in a wall."""
+        return around_edges(freq, to_edge, self.half_width, self.away, self.cosine)
+
+    def classes(self, n: int) -> list[tuple[Gain, FloatArray]]:
+        """Gains, and weights (n,) of the skin's facets with which they count: sums of weights are one on its own."""
+        x, found = np.clip(self.to_edge / self.half_width, DEPTHS[0], 1.0), list[tuple[Gain, FloatArray]]()
+        for depth, hat in zip(DEPTHS.tolist(), np.eye(DEPTHS.size), strict=True):
+            weight = np.zeros(n)
+            weight[self.facets] = np.interp(x, DEPTHS, hat)
+            found.append((partial(self.gain, to_edge=depth * self.half_width), weight))
+        return found
+
+
+def rims_of(skin: Skin, heard: BoolArray, position: FloatArray, metre: float) -> tuple[Rim, ...]:
+    """Panels with edges of which a listener hears some facets, the largest first.
+
+    Parameters
+    ----------
+    skin : of the whole model. heard : (n,) of its facets. position : of the listener, length.
+    """
+    panel, to_edge = skin.rims()
+    areas, centres, row = skin.areas, skin.centres, np.cumsum(heard) - 1
+    size, found = np.linalg.norm(areas, axis=1), list[Rim]()
+    edged = heard & np.isfinite(to_edge)
+    large = np.argsort(-np.bincount(panel[edged], size[edged]), kind="stable")[:MOST] if edged.any() else panel[:0]
+    for k in large[np.isin(large, panel[edged])].tolist():
+        whole = panel == k
+        mine = np.flatnonzero(whole & heard)
+        way = position - size[whole] @ centres[whole] / size[whole].sum()
+        far, normal = float(np.linalg.norm(way)), areas[whole].sum(axis=0)
+        cosine = float(abs(way @ normal) / max(far * np.linalg.norm(normal), np.finfo(float).tiny))
+        width = float(to_edge[whole].max())
+        found.append(Rim(row[mine], metre * to_edge[mine], metre * width, metre * far, cosine))
+    return tuple(found)
+
+
+def without_wall(rims: Sequence[Rim], rows: Sequence[tuple[Gain, FloatArray]]) -> list[tuple[Gain, FloatArray]]:
+    """Rows of a gain and areas (n, 3) of facets: those of panels that stand free in a row of each class."""
+    if not rims:
+        return list(rows)
+    n = rows[0][1].shape[0]
+    walled = np.ones(n, dtype=bool)
+    for rim in rims:
+        walled[rim.facets] = False
+    found = [(gain, np.where(walled[:, None], areas, 0.0)) for gain, areas in rows]
+    for own, weight in (one for rim in rims for one in rim.classes(n)):
+        found += [(partial(product, gain, own), weight[:, None] * areas) for gain, areas in rows]
+    return found
+
+
+def product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
+    """Of two gains."""
+    return np.asarray(one(freq) * other(freq))
