@@ -165,7 +165,7 @@ def hearing(system: System, listener: Listener, metre: float) -> Callable[[float
     """Of a frequency, Hz: (n,) pressure at a listener per acceleration of each coordinate of an unreduced System.
 
     Rayleigh's integral, but for a delay that all share; compact bodies count with their faces. Parts whose way was
-    measured are heard by it.
+    measured are heard by it, panels that stand free around their edges.
     """
     sent, part = listener.skin.toward(listener.position), listener.skin.part[:, None]
     open_air = np.where(np.isin(part, [way.part for way in listener.transfers]), 0.0, sent)

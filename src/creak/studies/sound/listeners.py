@@ -60,7 +60,7 @@ class Listener:
     hrtf: str = ""
     """File of them."""
     rims: tuple[Rim, ...] = ()
-    """Panels that it hears without a wall; those of the skin that are in none are in one."""
+    """Panels that it hears without a wall; all others count as set in one."""
 
     @property
     def head(self) -> Head | None:
