@@ -75,28 +75,6 @@ class Skin:
         own, others = np.split(which.ravel(), [self.count])
         return np.isin(own, others)
 
-    def rims(self) -> tuple[IntArray, FloatArray]:
-        """(n,) panel of each facet, -1 of faces of solids; (n,) distance of its middle to the panel's nearest edge or
-        hole, infinite where the panel has none."""
-        from scipy.spatial import cKDTree  # half a tenth of a second to import
-
-        panel, far = np.full(self.count, -1, dtype=np.int64), np.full(self.count, np.inf)
-        shell = np.flatnonzero(~self.solid)
-        if not shell.size:
-            return panel, far
-        nodes, centres = self.nodes_idx[shell], self.centres
-        panel[shell] = panels(nodes)[1]
-        facet, ends, _, count = sides_of(nodes)
-        side, alone = panel[shell[facet]], count == 1
-        where = np.zeros((int(nodes.max()) + 1, 3))
-        where[self.nodes_idx[shell]] = self.corners[shell]
-        for k in np.unique(side[alone]).tolist():
-            rim = where[ends[alone & (side == k)]]
-            mine = np.flatnonzero(panel == k)
-            points = np.concatenate([rim[:, 0], rim.mean(axis=1)])
-            far[mine] = cKDTree(points).query(centres[mine])[0]
-        return panel, far
-
     def toward(self, point: FloatArray) -> ComplexArray:
         """(n, 3) `areas` that send to a point: shells turned to it, faces of solids as far as they look at it.
 

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from creak.model.skin import Skin
+from creak.model.skin import Skin, panels, sides_of
 from creak.sound.forced import Gain
 from creak.sound.screen import around_edges
 
@@ -57,19 +57,28 @@ def rims_of(skin: Skin, heard: BoolArray, position: FloatArray, metre: float) ->
     ----------
     skin : of the whole model. heard : (n,) of its facets. position : of the listener, length.
     """
-    panel, to_edge = skin.rims()
-    areas, centres, row = skin.areas, skin.centres, np.cumsum(heard) - 1
-    size, found = np.linalg.norm(areas, axis=1), list[Rim]()
-    edged = heard & np.isfinite(to_edge)
-    large = np.argsort(-np.bincount(panel[edged], size[edged]), kind="stable")[:MOST] if edged.any() else panel[:0]
-    for k in large[np.isin(large, panel[edged])].tolist():
-        whole = panel == k
-        mine = np.flatnonzero(whole & heard)
-        way = position - size[whole] @ centres[whole] / size[whole].sum()
-        far, normal = float(np.linalg.norm(way)), areas[whole].sum(axis=0)
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    shell, areas, centres, row = np.flatnonzero(~skin.solid), skin.areas, skin.centres, np.cumsum(heard) - 1
+    if not heard[shell].any():
+        return ()
+    panel, (facet, ends, _, count) = panels(skin.nodes_idx[shell])[1], sides_of(skin.nodes_idx[shell])
+    size, alone, found = np.linalg.norm(areas[shell], axis=1), count == 1, list[Rim]()
+    edged = np.unique(panel[facet[alone]])
+    heard_size = np.bincount(panel, size * heard[shell])
+    where = np.zeros((int(skin.nodes_idx.max()) + 1, 3))
+    where[skin.nodes_idx] = skin.corners
+    for k in edged[np.argsort(-heard_size[edged], kind="stable")][:MOST].tolist():
+        own = panel == k
+        whole, rim = shell[own], where[ends[alone & own[facet]]]
+        if not heard[whole].any():
+            break
+        to_edge = cKDTree(np.concatenate([rim[:, 0], rim.mean(axis=1)])).query(centres[whole])[0]
+        way = position - size[own] @ centres[whole] / size[own].sum()
+        far, normal, mine = float(np.linalg.norm(way)), areas[whole].sum(axis=0), heard[whole]
         cosine = float(abs(way @ normal) / max(far * np.linalg.norm(normal), np.finfo(float).tiny))
-        width = float(to_edge[whole].max())
-        found.append(Rim(row[mine], metre * to_edge[mine], metre * width, metre * far, cosine))
+        width = float(to_edge.max())
+        found.append(Rim(row[whole[mine]], metre * to_edge[mine], metre * width, metre * far, cosine))
     return tuple(found)
 
 
