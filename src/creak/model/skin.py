@@ -160,7 +160,11 @@ def skin_of(model: Mesh) -> Skin:
     return Skin(table, model.nodes.coords[table], np.concatenate(part), np.arange(table.shape[0]) < of_solids)
 
 
-def sides_of(nodes_idx: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+Sides = tuple[IntArray, IntArray, IntArray, IntArray]
+"""Of facets, see `sides_of`."""
+
+
+def sides_of(nodes_idx: IntArray) -> Sides:
     """Sides of facets (n, 4), in their order: the facet of each, its ends (n_side, 2) as the facet is turned, the edge
     on which it lies, and how many facets meet there."""
     start, end = nodes_idx.ravel(), np.roll(nodes_idx, -1, axis=1).ravel()
@@ -170,13 +174,17 @@ def sides_of(nodes_idx: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArra
     return np.repeat(np.arange(nodes_idx.shape[0]), 4)[there], ends, edge.ravel(), count[edge.ravel()]
 
 
-def panels(nodes_idx: IntArray) -> tuple[FloatArray, IntArray]:
+def panels(nodes_idx: IntArray, sides: Sides | None = None) -> tuple[FloatArray, IntArray]:
     """Facets (n, 4) of shells as panels: 1 or -1 (n,) that turns all of one alike, and the panel (n,) of each.
 
     Facets are joined along edges that two of them share. One that cannot be turned as its neighbours are, as on a strip
     with a twist, is a panel by itself.
+
+    Parameters
+    ----------
+    sides : `sides_of` these, where they are known.
     """
-    n, (facet, ends, edge, count) = nodes_idx.shape[0], sides_of(nodes_idx)
+    n, (facet, ends, edge, count) = nodes_idx.shape[0], sides or sides_of(nodes_idx)
     order = np.argsort(edge, kind="stable")
     i, j = order[count[order] == 2].reshape(-1, 2).T
     # Neighbours that are turned alike run along their edge in opposite directions. Facet k turned round is n + k.

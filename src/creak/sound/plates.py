@@ -21,9 +21,10 @@ from creak.sound.third_octave import across_third
 
 EDGE = 3.5
 """Mobility of a free edge over that of the inside of the same plate (Cremer, Heckl and Petersson, section 5.2)."""
-FREE, POINT = 0.52, 16.0
-"""What a free edge radiates far below coincidence, over that of a supported one and (f / f_c)^2; supported edge over
-the length of a wave by 2 pi that a held point radiates like."""
+FREE = 0.52
+"""What a free edge radiates far below coincidence, over what a supported one does, times (f / f_c)^-2."""
+POINT = 16.0
+"""Supported edge that radiates like a point that is held, times the wavenumber."""
 MOST = 2.0
 """Radiation efficiency at most, near coincidence (EN 12354-1)."""
 POINTS = 9

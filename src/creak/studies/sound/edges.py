@@ -43,11 +43,12 @@ def edges_of(model: Model, shells: Skin, metre: float) -> tuple[FloatArray, Bool
     normal, free = np.zeros((n, 3)), np.zeros(n, dtype=bool)
     if not shells.count:
         return normal, free, {}
-    turned = shells.areas * panels(shells.nodes_idx)[0][:, None]
+    sides = sides_of(shells.nodes_idx)
+    turned = shells.areas * panels(shells.nodes_idx, sides)[0][:, None]
     for column in shells.nodes_idx.T:
         np.add.at(normal, column, turned)
     normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-    (facet, ends, _, count), (held, joined) = sides_of(shells.nodes_idx), _held(model, normal)
+    (facet, ends, _, count), (held, joined) = sides, _held(model, normal)
     along = model.nodes.coords[ends]
     length = metre * np.linalg.norm(along[:, 1] - along[:, 0], axis=1)
     both, rigid = held[ends].all(axis=1), np.asarray(held[shells.nodes_idx].all(axis=1))

@@ -128,7 +128,14 @@ def _measured(
 ) -> Transfer:
     """What was measured from a part that radiates to a listener."""
     where, skin = places.where("listener", listener.name, "transfer", part), listener.skin
-    own = skin.select(_of_names(model, skin, [part], listener.name, where))
+    rows = _rows_of_parts(model)
+    if part.upper() not in rows:
+        raise InputError(
+            f"listener {listener.name!r}: unknown part {part!r}",
+            where=where,
+            fix=suggest(part, [p.name for p in model.parts]),
+        )
+    own = skin.select(skin.part == rows[part.upper()])
     if not own.count:
         raise InputError(
             f"listener {listener.name!r} does not hear part {part!r}",
@@ -139,7 +146,7 @@ def _measured(
     size = np.linalg.norm(own.areas, axis=1)
     away = metre * float(np.linalg.norm(size @ own.centres / size.sum() - listener.position))
     given = table.transfer[part]
-    return transfer_of(given, places.sibling(given.file), int(own.part[0]), away, where)
+    return transfer_of(given, places.sibling(given.file), rows[part.upper()], away, where)
 
 
 def _with_head(
@@ -233,6 +240,11 @@ def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, metre: 
     return found if table.wall else replace(found, rims=rims_of(skin, chosen, position, metre))
 
 
+def _rows_of_parts(model: Model) -> dict[str, int]:
+    """Row into `Model.parts` by each of their names."""
+    return {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
+
+
 def _of_names(model: Model, skin: Skin, wanted: Sequence[str], name: str, where: str) -> BoolArray:
     """Facets of the parts, surfaces and element sets that a listener names; of all where it names none.
 
@@ -240,7 +252,7 @@ def _of_names(model: Model, skin: Skin, wanted: Sequence[str], name: str, where:
     ------
     InputError : no such name; a set or surface has no facets, or none that the outside sees.
     """
-    rows = {alias.upper(): i for i, p in enumerate(model.parts) for alias in (p.name, *p.aliases)}
+    rows = _rows_of_parts(model)
     others = [*(key for key, s in model.surfaces.items() if not s.is_node_based), *model.element_sets]
     heard = np.zeros(skin.count, dtype=bool) if wanted else np.ones(skin.count, dtype=bool)
     for one in wanted:

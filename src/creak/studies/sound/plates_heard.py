@@ -95,34 +95,30 @@ def plate_heard(push: Push, listener: Listener, metre: float) -> PlateHeard:
     cosine = np.einsum("nx,nx->n", to, push.normal) / far
     sine, share = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), float(area.sum()) / whole if whole else 1.0
     side = np.where(cosine < 0.0, -1.0, 1.0)
-    if share < WHOLE:
-        side = side * _on(own, push.point / metre)
     found = PlateHeard(push, spread, share, away, middle, listener.head, sine, far, side, way)
-    return _free(found, own, listener, metre) if listener.rims else found
+    return found if share >= WHOLE and not listener.rims else _by_faces(found, own, listener, metre)
 
 
-def _free(heard: PlateHeard, own: Skin, listener: Listener, metre: float) -> PlateHeard:
-    """With the edges of the panels that stand free."""
+def _by_faces(heard: PlateHeard, own: Skin, listener: Listener, metre: float) -> PlateHeard:
+    """With what hangs on the face that is pushed: whether it is heard, and how far from a free edge it is."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    skin = listener.skin
-    mine = np.flatnonzero(~skin.solid & (skin.part == heard.push.part.part))
-    rim, to_edge = np.full(skin.count, -1), np.zeros(skin.count)
+    apart, nearest = cKDTree(own.centres).query(heard.push.point / metre)
+    side = heard.side if heard.share >= WHOLE else heard.side * (apart <= own.size[nearest])
+    if not listener.rims:
+        return replace(heard, side=side)
+    rim, to_edge = np.full(listener.skin.count, -1), np.zeros(listener.skin.count)
     for k, one in enumerate(listener.rims):
         rim[one.facets], to_edge[one.facets] = k, one.to_edge
-    nearest = mine[cKDTree(own.centres * metre).query(heard.push.point)[1]]
-    at = tuple(zip(rim[nearest].tolist(), to_edge[nearest].tolist(), strict=True))
-    return replace(heard, rims=listener.rims, at_rim=at)
-
-
-def _on(faces: Skin, points: FloatArray) -> BoolArray:
-    """(k,) which points lie on some faces, to the size of one."""
-    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
-
-    apart, nearest = cKDTree(faces.centres).query(points)
-    return np.asarray(apart <= faces.size[nearest])
+    pushed = np.flatnonzero(_shells(listener, heard.push.part))[nearest]
+    at = tuple(zip(rim[pushed].tolist(), to_edge[pushed].tolist(), strict=True))
+    return replace(heard, side=side, rims=listener.rims, at_rim=at)
 
 
 def shells_of(listener: Listener, part: PartPlates) -> Skin:
     """Of a part, as far as the listener hears it."""
-    return listener.skin.select(~listener.skin.solid & (listener.skin.part == part.part))
+    return listener.skin.select(_shells(listener, part))
+
+
+def _shells(listener: Listener, part: PartPlates) -> BoolArray:
+    return np.asarray(~listener.skin.solid & (listener.skin.part == part.part))

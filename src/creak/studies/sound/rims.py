@@ -15,8 +15,6 @@ from creak.sound.screen import around_edges
 
 DEPTHS = np.array([0.08, 0.25, 0.5, 0.75, 1.0])
 """Shares of half a panel's width at which its facets are told apart; between them weights are linear."""
-
-
 MOST = 12
 """Panels, the largest that a listener hears, whose edges are looked at."""
 
@@ -62,7 +60,8 @@ def rims_of(skin: Skin, heard: BoolArray, position: FloatArray, metre: float) ->
     shell, areas, centres, row = np.flatnonzero(~skin.solid), skin.areas, skin.centres, np.cumsum(heard) - 1
     if not heard[shell].any():
         return ()
-    panel, (facet, ends, _, count) = panels(skin.nodes_idx[shell])[1], sides_of(skin.nodes_idx[shell])
+    facet, ends, _, count = sides = sides_of(skin.nodes_idx[shell])
+    panel = panels(skin.nodes_idx[shell], sides)[1]
     size, alone, found = np.linalg.norm(areas[shell], axis=1), count == 1, list[Rim]()
     edged = np.unique(panel[facet[alone]])
     heard_size = np.bincount(panel, size * heard[shell])

@@ -173,16 +173,12 @@ def pushes(sheets: Sheets, gaps: GapOperator, row: IntArray) -> list[Push]:
         if not column.size:
             continue
         at, share = on[mine], np.abs(value[mine])
-        share = share / np.bincount(k, share)[k]
         across = np.asarray(np.bincount(k, value[mine] * sheets.normal[at, axis[mine]]), dtype=np.float64)
-
-        def mean(of_node: FloatArray, share: FloatArray = share, at: IntArray = at, k: IntArray = k) -> FloatArray:
-            return np.stack([np.bincount(k, share * x[at]) for x in np.atleast_2d(of_node.T)], axis=1)
-
-        normal = mean(sheets.normal)
+        mean = sp.csr_array((share / np.bincount(k, share)[k], (k, at)), shape=(column.size, sheets.part.size))
+        normal = mean @ sheets.normal
         normal /= np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
-        mobility, direct = mean(np.stack([sheets.mobility, sheets.direct], axis=1)).T
-        push = Push(one, column, across, mean(sheets.coords), mobility, direct, normal)
+        point, mobility, direct = (np.asarray(mean @ x) for x in (sheets.coords, sheets.mobility, sheets.direct))
+        push = Push(one, column, across, point, mobility, direct, normal)
         bends = np.abs(across) > OUT * np.abs(across).max(initial=0.0)
         if bends.any():
             found.append(push.of(bends, push.column[bends]))

@@ -15,6 +15,7 @@ from scipy.special import j0
 
 from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
+from creak.digest import digest
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
 from creak.model.skin import Skin
@@ -75,10 +76,10 @@ class Statistics:
     """Rows into `Model.parts` of those that contact pushes and that count as plates."""
     left_out: tuple[int, ...]
     """Of those that it pushes and that do not."""
-    flat: dict[int, FlatSheet | None] = field(default_factory=dict, compare=False, repr=False)
-    """Parts as sheets, made once for each; None: it is not flat."""
-    beams: dict[tuple[int, int, bytes, float], float] = field(default_factory=dict, compare=False, repr=False)
-    """Part, its plate, a point and a frequency -> share of that point, found before."""
+    flat: dict[str, FlatSheet | None] = field(default_factory=dict, compare=False, repr=False)
+    """Faces, by their digest, as sheets, made once for each; None: they are not flat."""
+    beams: dict[tuple[str, int, bytes, float], float] = field(default_factory=dict, compare=False, repr=False)
+    """Faces, a plate of their part, a point and a frequency -> share of that point, found before."""
 
     @property
     def span(self) -> Span:
@@ -254,22 +255,19 @@ def _sent(heard: PlateHeard, band: int) -> float:
     each = np.array([float(radiation_efficiency(p, freq)[0]) for p in part.plates]) * part.areas
     sigma = float(each.sum() if heard.beams is None else each @ heard.beams[:, band])
     short = 1.0 / max(float(p.wavenumber(freq)[0]) for p in part.plates)
-    return (
-        heard.at_edges(float(freq[0]), short)
-        * heard.share
-        * (AIR.density * AIR.speed) ** 2
-        * sigma
-        / (2.0 * np.pi * part.mass)
-    )
+    seen = heard.share * heard.at_edges(float(freq[0]), short)
+    return seen * (AIR.density * AIR.speed) ** 2 * sigma / (2.0 * np.pi * part.mass)
 
 
 def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArray | None:
-    """`_Heard.beams` of a part: of the third octaves that are heard of it, and of those that may tie it."""
-    if part.part not in known.flat:
+    """`PlateHeard.beams` of a part: of the third octaves that are heard of it, and of those that may tie it."""
+    own = shells_of(listener, part)
+    faces = digest(own.nodes_idx)
+    if faces not in known.flat:
         high = np.array([BANDS[-1]])
         shortest = min(AIR.speed / high[0], *(2.0 * np.pi / float(p.wavenumber(high)[0]) for p in part.plates))
-        known.flat[part.part] = flat_sheet(shells_of(listener, part).corners * known.metre, shortest)
-    sheet = known.flat[part.part]
+        known.flat[faces] = flat_sheet(own.corners * known.metre, shortest)
+    sheet = known.flat[faces]
     if sheet is None:
         return None
     point = listener.position * known.metre
@@ -278,7 +276,7 @@ def _beams(known: Statistics, part: PartPlates, listener: Listener) -> FloatArra
     for k, plate in enumerate(part.plates):
         for band in bands:
             freq = float(BANDS[band])
-            key = part.part, k, point.tobytes(), freq
+            key = faces, k, point.tobytes(), freq
             if key not in known.beams:
                 known.beams[key] = sheet.share(point, freq, float(plate.wavenumber(np.array([freq]))[0]))
             found[k, band] = known.beams[key]

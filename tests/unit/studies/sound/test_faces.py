@@ -12,12 +12,13 @@ from creak.errors import InputError
 from creak.model.materials import SolidSection
 from creak.model.mesh import Surface
 from creak.model.skin import skin_of
+from creak.reduction.band_modes import Losses
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import ListenerTable
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.sheets import pushes, sheets_of
-from creak.studies.sound.statistics import _sent, _straight
+from creak.studies.sound.statistics import _beams, _sent, _straight, statistics_of
 from helpers_core import STEEL, block, channels, model_of
 from helpers_plate import supported_plate
 from helpers_solids import solid_mesh
@@ -87,3 +88,24 @@ def test_statistics_send_as_much_as_is_heard(plate):
     straight = [_straight([h], 2, 500.0)[:, 0] for h in (whole, some)]
     assert abs(straight[1][0]) == pytest.approx(abs(straight[0][0]))
     assert straight[1][1] == 0.0
+
+
+def test_listeners_of_two_halves_of_a_plate_each_hear_their_own(plate):
+    """What is known of the faces of one is not taken for those of the other."""
+    right = named(plate, "RIGHT", np.arange(9 * N[1], 12 * N[1])).element_sets
+    model = replace(plate, element_sets={**plate.element_sets, **right})
+    G = np.zeros((1, 6 * plate.nodes.count))
+    G[0, 6 * 40 + 2] = 1.0
+    gaps, row = channels(G, 0.0, 1.0), np.array([0])
+    known = [statistics_of(model, skin_of(model), gaps, row, Losses(zeta=0.02), (500.0, 1e4), 1.0) for _ in range(2)]
+    (push,) = pushes(known[0].sheets, gaps, row)
+    left, other = (_beams(known[0], push.part, heard(model, name)) for name in ("LEFT", "RIGHT"))
+    assert np.abs(left - other).max() > 0.01
+    np.testing.assert_array_equal(other, _beams(known[1], push.part, heard(model, "RIGHT")))
+
+
+def test_a_measured_way_is_that_of_a_part(plate, tmp_path):
+    (tmp_path / "way.csv").write_text("frequency,amplitude\n10,1\n1000,1\n")
+    table = ListenerTable(position=(0.1, 0.1, 2.0), transfer={"LEFT": {"file": "way.csv"}})
+    with pytest.raises(InputError, match="unknown part 'LEFT'"):
+        listeners_of(plate, {"ear": table}, Places(tmp_path / "study.toml"), 1.0)
