@@ -18,7 +18,7 @@ import scipy.sparse.linalg as spla
 from creak.arrays import ComplexArray, Matrix
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import SingularMatrixError, _PardisoFactor
-from creak.linalg.mkl import has_pardiso, mkl_library
+from creak.linalg.mkl import has_pardiso
 
 
 class ComplexFactor(Protocol):
@@ -112,16 +112,11 @@ class _Pardiso(_PardisoFactor):
 
     def __init__(self, A: Any) -> None:
         upper = _upper_of(A)
-        self._n = int(upper.shape[0])
         empty = np.flatnonzero(np.diff(upper.indptr) == 0)
         if empty.size:
             raise SingularMatrixError(int(empty[0]), f"matrix has an empty row {empty[0]}")
-        self._values = np.ascontiguousarray(upper.data, dtype=np.complex128).view(np.float64)
-        self._ia = (upper.indptr + 1).astype(np.int32)
-        self._ja = (upper.indices + 1).astype(np.int32)
-        self._pardiso, self._mtype = mkl_library().pardiso, 6
-        self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
-        self._iparm[[0, 1, 9, 17]] = 1, 2, 12, -1  # own settings, METIS, pivot 1e-12; no refinement or scaling
+        self._given(upper.astype(np.complex128), False)
+        self._iparm[20] = 0  # no pivoting is needed
         self._factorise(np.zeros(2))
         self.nnz_factor = int(self._iparm[17])
 

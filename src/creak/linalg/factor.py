@@ -262,12 +262,14 @@ class _PardisoFactor:
         self.nnz_factor = int(self._iparm[17])
 
     def _given(self, upper: Any, definite: bool) -> None:
-        """The upper triangle in PARDISO's form, and its settings."""
-        self._n = int(upper.shape[0])
-        self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64)
+        """The upper triangle in PARDISO's form, and its settings; complex numbers are pairs of real ones."""
+        self._n, real = int(upper.shape[0]), not np.iscomplexobj(upper.data)
+        self._values: FloatArray = np.ascontiguousarray(upper.data, dtype=np.float64 if real else np.complex128).view(
+            np.float64
+        )
         self._ia = (upper.indptr + 1).astype(np.int32)
         self._ja = (upper.indices + 1).astype(np.int32)
-        self._pardiso, self._mtype = mkl_library().pardiso, 2 if definite else -2
+        self._pardiso, self._mtype = mkl_library().pardiso, (2 if definite else -2) if real else 6
         self._pt, self._iparm = np.zeros(64, dtype=np.int64), np.zeros(64, dtype=np.int32)
         self._iparm[[0, 1, 9, 17, 23]] = 1, 2, 12, -1, 0  # own settings, METIS, pivot 1e-12
         self._iparm[[7, 10, 12]] = 0, 0, 0  # no refinement, no scaling or matching: keep the inertia

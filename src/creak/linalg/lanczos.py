@@ -42,6 +42,8 @@ MAX_PASSES = 8
 """Orthonormalisations of one block; two are enough but where columns are dependent."""
 ROWS = 8192
 """Rows of the basis turned into eigenvectors at a time."""
+BESIDE = 1.4
+"""Free memory over that of the vectors that are expected, from which on they lie in memory and not in a file."""
 WORK, DENSE = 8, 3
 """Blocks beside the basis, and matrices of the size of T, that are there at a time."""
 FEWER = "Ask for fewer modes (a lower f_max or count), or cut the part into substructures."
@@ -67,8 +69,8 @@ class _Basis:
     than were expected slow the work down, and do not end it.
     """
 
-    def __init__(self, n: int, capacity: int) -> None:
-        self._rows = rows_of(n, capacity)
+    def __init__(self, n: int, capacity: int, expected: int) -> None:
+        self._rows = rows_of(n, capacity, BESIDE * min(expected / capacity, 1.0))  # what is not written takes no memory
         self._signs = np.random.default_rng(1984)
         self._probe = np.zeros((n, PROBES), order="F")
         self.used = 0
@@ -162,7 +164,7 @@ def lanczos(
     needed = basis_bytes(n, values, amid=below > 0, width=width)
     require(needed, f"the vectors that {wanted:,} modes of {n:,} equations take", FEWER)
     sought = _Sought(shift, below, wanted if within is None else within, values, lower, upper)
-    krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width))
+    krylov = _Krylov(inverse, mass, min(n, 3 * values + 4 * width), _first_look(values, width, below > 0))
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
         return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
@@ -253,10 +255,10 @@ def block_width(values: int) -> int:
 class _Krylov:
     """The growing Krylov space of A = inverse M."""
 
-    def __init__(self, inverse: Factor, mass: BlockProduct, capacity: int) -> None:
+    def __init__(self, inverse: Factor, mass: BlockProduct, capacity: int, expected: int) -> None:
         self._inverse, self._mass = inverse, mass
         self._rng = np.random.default_rng(20190527)
-        self.basis = _Basis(mass.n, capacity)
+        self.basis = _Basis(mass.n, capacity, expected)
         self.columns = 0
 
     def step(self, W: FloatArray, Z: FloatArray, back: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -69,9 +69,10 @@ def static_terms(
         report(0, n)
     if n and inside.i.size:
         _ = inside.factor  # what is free is what is left beside it
+    load = np.zeros((inside.i.size, 0))
     for block in blocks(n, inside.i.size):
-        momentum = F[:, block].toarray(order="F")
-        X = inside.solve(momentum)
+        load = _dense(F[:, block], load)
+        X, momentum = inside.solve(load), load
         np.negative(X, out=X)
         X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
@@ -88,6 +89,14 @@ def static_terms(
             report(block.stop, n)
     modal[0] = modal[0] if told is None else told
     return Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
+
+
+def _dense(A: Matrix, memory: FloatArray) -> FloatArray:
+    """Sparse columns in full, Fortran order, in `memory` of at least as many: new memory has to be cleared first."""
+    out = memory[:, : A.shape[1]] if memory.shape[1] >= A.shape[1] else np.empty(A.shape, order="F")
+    out[:] = 0.0
+    out[A.indices, np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))] = A.data
+    return out
 
 
 def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:

@@ -11,7 +11,7 @@ from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
 from creak.formats.stored.superelement import MAPPED
-from creak.linalg.lanczos import basis_bytes
+from creak.linalg.lanczos import BESIDE, basis_bytes
 from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import BAND, dense_bytes, dense_is_faster, with_further
 from creak.linalg.scratch import ROOM, SPARE
@@ -219,7 +219,7 @@ def _lanczos(n: int, entries: int, factor: float, modes: int, held: float, *, pi
     basis = dense_bytes(n) if dense_is_faster(n, modes) else basis_bytes(n, modes)
     two = not pieces and factor + made <= left_beside(held + factor) and basis <= left_beside(held + 2.0 * factor)
     factors = (2.0 if two else 1.0) * factor
-    whole = ROOM * basis <= left_beside(held + factors)
+    whole = BESIDE * basis <= left_beside(held + factors)
     basis = basis if whole else basis_bytes(n, 0)
     shifted = ENTRY * entries if SPARE * ENTRY * entries <= left_beside(held + factors) else 0.0
     return _Lanczos(factors, basis, whole, max(factors + shifted + basis, 0.0 if two else factor + made))
