@@ -117,11 +117,10 @@ def _marched(
         return checker
 
     def march(checker: AnyChecker, s: Stretch) -> Callable[[Solver | None], _Seen]:
-        """Through it, from its state, which is recovered before: that solves, too, and no two may at once."""
-        begins = checker.begins(states, s.first)
+        """Through it, from its state."""
 
         def through(solver: Solver | None) -> _Seen:
-            seen = _compared(of, checker, s, begins, solver)
+            seen = _compared(of, checker, s, states.begins[s.first], solver)
             counted(s.steps if solver is None else 0)  # else who solves counts
             return seen
 

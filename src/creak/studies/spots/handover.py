@@ -192,18 +192,19 @@ def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
 class States:
     """States of the reduced run where pieces of it begin."""
 
-    at: list[int]
-    """Flight steps at whose ends they are."""
     found: FlowStates
-
-    def of(self, first: int) -> Begins:
-        """Displacement and velocity (n,) of the reduced System at the end of a flight step."""
-        k = self.at.index(first)
-        return self.found.coordinates[:, k], self.found.velocities[:, k]
+    begins: dict[int, Begins]
+    """Flight step at whose end it is -> the state: of the unreduced model, recovered, where all of that takes part in
+    the checks (`Handover.nearby` is None), else of the reduced one."""
 
 
 def states_at(marching: Marching, of: Handover, spans: Sequence[Span]) -> States:
     """States of the reduced run where the pieces begin, by marching it again up to there."""
     at = sorted({s.first for s in spans})
     found = flow_states(of.reduced, of.gaps, of.loads, at, resolution=marching.resolution, solver=marching.solver)
-    return States(at, found)
+    u, v = found.coordinates, found.velocities
+    if of.nearby is None:
+        support = of.loads.support[:2, [SAMPLES * first for first in at]]
+        both = recovered_on(of.unreduced, of.reduced, np.hstack([u, v]), support.reshape(2 * len(at), -1).T)
+        u, v = both[:, : len(at)], both[:, len(at) :]
+    return States(found, {first: (u[:, k].copy(), v[:, k].copy()) for k, first in enumerate(at)})

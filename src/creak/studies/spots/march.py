@@ -18,9 +18,8 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import free_bytes
 from creak.linalg.together import Solver, side_by_side
-from creak.studies.models.alike import recovered_on
 from creak.studies.spots.choose import STEP, Span, Stretch
-from creak.studies.spots.handover import ROUND_OFF, Begins, Handover, States
+from creak.studies.spots.handover import ROUND_OFF, Begins, Handover
 from creak.verify.events import REACH, Event, find_events
 from creak.verify.figures import FIGURES, figures_of
 
@@ -74,12 +73,6 @@ class Checker:
         at_once = 1 if n <= STEP else max(1, int(min(free_bytes() / (VECTORS * 8.0 * n), len(works))))
         groups = [works[k : k + at_once] for k in range(0, len(works), at_once)]
         return [found for own in groups for found in side_by_side(self._stepper.solver, own, counted)]
-
-    def begins(self, states: States, first: int) -> Begins:
-        """The state of the reduced model at the end of flight step `first`, recovered (n,)."""
-        s = self._of.loads.support[:, SAMPLES * first]
-        both = recovered_on(self._of.unreduced, self._of.reduced, np.stack(states.of(first), axis=1), s[:2].T)
-        return np.ascontiguousarray(both[:, 0]), np.ascontiguousarray(both[:, 1])
 
     def through(self, s: Span, begins: Begins, channels: IntArray, solver: Solver | None = None) -> Marched:
         """The march from displacement and velocity (n,).

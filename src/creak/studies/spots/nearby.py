@@ -19,7 +19,7 @@ from creak.studies.models.alike import recovered_on
 from creak.studies.models.reduced import FACTOR
 from creak.studies.spots.choose import BLOCKED, Price, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
-from creak.studies.spots.handover import Begins, Handover, States
+from creak.studies.spots.handover import Begins, Handover
 from creak.studies.spots.march import Checker, Marched, cut, springs_of, watching, what_closes
 
 Result = TypeVar("Result")
@@ -55,10 +55,6 @@ class Nearby:
     ) -> list[Result]:
         """Results of marches, one after the other: each has matrices of its own."""
         return [work(None) for work in works]
-
-    def begins(self, states: States, first: int) -> Begins:
-        """The state of the reduced model at the end of flight step `first`, as it is."""
-        return states.of(first)
 
     def through(self, s: Span, begins: Begins, channels: IntArray, solver: Solver | None = None) -> Marched:
         """The march from a state of the reduced model near the channels, and the same with a quarter of the dofs."""

@@ -60,7 +60,7 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     checkers = {n: checker_of(of, n, near, states.found.stiffness) for n in sorted({p.parts for p in taken})}
 
     def march(checker: AnyChecker, p: Piece) -> Callable[[Solver | None], Marched]:
-        return partial(checker.through, p, checker.begins(states, p.first), p.place.channels)
+        return partial(checker.through, p, states.begins[p.first], p.place.channels)
 
     marched: dict[int, Marched] = {}
     for parts, checker in checkers.items():

@@ -49,7 +49,7 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     stretches = order, [s.finer() for s in order]
 
     def march(checker: Checker, s: Stretch) -> Callable[[Solver], Marched]:
-        return partial(checker.through, s, checker.begins(states, s.first), of.channels(s.event))
+        return partial(checker.through, s, states.begins[s.first], of.channels(s.event))
 
     both = [
         checker.side_by_side([march(checker, s) for s in own]) for checker, own in zip(runs, stretches, strict=True)
