@@ -92,18 +92,22 @@ def _clearance(arm: FloatArray, half: FloatArray, main: MainSurface, nearest: Ne
 
 
 def ties_of(name: str, where: str, main: MainSurface, found: Meeting, *, rotations: bool) -> list[Constraint]:
-    """A `Tie` for each node that is tied; equations where an arm stands on the face of a solid."""
+    """A `Tie` for each node that is tied; equations where an arm stands on the face of a solid.
+
+    rotations : tie those of nodes on shells and edges, too; nodes of solids have none.
+    """
     result: list[Constraint] = []
     for k in np.flatnonzero(found.tied).tolist():
         facet, arm, node = int(found.nearest.facet[k]), found.arm[k], int(found.rows[k])
-        if main.solid[facet] and arm.any():
+        solid = bool(main.solid[facet])
+        if solid and arm.any():
             result += _on_solid(node, main.nodes_idx[facet], main.coords[facet], found.nearest.shape[k], arm, where)
             continue
         corners, at = np.unique(main.nodes_idx[facet], return_inverse=True)
         weights = np.bincount(at, weights=found.nearest.shape[k])
         used = weights > SAME
         share = weights[used] / weights[used].sum()
-        result.append(Tie(name, node, corners[used], share, arm, rotations, where))
+        result.append(Tie(name, node, corners[used], share, arm, rotations and not solid, where))
     return result
 
 

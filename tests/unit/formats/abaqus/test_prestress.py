@@ -79,6 +79,25 @@ def test_supports_of_the_step_of_the_modes_hold(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("before", "own", "expected"),
+    [
+        ("*STEP\n*STATIC\n*BOUNDARY\n3, 1, 6\n*END STEP\n", "*BOUNDARY, OP=NEW\n2, 2, 2\n", {(2, 2)}),
+        ("*STEP\n*STATIC\n*BOUNDARY, OP=NEW\n3, 1, 1\n*END STEP\n", "", {(3, 1)}),
+        ("*STEP, PERTURBATION\n*STATIC\n*BOUNDARY\n3, 1, 6\n*END STEP\n", "", {(1, 1)}),
+        ("*STEP\n*BUCKLE\n4\n*BOUNDARY\n3, 1, 6\n*END STEP\n", "*BOUNDARY\n2, 2, 2\n", {(1, 1), (2, 2)}),
+    ],
+)
+def test_supports_go_on_until_a_step_with_op_new_and_not_from_a_perturbation(tmp_path, before, own, expected):
+    """As in Abaqus; the model data hold node 1 along x."""
+    path = tmp_path / "deck.inp"
+    steps = "*BOUNDARY\n1, 1, 1\n" + before + "*STEP, PERTURBATION\n" + own + MODES
+    path.write_text(cut_plate((2, 2), (2, 2), steps), encoding="utf-8")
+    model = read_deck(path)
+    held = {(int(model.nodes.ids[n]), dof) for f in model.fixed for n in f.nodes_idx for dof in f.dofs}
+    assert held == expected
+
+
+@pytest.mark.parametrize(
     ("steps", "keyword"),
     [
         ("*STEP\n*BOUNDRY\n1, 1, 3\n" + MODES, "*BOUNDRY"),

@@ -104,3 +104,29 @@ def test_rigid_motion_strains_no_arm(tmp_path):
     assert len(model.constraints) == 12
     for c in model.constraints:
         assert c.coefficients @ u[c.nodes_idx, c.dofs - 1] == pytest.approx(0.0, abs=1e-12)
+
+
+def two_strips_on_a_block() -> str:
+    """Two strips of 100 x 10 x 1 mm, clamped at their ends, that are tied to a held block between them."""
+    corners = [(10 * i, 10 * j, 10 * k) for k in range(2) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
+    lines = ["*NODE", *(f"{n}, {x}, {y}, {z}" for n, (x, y, z) in enumerate(corners, start=1))]
+    lines += ["*ELEMENT, TYPE=C3D8I, ELSET=BLOCK", "1, 1, 2, 3, 4, 5, 6, 7, 8"]
+    for base, x0, step in ((100, 0, -5), (200, 10, 5)):
+        lines += ["*NODE", *(f"{base + 2 * i + j}, {x0 + step * i}, {10 * j}, 10" for i in range(21) for j in range(2))]
+        lines.append("*ELEMENT, TYPE=S4, ELSET=STRIPS")
+        lines += [f"{base + i}, " + ", ".join(str(base + 2 * i + k) for k in (0, 2, 3, 1)) for i in range(20)]
+        lines += [f"*NSET, NSET=EDGE{base}", f"{base}, {base + 1}", "*NSET, NSET=ENDS", f"{base + 40}, {base + 41}"]
+        lines += [f"*SURFACE, NAME=S{base}, TYPE=NODE", f"EDGE{base},", f"*TIE, NAME=T{base}", f"S{base}, TOP"]
+    lines += ["*SURFACE, NAME=TOP", "BLOCK, S2", "*SHELL SECTION, ELSET=STRIPS, MATERIAL=M", "1.,"]
+    lines += ["*SOLID SECTION, ELSET=BLOCK, MATERIAL=M", "*MATERIAL, NAME=M", "*ELASTIC", "2.E5, 0.", "*DENSITY"]
+    return "\n".join(
+        [*lines, "7.8E-9", "*NSET, NSET=HELD, GENERATE", "1, 8", "*BOUNDARY", "HELD, 1, 3", "ENDS, 1, 6", ""]
+    )
+
+
+def test_the_face_of_a_solid_holds_no_rotation_of_a_shell_that_lies_on_it(tmp_path):
+    """Each strip is a beam, clamped and pinned: k L = 3.92660. Through rotations that the block's nodes do not have the
+    two would bend as one."""
+    bending = np.sqrt(2e5 / 12.0 / 7.8e-9)
+    expected = 3.92660**2 / (2.0 * np.pi) * bending / 100.0**2
+    assert frequencies(model_of(tmp_path, two_strips_on_a_block()), 2) == pytest.approx([expected] * 2, rel=5e-3)

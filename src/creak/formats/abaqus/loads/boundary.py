@@ -25,7 +25,7 @@ _NAMED = {
 
 
 def read_boundaries(deck: Outline, nodes: Registry, held: Sequence[Block] = ()) -> list[Fixed]:
-    """Dofs held at zero, in the model data and in the first step, whose OP=NEW takes those of the model data away.
+    """Dofs held at zero, in the model data and in the steps in force, whose OP=NEW takes those of the model data away.
 
     Non-zero values in the step are left to the study's [excitation], but for the blocks `held`, which fix their dofs.
 

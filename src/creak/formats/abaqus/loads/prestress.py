@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
 from creak.formats.abaqus.mesh.transforms import Transforms
 from creak.formats.abaqus.text.keywords import meaning
@@ -38,13 +40,12 @@ def list_prestress(deck: Outline) -> StepBlocks | None:
     follow (`read_static`): the only one, with forces and prescribed displacements, without contact,
     of linear materials, and no supports after it.
 
-    The supports of these steps, and of that of the modes, hold in the modes as those of the first step do.
+    The supports of these steps, and of that of the modes, hold in the modes (`_in_force`).
     It counts in Abaqus with NLGEOM, and in CalculiX where the step of the modes is a PERTURBATION. NLGEOM=NO on either
     step (as Abaqus/CAE writes it), or no load, leaves the structure as it was.
     """
     at = step_of_modes(deck)
-    for step in deck.steps[1 : at + 1]:
-        deck.step_boundaries += [b for b in step.blocks if b.name == "BOUNDARY"]
+    deck.step_boundaries[:] = [b for step in _in_force(deck.steps[: at + 1]) for b in _boundaries(step)]
     for block in (b for step in deck.steps[: at + 1] for b in step.blocks if b.name in _OF_STRUCTURE):
         deck.note(block, _OF_STRUCTURE[block.name], changes=not block.has("ACTIVATE"))
     list_restart(deck)
@@ -104,7 +105,7 @@ def _list_other_supports(deck: Outline, at: int) -> None:
 
 
 def _supports(step: StepBlocks) -> list[tuple[dict[str, str], list[str]]]:
-    return [(b.params, b.lines) for b in step.blocks if b.name == "BOUNDARY"]
+    return [(b.params, b.lines) for b in _boundaries(step)]
 
 
 def _unlinear(deck: Outline) -> bool:
@@ -125,7 +126,7 @@ def read_static(deck: Outline, step: StepBlocks | None, nodes: Registry, transfo
     """
     if step is None:
         return None
-    moved, unread = [b for b in step.blocks if b.name == "BOUNDARY"], dict(deck.unread)
+    moved, unread = _boundaries(step), dict(deck.unread)
     loads = [b for b in step.blocks if b.name == "CLOAD"]
     if any(b.has("AMPLITUDE") or b.has("FOLLOWER") or b.option("OP") == "NEW" or b.has("FIXED") for b in moved + loads):
         return None
@@ -148,14 +149,33 @@ def step_of_modes(deck: Outline) -> int:
 def held_in_modes(deck: Outline, followed: StepBlocks | None) -> list[Block]:
     """*BOUNDARY blocks whose dofs are fixed in the modes of *FREQUENCY whatever their values, as in Abaqus.
 
-    They are those of its step and of the steps before, but for the static step that is `followed`: `read_static` reads
-    how that moves them.
+    They are those in force in its step, but for those of the static step that is `followed`: `read_static` reads how
+    that moves them.
     """
     at = step_of_modes(deck)
     if not deck.steps or _named(deck.steps[at], ("FREQUENCY",)) is None:
         return []
-    steps = (step for step in deck.steps[: at + 1] if step is not followed)
-    return [b for step in steps for b in step.blocks if b.name == "BOUNDARY"]
+    return [b for step in _in_force(deck.steps[: at + 1]) if step is not followed for b in _boundaries(step)]
+
+
+def _in_force(steps: Sequence[StepBlocks]) -> list[StepBlocks]:
+    """Those whose supports hold in the last of these steps, as in Abaqus.
+
+    Supports of a general step go on until a step with OP=NEW takes all before it away; those of a linear perturbation
+    hold in it alone.
+    """
+    found: list[StepBlocks] = []
+    for step in steps:
+        if step is not steps[-1] and (step.block.has("PERTURBATION") or _named(step, ("BUCKLE",))):
+            continue
+        if any(b.option("OP", "MOD") == "NEW" for b in _boundaries(step)):
+            found = []
+        found.append(step)
+    return found
+
+
+def _boundaries(step: StepBlocks) -> list[Block]:
+    return [b for b in step.blocks if b.name == "BOUNDARY"]
 
 
 def _named(step: StepBlocks, names: tuple[str, ...]) -> Block | None:
