@@ -107,12 +107,12 @@ def test_rigid_motion_strains_no_arm(tmp_path):
 
 
 def two_strips_on_a_block() -> str:
-    """Two strips of 100 x 10 x 1 mm, clamped at their ends, that are tied to a held block between them."""
+    """Two strips of 100 x 10 x 1 mm, clamped at their ends, that are tied to one edge of a held block."""
     corners = [(10 * i, 10 * j, 10 * k) for k in range(2) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))]
     lines = ["*NODE", *(f"{n}, {x}, {y}, {z}" for n, (x, y, z) in enumerate(corners, start=1))]
     lines += ["*ELEMENT, TYPE=C3D8I, ELSET=BLOCK", "1, 1, 2, 3, 4, 5, 6, 7, 8"]
-    for base, x0, step in ((100, 0, -5), (200, 10, 5)):
-        lines += ["*NODE", *(f"{base + 2 * i + j}, {x0 + step * i}, {10 * j}, 10" for i in range(21) for j in range(2))]
+    for base, step in ((100, -5), (200, 5)):
+        lines += ["*NODE", *(f"{base + 2 * i + j}, {10 + step * i}, {10 * j}, 10" for i in range(21) for j in range(2))]
         lines.append("*ELEMENT, TYPE=S4, ELSET=STRIPS")
         lines += [f"{base + i}, " + ", ".join(str(base + 2 * i + k) for k in (0, 2, 3, 1)) for i in range(20)]
         lines += [f"*NSET, NSET=EDGE{base}", f"{base}, {base + 1}", "*NSET, NSET=ENDS", f"{base + 40}, {base + 41}"]
