@@ -94,7 +94,8 @@ class Skin:
             loud = np.linalg.norm(self.areas, axis=1) / np.linalg.norm(self.centres - point, axis=1)
             best = np.bincount(panel, loud[shell])
             if best.max() > loud[self.solid].sum():
-                sign = sign / sign[best.argmax()]
+                loudest = sign[best.argmax()]
+                sign = sign / loudest * np.copysign(1.0, loudest.real)
             areas[shell] *= (turn * sign[panel])[:, None]
         return areas
 
