@@ -29,7 +29,7 @@ KINDS = {
     "robust.json of creak": rb'\{\s*"title": .{0,2000}"units": "[^"]*",\s*"draws": ',
     "a table of convergence": rb"contact,channel,t_start,",
     "a table of draws": rb"run,block,",
-    "a table of a sweep": rb"case,[^\n]*,seed,status,error",
+    "a table of a sweep": rb"case,([^\n]*,)?seed,status,error",
     "a table of E-lines": rb"line,node,x_",
     "a table of histories": rb"time \[s\],[^\n]* (X|gap) \[",
     "a table of degrees of freedom": rb"node,dof,",

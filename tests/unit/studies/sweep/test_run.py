@@ -17,6 +17,7 @@ import pytest
 
 import creak
 from creak.errors import InputError
+from creak.formats.deck.command_files import one_command
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
 from creak.studies.models.superelements import save_superelement, shared_path
@@ -183,6 +184,20 @@ def test_the_table(ran, tmp_path):
         assert file["reduced.max_force"].attrs["unit"] == "N"
         assert file["nrmse_all"].shape == (8,)
         assert file["case"].asstr()[:].tolist() == [c.name for c in cases]
+
+
+@pytest.mark.parametrize("text", ["", '[grid]\n"contact.tip.friction" = [0.0, 0.2]\n'])
+def test_a_table_gives_way_to_that_of_the_next_start(tmp_path, text):
+    """Whether keys are changed or seeds alone; what is no table of a sweep stays."""
+    sweep, out = sweep_in(tmp_path, f'base = "study.toml"\nseeds = [1, 2]\n{text}'), tmp_path / "out"
+    out.mkdir()
+    rows = [waiting(case) for case in resolve(sweep, out)]
+    for _ in range(2):
+        with one_command():
+            paths = write_table(sweep, rows, out)
+    paths[0].write_text("case,length,status\n")
+    with one_command(), pytest.raises(InputError, match="no file that creak wrote"):
+        write_table(sweep, rows, out)
 
 
 def test_figures_are_those_of_the_summary(ran):
