@@ -29,6 +29,7 @@ OF_PLACES: dict[str, Callable[[list[dict[str, Any]]], Any]] = {
     "n5": lambda places: max((p["n5"] for p in places if p["n5"] is not None), default=None),
 }
 """Number of places, the one that is ranked first, the largest force of any, low-passed, and the loudest one's N5."""
+VERDICT = "verdict"
 OF_EVENTS = {
     "events_matched": "matched",
     "events_missed": "missed",
@@ -48,7 +49,7 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
         if run is not None:
             out |= {f"{name}.{key}": len(run[key]) if key == "events" else run[key] for key in OF_A_RUN}
             out |= {f"{name}.{key}": of(run["places"]) for key, of in OF_PLACES.items()}
-            out[f"{name}.verdict"] = run.get("verdict")
+            out[f"{name}.{VERDICT}"] = run.get(VERDICT)
     verification = summary["verification"]
     if verification.get("mac"):
         out["worst_mac"] = min(verification["mac"])

@@ -178,11 +178,19 @@ def test_the_table(ran, tmp_path):
     for name in ("creak", "study_hash", "deck_hash", "date", "host", "python", "numpy", "scipy", "threads"):
         assert all(r[name] for r in table[:7]), name
     figures = rows[0].outcome.record
+    assert int(table[0]["reduced.places"]) == figures["reduced.places"] > 0
+    assert table[0]["reduced.first_place"] == figures["reduced.first_place"]
+    assert table[0]["reduced.verdict"] == figures["reduced.verdict"]
+    told = {key for key, value in figures.items() if value is not None}
+    assert told - {*table[0]} == {"id", "name", "unreliable"}
     with h5py.File(tmp_path / "sweep.h5") as file:
         assert file.attrs["columns"].tolist() == list(table[0])
         assert file["reduced.max_force"][0] == float(table[0]["reduced.max_force"]) == figures["reduced.max_force"]
         assert file["reduced.max_force"].attrs["unit"] == "N"
         assert file["nrmse_all"].shape == (8,)
+        for name in ("reduced.force", "reduced.n5"):
+            assert file[name][0] == float(table[0][name]) == figures[name], name
+        assert [file[f"reduced.{key}"].attrs["unit"] for key in ("force", "n5")] == ["N", "sone"]
         assert file["case"].asstr()[:].tolist() == [c.name for c in cases]
 
 
