@@ -18,6 +18,10 @@ LISTED = ("connector", "clip", "static")
 """Lists of tables: a change goes to a row that there is."""
 SEEDED = ("multisine", "psd")
 """Signals with random phases."""
+UNSEEDED = 1
+"""Seed of a signal that says none."""
+STRIDE = 1_000_000
+"""Between the seeds of signals that are independent of each other."""
 
 
 def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
@@ -85,7 +89,12 @@ def _value(text: str) -> Any:
 
 
 def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | None) -> dict[str, Any]:
-    """Tables of a study with changes applied; `seed` goes to every random signal.
+    """Tables of a study with changes applied, and other seeds of its random signals.
+
+    Parameters
+    ----------
+    seed : of the random signals. Those with the same seed keep having the same, so they stay coherent; those with
+        another stay independent: the k-th seed of the study in rising order, from 0, becomes `seed + k STRIDE`.
 
     Raises
     ------
@@ -94,10 +103,19 @@ def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | Non
     out = copy.deepcopy(dict(data))
     for key, value in changes.items():
         _put(out, key, copy.deepcopy(value))
-    for table in out.get("excitation", {}).values() if seed is not None else ():
-        if isinstance(table.get("signal"), dict) and table["signal"].get("type") in SEEDED:
-            table["signal"]["seed"] = seed
+    if seed is not None:
+        _reseed([table.get("signal") for table in out.get("excitation", {}).values()], seed)
     return out
+
+
+def _reseed(signals: Sequence[Any], seed: int) -> None:
+    """Give random signals other seeds; one that is no whole number stays, for the check of the study to tell."""
+    random = [s for s in signals if isinstance(s, dict) and s.get("type") in SEEDED]
+    own = [s.get("seed", UNSEEDED) for s in random]
+    ranks = {one: k for k, one in enumerate(sorted({one for one in own if isinstance(one, int)}))}
+    for signal, one in zip(random, own, strict=True):
+        if isinstance(one, int):
+            signal["seed"] = seed + ranks[one] * STRIDE
 
 
 def _put(data: dict[str, Any], key: str, value: Any) -> None:

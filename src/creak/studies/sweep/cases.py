@@ -50,7 +50,7 @@ class Case:
     changes: Mapping[str, Any]
     """Every key that some case of the sweep changes -> its value in this one; None: the study does not have it."""
     seed: int | None
-    """Of the random signals, where they share one."""
+    """Of the sweep's, or that of the random signals where they share one."""
     text: str
     """The study as TOML, for a file in the sweep's folder."""
     study_hash: str
@@ -161,7 +161,7 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     values = {k: value_at(plain, k) for k in sweep.keys}
-    return Case(one.name, folder, values, _seed(config.excitation), text, digest(content_of), deck_hash, key)
+    return Case(one.name, folder, values, _seed(config.excitation, one.seed), text, digest(content_of), deck_hash, key)
 
 
 def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyConfig]:
@@ -210,9 +210,9 @@ def _relative(path: Path, folder: Path) -> str:
         return str(path)
 
 
-def _seed(excitations: Mapping[str, ExcitationTable]) -> int | None:
+def _seed(excitations: Mapping[str, ExcitationTable], asked: int | None) -> int | None:
     seeds = {t.signal.random for t in excitations.values()} - {None}
-    return seeds.pop() if len(seeds) == 1 else None
+    return asked if asked in seeds else seeds.pop() if len(seeds) == 1 else None
 
 
 def shown(value: Any) -> Any:

@@ -63,7 +63,7 @@ class SweepConfig(Table):
     """Dotted key of the study file -> values; every combination is a case."""
     case: list[CaseTable] = Field(default_factory=list)
     seeds: list[Annotated[int, Field(ge=0)]] = Field(default_factory=list)
-    """Of every multisine and psd."""
+    """Of every multisine and psd; those whose seeds differ in the base study stay independent."""
 
     @model_validator(mode="before")
     @classmethod

@@ -7,8 +7,10 @@ from pathlib import Path
 import pytest
 
 from creak.errors import InputError
-from creak.studies.file.changes import changed, short_keys, value_words
+from creak.studies.file.changes import STRIDE, UNSEEDED, changed, short_keys, value_words
 from creak.studies.file.reader import read_study
+from creak.studies.file.signals.course import MultisineTable
+from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import write_strips
@@ -99,6 +101,34 @@ def test_seeds_reach_every_multisine():
     base = {"excitation": {"a": multisine, "b": multisine, "c": {"signal": {"type": "sine"}}}}
     signals = [t["signal"] for t in changed(base, {}, 7)["excitation"].values()]
     assert [s.get("seed") for s in signals] == [7, 7, None]
+
+
+def test_seeds_leave_independent_signals_independent():
+    """Equal seeds of the base stay equal, others stay apart, in their order; one that is wrong is left to the check."""
+    seeds = {"a": 9, "b": 7, "c": 9, "d": None, "e": 8, "f": "x"}
+    kinds = {"a": "psd", "b": "multisine"}
+    base = {
+        "excitation": {
+            name: {"signal": {"type": kinds.get(name, "psd"), **({} if one is None else {"seed": one})}}
+            for name, one in seeds.items()
+        }
+    }
+    signals = [t["signal"]["seed"] for t in changed(base, {}, 5)["excitation"].values()]
+    assert signals == [5 + 3 * STRIDE, 5 + STRIDE, 5 + 3 * STRIDE, 5, 5 + 2 * STRIDE, "x"]
+
+
+@pytest.mark.parametrize("table", [MultisineTable, PsdTable])
+def test_a_signal_that_says_no_seed_has_that_of_its_table(table):
+    assert table.model_fields["seed"].default == UNSEEDED
+
+
+def test_the_seed_of_a_case_is_the_sweeps_with_independent_axes_too(tmp_path):
+    study = write_strips(tmp_path)
+    root = study.read_text().partition("[excitation.root]")[2].partition("\n[")[0]
+    more = root.replace("seed = 3", "seed = 4").replace('"z"', '"y"')
+    study.write_text(f"{study.read_text()}\n[excitation.more]{more}\n")
+    assert [c.seed for c in cases_of(tmp_path, "seeds = [5, 6]")] == [5, 6]
+    assert [c.seed for c in cases_of(tmp_path, '[[case]]\nname = "as it is"')] == [None]
 
 
 @pytest.mark.parametrize(
