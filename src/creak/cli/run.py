@@ -196,7 +196,10 @@ def first_look(given: Study | Path) -> Study | Path:
     if isinstance(given, Path) and is_deck(given):
         return given
     study = read_study(given) if isinstance(given, Path) else given
-    return with_changes(study, {k: x for k, x in QUICK.items() if study.config.time.exact or k != "time.accuracy"})
+    wanted: dict[str, Any] = {k: x for k, x in QUICK.items() if study.config.time.exact or k != "time.accuracy"}
+    if study.config.reference.until is not None:  # it belongs to the run from rest, which is not made
+        wanted["reference"] = {"run": wanted.pop("reference.run")}
+    return with_changes(study, wanted)
 
 
 def results_name(study: Study | Path) -> str:

@@ -232,8 +232,8 @@ class ReferenceTable(Table):
     "none" (or `false`): nothing, and the verdict cannot be "settled". Default: "spots"; "whole" with a forced step or
     `until`."""
     until: Positive | None = None
-    """s; the unreduced model is run from rest up to here, and the two are compared up to here. Default with "whole": to
-    the end."""
+    """s; the unreduced model is run from rest up to here, and the two are compared up to here. Beside another `run`
+    than "whole" it is refused. Default with "whole": to the end."""
 
 
 class OutputTable(Table):

@@ -113,7 +113,7 @@ def checked_study(
     except ValidationError as error:
         raise explain(path, text, error) from error
     places = Places(path, text if file_text is None else file_text, changes or {})
-    check_time(config.time, data.get("time", {}), places.where)
+    check_idle(config, data, places.where)
     return Study(config, text, places)
 
 
@@ -121,7 +121,25 @@ OWN = {"hht": {"alpha"}, "generalised-alpha": {"rho_inf"}}
 """Keys of [time] that belong to an integrator."""
 
 
-def check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:
+def check_idle(config: StudyConfig, data: Mapping[str, Any], where: Callable[..., str]) -> None:
+    """Raise InputError where a study, read from these tables, has a key that would do nothing beside its others.
+
+    Parameters
+    ----------
+    where : table, key -> where it was written.
+    """
+    _check_time(config.time, data.get("time", {}), where)
+    if config.reference.until is not None and config.proof != "whole":
+        raise InputError(
+            f"until = {config.reference.until:g} ends a run of the unreduced model from rest, and run = "
+            f"{config.reference.run!r} makes none",
+            where=where("reference", "until"),
+            expected='run = "whole" beside it, or no run',
+            fix="Leave out one of both.",
+        )
+
+
+def _check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:
     """Raise InputError where [time], given with these keys, asks for an accuracy and forces a scheme."""
     forced = sorted((FORCED | {"rho_inf"}) & given.keys())
     if "accuracy" in given and not table.exact:

@@ -20,7 +20,7 @@ from creak.studies.file.config import StudyConfig
 from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.paths import DECKS, Contents, map_paths
 from creak.studies.file.places import overlap
-from creak.studies.file.reader import check_time, explain
+from creak.studies.file.reader import check_idle, explain
 from creak.studies.file.toml_text import toml_text, toml_value
 from creak.studies.sweep.file import CaseTable, SweepFile
 from creak.version import version
@@ -174,7 +174,7 @@ def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyCo
     try:
         data = changed(sweep.data, one.changes, one.seed)
         config = StudyConfig.model_validate(data)
-        check_time(config.time, data.get("time", {}), lambda *key: key[0])
+        check_idle(config, data, lambda *key: key[0])
         return data, config
     except InputError as error:
         problem, keys = error, [k for k in one.changes if suspicious(k, sweep, one)]

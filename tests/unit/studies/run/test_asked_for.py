@@ -9,9 +9,11 @@ import pytest
 
 import creak
 from creak.api.study import make_study
+from creak.cli.run import first_look
 from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from helpers_decks import STEEL, STUDY, two_strips, write_strips
+from helpers_refusal import refusal
 
 OTHER = STEEL.replace("NAME=STEEL", "NAME=OTHER").replace("ALPHA=5.", "ALPHA=50.")
 
@@ -54,6 +56,29 @@ def test_a_massless_boundary_is_told_what_to_take_instead(tmp_path, table):
 def test_a_key_of_another_integrator_is_refused(tmp_path, time, key):
     with pytest.raises(InputError, match=f"{key} is nothing that integrator"):
         study(tmp_path, time)
+
+
+@pytest.mark.parametrize("asked", ["none", "spots", False])
+def test_an_end_of_no_unreduced_run_is_refused(tmp_path, asked):
+    """`until` ends the run from rest: where none is made, it would do nothing."""
+    lines = [*STUDY.splitlines(), "[reference]", "until = 0.1"]
+    path = write_strips(tmp_path, study="\n".join(lines))
+    given = read_study(path)
+    assert given.config.proof == "whole"
+    for whole in ("whole", True):
+        assert creak.change_study(given, {"reference.run": whole}).config.reference.until == 0.1
+    said = refusal(creak.change_study, given, {"reference.run": asked})
+    assert "until = 0.1 ends a run of the unreduced model from rest" in said.what
+    assert repr(asked) in said.what
+    value = str(asked).lower() if asked is False else f'"{asked}"'
+    path.write_text("\n".join([*lines, f"run = {value}"]))
+    assert refusal(read_study, path).where == f"{path}:{len(lines)} [reference.until]"
+
+
+def test_a_first_look_needs_no_end_of_the_unreduced_run(tmp_path):
+    """`--quick` makes no unreduced run, so it leaves `until` out."""
+    study = first_look(write_strips(tmp_path, study=f"{STUDY}\n[reference]\nuntil = 0.1\n"))
+    assert (study.config.proof, study.config.reference.until) == ("none", None)
 
 
 def test_substeps_without_a_scheme_are_refused():
