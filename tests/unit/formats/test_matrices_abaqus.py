@@ -89,6 +89,8 @@ def test_map_gives_places_and_generalised_rows(tmp_path):
     part = read_superelement(path)
     assert part.node_ids.tolist() == [12, 12, 5, 5, 0, 0]
     np.testing.assert_array_equal(part.positions[12], [1.0, 2.0, 3.0])
+    (tmp_path / "marked.csv").write_text("\n".join(rows), encoding="utf-8-sig")
+    assert read_superelement(path, tmp_path / "marked.csv").node_ids.tolist() == [12, 12, 5, 5, 0, 0]
     (tmp_path / "other.csv").write_text("\n".join([rows[0], rows[3], *rows[2:]]))
     with pytest.raises(InputError, match="row 1 is dof 1 of node 5 in the map, dof 1 of node 12 in the user element"):
         read_superelement(path, tmp_path / "other.csv")

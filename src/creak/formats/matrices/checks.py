@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import math
 import re
 from collections.abc import Iterable, Mapping
@@ -171,9 +172,9 @@ def by_node(superelement: Superelement) -> IntArray:
 
 
 def read_text(path: Path) -> str:
-    """The text of a file; latin-1 takes any byte, so that comments in any language pass."""
+    """The text of a file without a mark of UTF-8; latin-1 takes any byte, so comments in any language pass."""
     try:
-        return plain_file(path).read_text(encoding="latin-1")
+        return plain_file(path).read_text(encoding="latin-1").removeprefix(codecs.BOM_UTF8.decode("latin-1"))
     except OSError as error:
         raise InputError(f"the file cannot be read: {error.strerror}", where=path, fix="Check the path") from error
 

@@ -167,14 +167,14 @@ def _check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[...,
 
 
 def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
-    """Tables and text of a TOML file; `kind` names it in messages.
+    """Tables and text of a TOML file, without the mark that editors put before UTF-8; `kind` names it in messages.
 
     Raises
     ------
     InputError : no such file, unreadable, or not TOML.
     """
     try:
-        text = plain_file(path).read_text(encoding="utf-8")
+        text = plain_file(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
         raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
     except (OSError, ValueError) as error:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import codecs
 from pathlib import Path
 
 import pytest
 
 from creak.errors import InputError
+from creak.studies.file.reader import read_study
+from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import write_strips
 from helpers_refusal import refusal
@@ -37,6 +40,21 @@ def test_a_good_file(tmp_path):
     assert sweep.study.title == "Two strips"
     assert sweep.where("contact.tip.stiffness").endswith("sweep.toml:8")
     assert sweep.where("reduction.f_max").endswith("sweep.toml:5")
+
+
+def test_the_mark_of_an_editor_before_the_text_changes_nothing(tmp_path):
+    """Some put a mark before UTF-8: study and sweep are read as without it, with the same identities."""
+    path = swept(tmp_path, GOOD)
+    before = read_sweep(path), resolve(read_sweep(path), tmp_path / "out")
+    for name in ("study.toml", "sweep.toml"):
+        text = (tmp_path / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text, encoding="utf-8-sig")
+    assert (read_sweep(path), resolve(read_sweep(path), tmp_path / "out")) == before
+    assert read_study(tmp_path / "study.toml").text == text_without_mark(tmp_path / "study.toml")
+
+
+def text_without_mark(path: Path) -> str:
+    return path.read_bytes().removeprefix(codecs.BOM_UTF8).decode("utf-8")
 
 
 @pytest.mark.parametrize(
