@@ -41,12 +41,10 @@ def make_loads(
 
     Raises
     ------
-    InputError : uneven steps, motion that is missing or of an unknown name, an unknown label, samples of another size.
+    InputError : times that are uneven, do not start at 0 or are no numbers; motion that is missing or of an unknown
+        name, an unknown label, samples of another size.
     """
-    t = np.asarray(time, dtype=np.float64)
-    step = np.diff(t)
-    if t.ndim != 1 or t.size < 2 or step.min() <= 0.0 or np.ptp(step) > EVEN * step.mean():
-        raise InputError("uneven or falling times", expected="evenly spaced times: step * numpy.arange(n)")
+    t = _checked_times(time)
     support = _support(system, t, motion or {})
     columns: list[FloatArray] = []
     labels: list[IntArray] = []
@@ -127,6 +125,24 @@ def simulate(
         substeps=substeps,
         progress=progress,
     )
+
+
+def _checked_times(time: ArrayLike) -> FloatArray:
+    expected = "evenly spaced times from 0: step * numpy.arange(n)"
+    try:
+        t = np.asarray(time, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"times that are no numbers: {error}", expected=expected) from error
+    if t.ndim != 1 or t.size < 2:
+        raise InputError(f"times of shape {t.shape}", expected=f"{expected}, two or more")
+    if not np.isfinite(t).all():
+        raise InputError(f"the time {t[~np.isfinite(t)][0]} among them", expected=expected)
+    step = np.diff(t)
+    if step.min() <= 0.0 or np.ptp(step) > EVEN * step.mean():
+        raise InputError("uneven or falling times", expected=expected)
+    if abs(t[0]) > EVEN * step.mean():
+        raise InputError(f"times that start at {t[0]:g} s", expected=expected, fix="Give time - time[0].")
+    return t
 
 
 def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion]) -> FloatArray:
