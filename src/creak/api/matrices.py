@@ -44,7 +44,8 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
 
     Raises
     ------
-    InputError : both count and f_max, or matrices that are not square, symmetric, finite or of one size.
+    InputError : both count and f_max, or matrices that are not square, real, symmetric, finite or of one
+        size.
     NumericalError : a dof has neither mass nor stiffness, or a mode was missed.
 
     Method: shift-invert block Lanczos with a Sturm count; dense up to 600 dofs.
@@ -87,7 +88,8 @@ def system_from_matrices(
 
     Raises
     ------
-    InputError : matrices that are not square, symmetric, finite or of one size; wrong labels; negative alpha or beta.
+    InputError : matrices that are not square, real, symmetric, finite or of one size; wrong labels; negative alpha or
+        beta.
     """
     K, M = symmetric_matrix(K, "K"), symmetric_matrix(M, "M")
     _same_size(K, M, "M")
@@ -164,10 +166,10 @@ def symmetric_matrix(A: Any, name: str) -> Matrix:
 
     Raises
     ------
-    InputError : no matrix, not square, not finite, not symmetric, or with a negative diagonal entry.
+    InputError : no matrix, not square, complex, not finite, not symmetric, or with a negative diagonal entry.
     """
     try:
-        B = sp.csr_matrix(A if sp.issparse(A) else to_dense(A), dtype=np.float64)
+        B = _real(A if sp.issparse(A) else to_dense(A), name)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} is no matrix: {error}", expected="a SciPy sparse or dense matrix") from error
     if B.ndim != 2 or B.shape[0] != B.shape[1] or B.shape[0] == 0:
@@ -184,6 +186,20 @@ def symmetric_matrix(A: Any, name: str) -> Matrix:
     if float(B.diagonal().min()) < -SYMMETRIC * largest:
         raise InputError(f"{name} has a negative diagonal entry", expected="a positive semidefinite matrix")
     return B
+
+
+def _real(A: Any, name: str) -> Matrix:
+    """A as CSR matrix of floats: nothing is dropped."""
+    if not np.iscomplexobj(A):
+        return sp.csr_matrix(A, dtype=np.float64)
+    B = sp.csr_matrix(A, dtype=np.complex128)
+    if np.any(B.data.imag != 0.0):
+        raise InputError(
+            f"{name} is complex: imaginary parts up to {np.abs(B.data.imag).max():g}",
+            expected="a real matrix",
+            fix="Leave them out: damping is given as C, or as alpha and beta, to creak.system_from_matrices.",
+        )
+    return B.real
 
 
 def known_labels(labels: ArrayLike, known: IntArray, what: str) -> IntArray:
@@ -268,9 +284,9 @@ def rows_over(A: Any, labels: Sequence[int] | IntArray, what: str) -> Matrix:
 
     Raises
     ------
-    InputError : another number of columns, or entries that are not finite.
+    InputError : another number of columns, complex entries, or entries that are not finite.
     """
-    B = sp.csr_matrix(np.atleast_2d(A) if not sp.issparse(A) else A, dtype=np.float64)
+    B = _real(np.atleast_2d(A) if not sp.issparse(A) else A, what)
     if B.shape[1] != len(labels) or not np.isfinite(B.data).all():
         raise InputError(f"{what} is {B.shape}", expected=f"(m, {len(labels)}) finite numbers, a column for each label")
     return B

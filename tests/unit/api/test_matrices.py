@@ -25,6 +25,11 @@ def test_modes_of_dense_and_sparse_matrices(kind):
     np.testing.assert_allclose(found.omega2, omega2(K, M)[:4], rtol=1e-10)  # round-off of a small dense problem
 
 
+def test_a_complex_matrix_without_imaginary_parts_is_taken():
+    found = creak.modes(K.astype(complex), sp.csr_matrix(M.astype(complex)), count=4)
+    np.testing.assert_array_equal(found.omega2, creak.modes(K, sp.csr_matrix(M), count=4).omega2)
+
+
 def test_modes_find_out_that_a_body_is_free_and_how_many_there_are():
     M_bar, K_bar = bar(8, 1.0, 1.0, 1.0)
     found = creak.modes(K_bar, M_bar)
@@ -184,6 +189,12 @@ BAD = {
     "not square": (lambda: creak.system_from_matrices(K[:3], M), r"K is \(3, 12\)"),
     "two sizes": (lambda: creak.system_from_matrices(K, M[:3, :3]), "one size"),
     "not finite": (lambda: creak.modes(K, np.nan * M), "M has entries that are not finite"),
+    "structural damping": (
+        lambda: creak.system_from_matrices(K * (1.0 + 0.02j), M),
+        "K is complex: imaginary parts up to .*; expected a real matrix.* alpha and beta",
+    ),
+    "complex modes": (lambda: creak.modes(K, sp.csr_matrix(M + 0.5j * M)), "M is complex: .* up to 0.5; .* as C"),
+    "complex rows": (lambda: creak.gap_channels(np.eye(3) * 1j, 0.0, 1.0), "G is complex"),
     "no matrix": (lambda: creak.modes("K", M), "K is no matrix"),
     "negative mass": (lambda: creak.system_from_matrices(K, -M), "M has a negative diagonal"),
     "labels twice": (lambda: creak.system_from_matrices(K, M, labels=np.zeros(N, int)), "labels that repeat"),
