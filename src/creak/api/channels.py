@@ -14,6 +14,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.contact.laws.parameters import Friction
 from creak.errors import InputError
+from creak.given import number
 from creak.model.dofs import nodes_of
 
 
@@ -26,7 +27,7 @@ def gap_channels(
     damping: ArrayLike = 0.0,
     preload: ArrayLike = 0.0,
     tangents: Sequence[Any] = (),
-    friction: float | tuple[float, float] | tuple[float, float, float] = 0.0,
+    friction: float | Sequence[float] = 0.0,
     names: Sequence[str] | None = None,
     group: str = "contact",
 ) -> GapOperator:
@@ -43,7 +44,7 @@ def gap_channels(
     labels : (n,) dof labels of the columns of G; default 0 to n - 1.
     damping : force time / length, acts while closed.
     preload : force with which a channel presses at rest, which the rest of the structure balances; gap0 must be 0.
-    tangents : one or two matrices like G, the sliding of each channel.
+    tangents : a list of one or two matrices like G, the sliding of each channel.
     friction : coefficient, or (static, kinetic), or (static, kinetic, decay speed).
     names : m channel names. group : what the channels belong to: contact in a group counts as one event.
 
@@ -53,7 +54,8 @@ def gap_channels(
 
     Raises
     ------
-    InputError : shapes that do not fit, negative stiffness, damping, preload or friction, friction without tangents.
+    InputError : shapes that do not fit, negative stiffness, damping, preload or friction, friction without tangents,
+        tangents that are no list.
     """
     n = np.shape(G)[-1]
     own = np.arange(n, dtype=np.int64) if labels is None else np.asarray(labels)
@@ -74,7 +76,7 @@ def gap_channels(
         names=_names(names, group, m),
         nodes_idx=_nodes(A, own),
         group=group,
-        friction=_friction(friction, m, bool(tangents)),
+        friction=_friction(friction, m, bool(len(tangents))),
         preload=P if P.any() else None,
     )
 
@@ -104,6 +106,10 @@ def _check_preload(gap: FloatArray, preload: FloatArray, stiffness: FloatArray) 
 
 
 def _tangents(tangents: Sequence[Any], labels: IntArray, m: int) -> list[Any]:
+    if sp.issparse(tangents) or (isinstance(tangents, np.ndarray) and tangents.ndim != 3):
+        raise InputError(
+            f"tangents is a matrix of shape {tangents.shape}", expected="a list of one or two: tangents=[T]"
+        )
     if len(tangents) > 2:
         raise InputError(f"{len(tangents)} tangents", expected="one or two")
     found = [rows_over(T, labels, "a tangent") for T in tangents]
@@ -136,11 +142,13 @@ def _nodes(A: Any, labels: IntArray) -> IntArray:
     return nodes_of(labels[largest])
 
 
-def _friction(
-    friction: float | tuple[float, float] | tuple[float, float, float], m: int, tangents: bool
-) -> Friction | None:
-    values = (friction, friction, 0.0) if isinstance(friction, int | float) else (*friction, 0.0)[:3]
-    found = Friction(*(np.full(m, float(x)) for x in values))
+def _friction(friction: Any, m: int, tangents: bool) -> Friction | None:
+    told = [friction] * 2 if np.ndim(friction) == 0 else list(friction)
+    if len(told) not in (2, 3):
+        raise InputError(
+            f"friction of {len(told)} numbers", expected="one, (static, kinetic) or (static, kinetic, decay speed)"
+        )
+    found = Friction(*(np.full(m, number(x, "friction")) for x in (*told, 0.0)[:3]))
     if not found.static.any():
         return None
     if not tangents:

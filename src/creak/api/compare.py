@@ -26,10 +26,17 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
 
     Raises
     ------
-    InputError : a folder without a result, the same folder twice, results in different units or without a run.
+    InputError : what is no result, a folder without one, the same folder twice, results in different units or without
+        a run.
     """
     from creak.report.tables.comparison import compare_results
 
+    for which, x in (("first", a), ("second", b)):
+        if not isinstance(x, str | Path | Result | SavedResult):
+            raise InputError(
+                f"the {which} of the two is {'None' if x is None else f'of type {type(x).__name__}'}",
+                expected="a result of creak.run or creak.open_result, or a folder that `creak run` wrote",
+            )
     names = [Path(x).resolve().name if isinstance(x, str | Path) else x.summary["title"] or "result" for x in (a, b)]
     if isinstance(a, str | Path) and isinstance(b, str | Path) and Path(a).resolve() == Path(b).resolve():
         raise InputError(f"{a} and {b} are the same folder", expected="two results")

@@ -16,6 +16,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import Rows, System, no_supports, to_dense
 from creak.errors import InputError
+from creak.given import positive, whole
 from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
@@ -44,19 +45,20 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
 
     Raises
     ------
-    InputError : both count and f_max, or matrices that are not square, real, symmetric, finite or of one
-        size.
+    InputError : both count and f_max, one of them no positive number, or matrices that are not square, real, symmetric,
+        finite or of one size.
     NumericalError : a dof has neither mass nor stiffness, or a mode was missed.
 
     Method: shift-invert block Lanczos with a Sturm count; dense up to 600 dofs.
     """
     if count is not None and f_max is not None:
         raise InputError("both count and f_max", expected="one of them")
-    if (f_max is not None and not 0.0 < f_max < np.inf) or (count is not None and count < 1):
-        raise InputError(f"count = {count}, f_max = {f_max}", expected="a positive number")
+    if f_max is not None:
+        f_max = positive(f_max, "f_max")
+    count = DEFAULT_COUNT if count is None else whole(count, "count", 1)
     K, M = symmetric_matrix(K, "K"), symmetric_matrix(M, "M")
     _same_size(K, M, "M")
-    wanted = min(count or DEFAULT_COUNT, K.shape[0]) if f_max is None else None
+    wanted = min(count, K.shape[0]) if f_max is None else None
     factor = regular_factor(K)
     return linalg_modes.modes(K, M, f_max=f_max, count=wanted, free=factor is None, stiffness_factor=factor)
 

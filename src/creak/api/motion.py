@@ -88,7 +88,7 @@ def simulate(
 
     Raises
     ------
-    InputError : a label that the System does not have, loads of another System.
+    InputError : a label that the System does not have, loads of another System, what is no scheme.
     NumericalError : the motion is no longer finite, or a step matrix is singular. Stopped early, it carries the
         `history` so far.
 
@@ -107,6 +107,12 @@ def simulate(
         known_labels(x, system.labels, "forces")
     if output_every < 1 or substeps < 1 or loads.n_step < substeps:
         raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
+    if scheme is not None and not isinstance(scheme, Scheme):
+        raise InputError(
+            f"scheme = {getattr(scheme, '__name__', repr(scheme))}, which is no scheme",
+            expected="creak.HHT(alpha), creak.generalised_alpha(rho_inf), or None for the default accuracy",
+            fix="Call one of them: scheme=creak.HHT().",
+        )
     if scheme is None and substeps > 1:
         raise InputError(
             f"substeps = {substeps} without a scheme",

@@ -11,6 +11,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
+from creak.given import number, whole
 from creak.reduction import craig_bampton as cb
 from creak.reduction import gap_modes as gm
 
@@ -96,5 +97,7 @@ def _rows(system: System, gaps: GapOperator) -> Matrix:
 def _one_of(f_max: float | None, count: int | None) -> None:
     if (f_max is None) == (count is None):
         raise InputError(f"f_max = {f_max}, count = {count}", expected="one of them")
-    if (f_max is not None and not f_max > 0.0) or (count is not None and count < 0):
-        raise InputError(f"f_max = {f_max}, count = {count}", expected="a positive frequency, or a number of modes")
+    if f_max is not None and not number(f_max, "f_max") > 0.0:
+        raise InputError(f"f_max = {f_max}", expected="a positive frequency")
+    if count is not None:
+        whole(count, "count", 0)

@@ -6,12 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
+from creak.given import whole
 from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
     from creak.studies.tasks.queue import Runner
+
+DRAWS = (4, 1_000_000)
+"""Fewest and most."""
 
 
 def robust(
@@ -29,7 +33,8 @@ def robust(
     Parameters
     ----------
     study : a Study, or the path of a study file.
-    n : draws behind probabilities and spreads, made a power of two; Sobol indices take half as many more per cause.
+    n : draws behind probabilities and spreads, 4 to a million, made a power of two; Sobol indices take half as many
+        more per cause.
     out : folder of the draws: each is kept as soon as it is finished, and never marched again.
     indices : whether to find Sobol indices. threads : default: the cores of this process.
     runner : marches batches of draws on other machines instead, as `creak.studies.tasks.cluster.running_cluster` gives
@@ -43,11 +48,15 @@ def robust(
 
     Raises
     ------
-    InputError : anything wrong in the study, the deck or [scatter]. NumericalError : a reduction failed.
+    InputError : anything wrong in the study, the deck or [scatter]; n or threads that cannot be.
+    NumericalError : a reduction failed.
     """
     from creak.studies.robust.findings import find
     from creak.studies.robust.job import run_draws
 
+    whole(n, "n", *DRAWS)
+    if threads is not None:
+        whole(threads, "threads", 1)
     read = study if isinstance(study, Study) else read_study(study)
     report = progress if progress is not None else silent
     folder = None if out is None else Path(out)

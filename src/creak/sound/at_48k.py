@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.given import number
 from creak.sound.zwicker_tables import RATE
 
 RATES = (1e3, 1e7)
@@ -30,9 +31,12 @@ def at_48k(pressure: ArrayLike, rate: float) -> FloatArray:
 
     Raises
     ------
-    InputError : not one channel of numbers up to 1e5 Pa, none at all, a rate outside 1 kHz to 10 MHz.
+    InputError : not one channel of numbers up to 1e5 Pa, none at all, a rate that is no number or outside 1 kHz to
+        10 MHz.
     """
-    x = checked(pressure, rate)
+    x, rate = checked(pressure), number(rate, "sampling rate")
+    if not RATES[0] <= rate <= RATES[1]:
+        raise InputError(f"a sampling rate of {rate:g} Hz", expected=f"{RATES[0]:g} to {RATES[1]:g} Hz")
     ratio = Fraction(RATE / rate).limit_denominator(LARGEST)
     if ratio == 1:
         return x
@@ -44,21 +48,18 @@ def at_48k(pressure: ArrayLike, rate: float) -> FloatArray:
     return np.asarray(resample_poly(x, up, down, window=taps), dtype=np.float64)
 
 
-def checked(pressure: ArrayLike, rate: float) -> FloatArray:
+def checked(pressure: ArrayLike) -> FloatArray:
     """The pressure as contiguous doubles.
 
     Raises
     ------
-    InputError : as `at_48k`.
+    InputError : not one channel of numbers up to 1e5 Pa, or none at all.
     """
     try:
         given = np.asarray(pressure)
         x = np.ascontiguousarray(given, dtype=None if np.iscomplexobj(given) else np.float64)
-        known = RATES[0] <= float(rate) <= RATES[1]
     except (TypeError, ValueError) as error:
-        raise InputError(
-            "pressure or sampling rate is no number", expected="samples (n,) in Pa and a rate in Hz"
-        ) from error
+        raise InputError("pressure is no number", expected="samples (n,) in Pa") from error
     if x.ndim != 1 or x.size == 0 or x.dtype != np.float64:
         raise InputError(
             f"pressure of shape {x.shape} and type {x.dtype}",
@@ -71,6 +72,4 @@ def checked(pressure: ArrayLike, rate: float) -> FloatArray:
             f"pressure is {x[wrong[0]]:g} at sample {wrong[0]}",
             expected=f"numbers in Pa, {LARGEST_PRESSURE:g} at most",
         )
-    if not known:
-        raise InputError(f"a sampling rate of {rate:g} Hz", expected=f"{RATES[0]:g} to {RATES[1]:g} Hz")
     return x

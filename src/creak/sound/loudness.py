@@ -97,7 +97,7 @@ class SteadyLoudness:
         return float(sharpness(self.specific[None], np.array([self.total]))[0])
 
 
-def loudness(pressure: ArrayLike, rate: float, *, field: str = "free") -> Loudness:
+def loudness(pressure: ArrayLike, rate: float, field: str = "free") -> Loudness:
     """Loudness over time of a pressure signal, ISO 532-1:2017, method for time-varying sounds.
 
     Valid for sounds at one ear's place from 25 Hz to 14 kHz; a band up to 250 Hz may have 120 dB at most.
@@ -150,7 +150,7 @@ def _over_time(powers: FloatArray, field: str) -> Loudness:
     return Loudness(time, total[::EVERY], specific, instant[::EVERY])
 
 
-def steady_loudness(pressure: ArrayLike, rate: float, *, field: str = "free", skip: float = SETTLED) -> SteadyLoudness:
+def steady_loudness(pressure: ArrayLike, rate: float, field: str = "free", *, skip: float = SETTLED) -> SteadyLoudness:
     """Loudness of a steady sound, ISO 532-1:2017, method for stationary sounds.
 
     Parameters

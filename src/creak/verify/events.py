@@ -13,7 +13,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import blocks, low_pass_uneven
-from creak.verify.intervals import chains, overlap, stretches
+from creak.verify.intervals import chains, check_merging, overlap, stretches
 from creak.verify.sides import sides
 
 REACH = 6.0
@@ -105,7 +105,12 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     ----------
     merge : s; touches of a side less than this apart are one event, whatever their own time scale.
     f_max : of the low-pass, Hz.
+
+    Raises
+    ------
+    InputError : an f_max that is no positive number, a negative merge.
     """
+    check_merging(merge, f_max)
     weights, closing = history.weights, without_rest(history)
     events, count = [], dict.fromkeys(gaps.group, 0)
     for channels in sides(gaps):

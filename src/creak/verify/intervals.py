@@ -8,6 +8,8 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from creak.arrays import BoolArray
+from creak.errors import InputError
+from creak.given import number, positive
 
 
 class Stretch(Protocol):
@@ -46,3 +48,10 @@ def chains(pieces: Iterable[Piece], merge: float) -> list[list[Piece]]:
             found.append([piece])
         end = max(end, piece.end)
     return found
+
+
+def check_merging(merge: float | None, f_max: float) -> None:
+    """Raise InputError where events cannot be merged by these: `find_events`, `find_slips`."""
+    positive(f_max, "f_max")
+    if merge is not None and not number(merge, "merge") >= 0.0:
+        raise InputError(f"merge = {merge}", expected="seconds, zero or more")

@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.verify.intervals import chains, stretches
+from creak.verify.intervals import chains, check_merging, stretches
 
 LONGEST = 2.5
 """Periods of f_max that a pair may stick within one event."""
@@ -106,7 +106,12 @@ def find_slips(
     is a reversal of the sliding, no stick. Slips of a pair less than `merge` seconds apart (default `LONGEST` periods
     of `f_max`, Hz) are one event. The slip speed is extrapolated to zero inside the steps at both ends; length and work
     are trapezoidal (`History.weights`).
+
+    Raises
+    ------
+    InputError : an f_max that is no positive number, a negative merge.
     """
+    check_merging(merge, f_max)
     if gaps.friction is None or not history.sliding.size:
         return []
     rubbing, weights = gaps.friction.channels, history.weights

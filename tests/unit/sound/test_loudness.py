@@ -314,7 +314,7 @@ def test_mosqito_hears_the_same(field):
         (lambda: loudness([1e300, 0.0], RATE), "1e.300 at sample 0"),
         (lambda: loudness(["loud"], RATE), "no number"),
         (lambda: loudness([0.1j], RATE), "complex"),
-        (lambda: loudness([0.1], "48 kHz"), "no number"),
+        (lambda: loudness([0.1], "48 kHz"), "sampling rate = '48 kHz'; expected a number"),
         (lambda: loudness(np.zeros(9), 100.0), "100 Hz"),
         (lambda: loudness(np.zeros(9), np.nan), "nan Hz"),
         (lambda: loudness(np.zeros(9), RATE, field="near"), "near"),

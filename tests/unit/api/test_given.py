@@ -1,0 +1,102 @@
+"""Numbers of a Python program: those of NumPy count as plain ones, what is no number is refused with what is expected."""
+
+from __future__ import annotations
+
+import inspect
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import creak
+from creak.api.robust import DRAWS
+from creak.cli import robust as command
+from helpers_core import time_axis
+from helpers_refusal import refusal
+
+RATE = 32_000
+TONE = 0.02 * np.sin(2.0 * np.pi * 1000.0 * np.arange(RATE // 10) / RATE)
+MASS = creak.system_from_matrices([[1e4]], [[100.0]], velocity=[1.0])
+STOP = creak.gap_channels([[-1.0]], 0.0, 1e6)
+LOADS = creak.make_loads(MASS, time_axis(0.05, 2e-4))
+HISTORY = creak.simulate(MASS, STOP, LOADS)
+KINDS = (np.float32, np.float64, np.array, lambda x: np.array(x, dtype=np.float32))
+
+
+def test_the_field_of_a_loudness_may_be_the_third_argument():
+    diffuse = creak.loudness(TONE, RATE, "diffuse")
+    assert diffuse.n_max == creak.loudness(TONE, RATE, field="diffuse").n_max != creak.loudness(TONE, RATE).n_max
+    assert creak.steady_loudness(TONE, RATE, "diffuse", skip=0.01).total > 0.0
+
+
+@pytest.mark.parametrize("kind", [*KINDS, np.int64, np.int32])
+def test_a_sampling_rate_of_any_type(kind):
+    assert creak.loudness(TONE, kind(RATE)).n_max == creak.loudness(TONE, RATE).n_max
+
+
+@pytest.mark.parametrize("rate", ["32000", None, [32_000.0], 32_000j])
+def test_a_sampling_rate_that_is_no_number_is_refused(rate):
+    assert "sampling rate = " in refusal(creak.loudness, TONE, rate).what
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_friction_of_any_type(kind):
+    """One number is static and kinetic."""
+    for friction in (kind(0.25), (kind(0.25), kind(0.25))):
+        found = creak.gap_channels(np.eye(1, 2), 0.0, 1.0, tangents=[np.eye(1, 2)], friction=friction).friction
+        assert (found.static.tolist(), found.kinetic.tolist()) == ([0.25], [0.25])
+    assert creak.gap_channels(np.eye(1, 2), 0.0, 1.0, friction=np.int64(0)).friction is None
+
+
+def test_tangents_as_an_array_of_matrices():
+    one = np.ones((2, 1, 2))
+    found = creak.gap_channels(np.eye(1, 2), 0.0, 1.0, tangents=one, friction=0.5).friction
+    assert found.static.tolist() == [0.5]
+
+
+def rubs(**options):
+    return creak.gap_channels(np.eye(2), 0.0, 1.0, **options)
+
+
+WRONG = {
+    "one tangent": (lambda: rubs(tangents=np.eye(2)), r"tangents is a matrix of shape \(2, 2\); .*tangents=\[T\]"),
+    "a sparse one": (lambda: rubs(tangents=sp.eye_array(2).tocsr()), r"tangents is a matrix .*tangents=\[T\]"),
+    "four frictions": (lambda: rubs(friction=(0.1, 0.1, 0.1, 0.1)), "friction of 4 numbers; .* decay speed"),
+    "one in a list": (lambda: rubs(friction=[0.1]), "friction of 1 numbers"),
+    "a word": (lambda: rubs(friction="much"), "friction = 'much'; expected a number"),
+    "f_max 0": (lambda: creak.find_events(HISTORY, STOP, f_max=0), "f_max = 0; expected a positive number"),
+    "f_max -1": (lambda: creak.find_events(HISTORY, STOP, f_max=-1.0), "f_max = -1; expected a positive number"),
+    "f_max nan": (lambda: creak.find_events(HISTORY, STOP, f_max=np.nan), "f_max = nan; expected a positive number"),
+    "merge": (lambda: creak.find_events(HISTORY, STOP, merge=-1e-3), "merge = -0.001; expected seconds"),
+    "slips": (lambda: creak.find_slips(HISTORY, STOP, f_max=0), "f_max = 0; expected a positive number"),
+    "no draws": (lambda: creak.robust("none.toml", 0), "n = 0; expected a whole number, 4 to 1,000,000"),
+    "fewer": (lambda: creak.robust("none.toml", n=-5), "n = -5; expected a whole number, 4 to"),
+    "half a draw": (lambda: creak.robust("none.toml", n=2.5), "n = 2.5; expected a whole number, 4 to"),
+    "threads": (lambda: creak.robust("none.toml", threads=-3), "threads = -3; expected a whole number, 1 or more"),
+    "threads in words": (lambda: creak.robust("none.toml", threads="a"), "threads = 'a'; expected a whole number"),
+    "a scheme's name": (lambda: creak.simulate(MASS, STOP, LOADS, scheme="hht"), "'hht', .* creak.HHT.alpha"),
+    "not called": (lambda: creak.simulate(MASS, STOP, LOADS, creak.HHT), "scheme = HHT, .* creak.generalised_alpha"),
+    "the class": (lambda: creak.simulate(MASS, STOP, LOADS, creak.Scheme), "scheme = Scheme, which is no scheme"),
+    "no result": (lambda: creak.compare(None, "b"), "the first of the two is None; .* creak.run"),
+    "no second": (lambda: creak.compare("a", 3), "the second of the two is of type int"),
+    "half a mode": (lambda: creak.modes(np.eye(3), np.eye(3), count=2.5), "count = 2.5; expected a whole number"),
+    "mode in words": (lambda: creak.modes(np.eye(3), np.eye(3), f_max="all"), "f_max = 'all'; expected a number"),
+    "half retained": (lambda: creak.craig_bampton(MASS, [0], count=0.5), "count = 0.5; expected a whole number"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_is_no_such_number_is_refused(case):
+    call, text = WRONG[case]
+    with pytest.raises(creak.InputError, match=text):
+        call()
+
+
+def test_draws_are_bounded_alike_by_the_command():
+    option = inspect.signature(command.robust).parameters["n"].default
+    assert (option.min, option.max) == DRAWS
+
+
+def test_whole_numbers_of_numpy_count():
+    few = creak.modes(np.diag([1.0, 2.0, 3.0]), np.eye(3), count=np.int64(2))
+    assert few.omega2 == pytest.approx([1.0, 2.0])
