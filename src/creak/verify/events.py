@@ -47,6 +47,7 @@ class Event:
     """Where the first gap crosses zero, located inside the step."""
     t_peak: float
     t_end: float
+    """Where the last force vanishes: where the gap crosses zero, with contact damping earlier."""
     force_peak: float
     """Largest channel force; does not converge with the step for a penalty contact."""
     force_peak_filtered: float
@@ -94,7 +95,8 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     each other, are one blow. Blows are one event where contact is lost for less time than either of them lasts, the
     contact's own time scale, and for less than `LONGEST` periods of `f_max`. Start and end are where the gap crosses
     zero inside a step: linear between the gaps on both sides, or, where exact unilateral contact holds the gap at zero,
-    at the rate that it had while open. Steps may be uneven.
+    at the rate that it had while open. With contact damping the force vanishes before the gap is open again: the end is
+    the first instant without force. Steps may be uneven.
 
     A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`).
 

@@ -42,6 +42,23 @@ def two_faces(play: float, stiffness: float) -> GapOperator:
 # --- the way they push ----------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.3])
+def test_an_event_ends_where_its_force_does(share):
+    """A mass on a stop with a damper, of a share of the critical one, is let go before the gap is open again.
+
+    k x + c x' = 0 at omega_d t = pi - atan(2 d (1 - d^2)^(1/2) / (1 - 2 d^2)), the gap alone would cross at pi.
+    """
+    v, omega, play = 1.0, 100.0, 1e-3
+    gaps = channels([[-1.0]], play, omega**2, damping=2.0 * share * omega)
+    event = find_events(history := fly(np.eye(1), np.zeros((1, 1)), np.array([v]), gaps, 0.08), gaps)[0]
+    root = np.sqrt(1.0 - share**2)
+    attached = (np.pi - np.arctan2(2.0 * share * root, 1.0 - 2.0 * share**2)) / (omega * root)
+    assert event.t_start == pytest.approx(play / v, rel=1e-9)
+    assert event.t_end - event.t_start == pytest.approx(attached, rel=1e-3)
+    last = history.gap[np.searchsorted(history.time, event.t_end), 0]
+    assert (last < -0.05 * v / omega) == (share > 0.0)
+
+
 def test_both_sides_of_a_play_have_their_own_hits(measured):
     """Two free masses, play of 2.35 ms of flight, touches of 1.5 ms: 130 cycles a second, a hit on each side of each.
 
