@@ -82,7 +82,7 @@ def run(
         False,
         "--quick",
         help="A first look: rougher contact, no repeated runs, no unreduced model. The verdict then says that nothing "
-        "was checked.",
+        "was checked, unless nothing can touch.",
     ),
     show: bool = typer.Option(False, "--open", help="Open report.html in the browser at the end."),
     quiet: bool = QUIET,

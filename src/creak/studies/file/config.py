@@ -229,8 +229,8 @@ class ReferenceTable(Table):
     run: StrictBool | Proof | None = None
     """What the unreduced model proves. "spots": it marches through some events of the reduced run, from its state, at a
     fifth of the cost of the reduction. "whole" (or `true`): it is run from rest as well, and compared event by event.
-    "none" (or `false`): nothing, and the verdict cannot be "settled". Default: "spots"; "whole" with a forced step or
-    `until`."""
+    "none" (or `false`): nothing, and no run with events is "settled", unless all modes there are were kept; one in
+    which nothing touches may be. Default: "spots"; "whole" with a forced step or `until`."""
     until: Positive | None = None
     """s; the unreduced model is run from rest up to here, and the two are compared up to here. Beside another `run`
     than "whole" it is refused. Default with "whole": to the end."""

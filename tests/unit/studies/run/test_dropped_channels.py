@@ -8,12 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import creak
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import precheck
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.reliability import reasons_against
 from helpers_decks import STEEL, strip, write_strips
+from helpers_decks import STUDY as TWO
 from helpers_findings import summarised
 
 DECK = (
@@ -117,3 +119,21 @@ def test_nothing_closes_nothing_is_run_again(thrown):
     assert h.extremes.gap.size == setup.contacts.m - (gaps.m - setup.connectors.m)
     assert np.isfinite(h.extremes.gap_at).all()
     assert precheck.with_closed(*every, gaps, replace(h, extremes=None)) is None
+
+
+@pytest.mark.parametrize("accuracy", ["settled", "quick"])
+@pytest.mark.parametrize("kept", [False, True])
+def test_a_run_in_which_nothing_touches_needs_no_proof(tmp_path, accuracy, kept):
+    """Without the unreduced model: settled where no channel is kept, and where those that are kept stay open in repeats."""
+    far = TWO.replace('method = "surface', 'clearance = 0.75\nmethod = "surface')
+    text = far.replace("step = 5e-4\nperiods = 2", f'accuracy = "{accuracy}"\nend = 0.02')
+    watched = "[precheck]\nenabled = false\n" if kept else ""
+    found = creak.run(write_strips(tmp_path, study=f'{text}[reference]\nrun = "none"\n{watched}')).summary
+    run = found["runs"]["reduced"]
+    assert bool(found["precheck"]["kept"]) == kept
+    assert not run["events"]
+    if kept and accuracy == "quick":  # not repeated
+        assert "verdict" not in run
+        assert run["reasons"] == ["not checked: it was not repeated with other settings of the run"]
+    else:
+        assert (run["verdict"], run["reasons"]) == ("settled", [])
