@@ -38,6 +38,14 @@ def test_quoted_names_keep_commas_and_blanks(tmp_path: Path) -> None:
     assert next(block.rows())[0] == ["inner, rear", "5"]
 
 
+def test_each_part_of_a_name_may_have_quotes(tmp_path: Path) -> None:
+    lines = '"P 1-1"."S, 1", 1\n"P 1-1".17, 1\nP 1-1."S  1", 1\n"P.1"."a=b", 1\n'
+    deck = _write(tmp_path / "a.inp", f'*ELSET, ELSET="a=b", INSTANCE="Assy 1"."P, 1-1"\n{lines}')
+    (block,) = lex(deck)
+    assert (block.get("ELSET"), block.get("INSTANCE")) == ("a=b", "Assy 1.P, 1-1")
+    assert [fields[0] for fields, _ in block.rows()] == ["P 1-1.S, 1", "P 1-1.17", "P 1-1.S 1", "P.1.a=b"]
+
+
 def test_include_is_relative_to_the_including_file_and_keeps_line_numbers(tmp_path: Path) -> None:
     (tmp_path / "sub").mkdir()
     _write(tmp_path / "sub" / "nodes.inc", "1, 0., 0., 0.\n2, 1., 0., 0.\n")

@@ -122,7 +122,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     note_transformed(deck, place.transforms, node_names)
     run = None
     if own_step:
-        bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces))
+        bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces, deck.instances))
         run = read_run(deck, node_names, bodies, place.transforms)
     static = list_prestress(deck) if run is None else None
     held = held_in_modes(deck, static)
@@ -139,9 +139,9 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         nodes=nodes,
         blocks=(*made.blocks, *spring_blocks(fasteners, elements, partition.parts, nodes.count)),
         parts=partition.parts,
-        node_sets=with_short_names(node_names.sets),
-        element_sets=with_short_names(sets),
-        surfaces=with_short_names(_surfaces(surfaces, made.place)),
+        node_sets=with_short_names(node_names.sets, deck.instances),
+        element_sets=with_short_names(sets, deck.instances),
+        surfaces=with_short_names(_surfaces(surfaces, made.place), deck.instances),
         constraints=tuple(constraints),
         fixed=tuple(fixed),
         initial_velocity=tuple(velocity),

@@ -10,7 +10,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write.conditions import condition_lines, constraint_lines, set_lines, surface_lines
 from creak.formats.abaqus.write.elements import Written, element_lines
-from creak.formats.abaqus.write.names import ROOT, Scopes, vector
+from creak.formats.abaqus.write.names import ROOT, Scopes, quoted, vector
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
@@ -62,7 +62,7 @@ def deck_lines(model: Model) -> list[str]:
     conditions += condition_lines(model, scopes)
     lines = ["*HEADING", f"written by creak from {Path(model.source).name}"]
     for scope, name in enumerate(scopes.names):
-        lines += [f"*PART, NAME={_part_name(model, name)}", *out.lines[scope], "*END PART"]
+        lines += [f"*PART, NAME={quoted(_part_name(model, name))}", *out.lines[scope], "*END PART"]
     inside = [*out.lines[ROOT], *conditions]
     if scopes.names:
         placed = [line for name in scopes.names for line in _instance(model, name)]
@@ -77,7 +77,7 @@ def _nodes(model: Model, scopes: Scopes, scope: int) -> list[str]:
 
 
 def _instance(model: Model, name: str) -> list[str]:
-    return [f"*INSTANCE, NAME={name}, PART={_part_name(model, name)}", "*END INSTANCE"]
+    return [f"*INSTANCE, NAME={quoted(name)}, PART={quoted(_part_name(model, name))}", "*END INSTANCE"]
 
 
 def _part_name(model: Model, instance: str) -> str:

@@ -35,8 +35,36 @@ SECTION = "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION="
 GENERAL = "*BEAM GENERAL SECTION, ELSET=B, DENSITY=7.85e-9"
 AXES = "*ORIENTATION, NAME=O\n 1., .3, 0., 0., 1., .1\n 3, 33.\n"
 MASSES = "*ELEMENT, TYPE=MASS, ELSET=M\n 1, 1\n 2, 3\n*MASS, ELSET=M{}\n"
+QUOTED = f"""*Part, name="Plate, 1"
+{PLATE}*Nset, nset="Left  side"
+ 5, 11
+*Elset, elset="a=b.c"
+ 7
+*Shell Section, elset=P, material="Cold Steel"
+ 1.2
+*Surface, type=ELEMENT, name="Top, 1"
+ P, SPOS
+*End Part
+*Assembly, name="Assy 1"
+*Instance, name="Plate 1.1", part="plate, 1"
+*End Instance
+*Instance, name="Plate 1.2", part="PLATE, 1"
+ 0., 0., 5.
+*End Instance
+*Nset, nset="Both sides"
+ "Plate 1.1"."Left side", Plate 1.2."LEFT SIDE", "Assy 1"."Plate 1.1".3
+*Nset, nset="of one", elset="a=b.c", instance="Plate 1.2"
+*Coupling, constraint name="C, 1", ref node="Plate 1.1".3, surface="Plate 1.2"."Top, 1"
+*Kinematic
+*End Assembly
+{STEEL.replace("Steel", '"Cold Steel"')}*Boundary
+ "Plate 1.1"."Left side", ENCASTRE
+ "PLATE 1.1".2, 3
+"""
+"""Names as Abaqus/CAE writes them, with blanks, commas, dots and equals signs."""
 
 SAMPLES = {
+    "quoted names": QUOTED,
     "instances": INSTANCES.replace(" PANEL_NODES, 2, -1000.\n", " 903, 2, -1000.\n")
     .replace("elset=CLIP, orientation=R", "elset=CLIP")
     .replace("*Nonstructural Mass, elset=Frame-1.SKIN, units=TOTAL MASS\n 1e-6\n", "")
@@ -101,6 +129,26 @@ def test_the_door(tmp_path):
     model = read_deck(deck)
     write_deck(model, tmp_path / "copy.inp")
     assert difference(model, read_deck(tmp_path / "copy.inp")) == ""
+
+
+def test_names_in_quotes_are_understood_and_written_in_quotes(read, tmp_path):
+    model, copy = written(read, QUOTED, tmp_path)
+    for m in (model, copy):
+        assert m.nodes.ids[m.node_sets["BOTH SIDES"]].tolist() == [5, 11, 5, 11, 3]
+        assert m.nodes.ids[m.node_sets["OF ONE"]].tolist() == [2, 3, 9]
+        assert [m.nodes.ids[f.nodes_idx].tolist() for f in m.fixed] == [[5, 11], [2]]
+        assert {name for name in m.element_sets if "A=B" in name} == {"PLATE 1.1.A=B.C", "PLATE 1.2.A=B.C"}
+        assert m.constraints[0].nodes_idx.size == 5
+    lines = (tmp_path / "copy.inp").read_text().splitlines()
+    assert '"PLATE 1.1"."LEFT SIDE", 1, 6' in lines
+    assert '*INSTANCE, NAME="PLATE 1.2", PART="PLATE 1.2"' in lines
+
+
+def test_a_set_of_the_only_instance_is_known_by_its_own_name(read):
+    """Though the names of both hold dots."""
+    whole, second = QUOTED.split('*Instance, name="Plate 1.2"')
+    text = whole + "*End Assembly\n" + second[second.index("*Material".upper()) :]
+    assert set(read(text).element_sets) == {"PLATE 1.1.P", "P", "PLATE 1.1.A=B.C", "A=B.C"}
 
 
 def test_a_coupling_without_a_surface_gets_one(read, tmp_path):

@@ -184,7 +184,7 @@ def _coupling(
         raise InputError(
             f"*COUPLING on unknown surface {block.get('SURFACE')!r}",
             where=block.where,
-            fix=suggest(block.get("SURFACE"), with_short_names(surfaces)),
+            fix=suggest(block.get("SURFACE"), with_short_names(surfaces, deck.instances)),
         )
     if len(block.options) != 1:
         raise InputError(

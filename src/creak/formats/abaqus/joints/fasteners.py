@@ -206,7 +206,8 @@ def _surfaces(deck: Outline, scope: Scope, block: Block, known: dict[str, RawSur
     for name, where in names:
         surface = lookup(known, name, scope.name, deck.assembly)
         if surface is None or not surface.corners.size:
-            fix = suggest(name, with_short_names(known)) if surface is None else "Name a surface of elements."
+            near = with_short_names(known, deck.instances)
+            fix = suggest(name, near) if surface is None else "Name a surface of elements."
             raise InputError(f"*FASTENER on surface {name!r}, which has no facets", where=where, fix=fix)
         found.append(surface)
     return found

@@ -117,7 +117,7 @@ def _surface(source: _Source, name: str, scope: Scope, block: Block, where: str)
             f"*{block.name} " + (f"on unknown surface {name!r}" if name else "names one surface only"),
             expected="secondary surface, main surface",
             where=where,
-            fix=suggest(name, with_short_names(source.surfaces)),
+            fix=suggest(name, with_short_names(source.surfaces, source.deck.instances)),
         )
     return surface
 

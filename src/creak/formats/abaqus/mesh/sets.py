@@ -41,12 +41,12 @@ def _scope_of(deck: Outline, scope: str, block: Block) -> str:
     name = block.get("INSTANCE").upper()
     if not name:
         return scope
-    found = lookup({s.name: s.name for s in deck.scopes if s.name}, name, "", deck.assembly)
+    found = lookup({s: s for s in deck.instances}, name, "", deck.assembly)
     if found is None:
         raise InputError(
             f"unknown instance {name!r}",
             where=block.where,
-            fix=suggest(name, [s.name for s in deck.scopes if s.name]),
+            fix=suggest(name, deck.instances),
         )
     return found
 

@@ -88,7 +88,11 @@ class Block:
 
 
 def split_fields(line: str) -> list[str]:
-    """Comma-separated fields without outer blanks; a comma inside double quotes does not split."""
+    """Comma-separated fields without outer blanks; a comma inside double quotes does not split.
+
+    Each part of a name may have quotes of its own, as Abaqus/CAE writes it ("Plate 1-1".TOP, "Plate 1-1"."left, top").
+    The quotes go, and of several blanks in such a field one stays; case counts no more inside quotes than outside.
+    """
     if '"' not in line:
         return [f.strip() for f in line.split(",")]
     fields, start, quoted = [], 0, False
@@ -99,7 +103,7 @@ def split_fields(line: str) -> list[str]:
             fields.append(line[start:k])
             start = k + 1
     fields.append(line[start:])
-    return [f.strip().strip('"').strip() for f in fields]
+    return [" ".join(f.replace('"', "").split()) for f in fields]
 
 
 def lex(path: str | Path) -> list[Block]:
@@ -182,7 +186,7 @@ class _Lexer:
         for param in params:
             key, _, value = param.partition("=")
             if key.strip():
-                block.params[squeeze(key)] = " ".join(value.strip().strip('"').split())
+                block.params[squeeze(key)] = " ".join(value.split())
         if squeeze(name) == "INCLUDE":
             self.read_file(path.parent / block.need("INPUT").replace("\\", "/"), block.where)
             return

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -59,13 +59,20 @@ def lookup(table: Mapping[str, T], name: str, scope: str, assembly: str) -> T | 
     return table[endings[0]] if len(endings) == 1 else None
 
 
-def with_short_names(table: Mapping[str, T]) -> dict[str, T]:
+def split_name(name: str, instances: Iterable[str]) -> tuple[str, str]:
+    """Instance ("" for none) and name there of a set or surface INSTANCE.NAME; either may hold dots of its own."""
+    found = max((i for i in instances if i and name.startswith(f"{i}.")), key=len, default="")
+    return found, name[len(found) + 1 :] if found else name
+
+
+def with_short_names(table: Mapping[str, T], instances: Collection[str]) -> dict[str, T]:
     """The table plus SET for every INSTANCE.SET that only one instance has."""
     result = dict(table)
     shorts: dict[str, list[str]] = {}
     for key in table:
-        if "." in key:
-            shorts.setdefault(key.split(".", 1)[1], []).append(key)
+        instance, short = split_name(key, instances)
+        if instance:
+            shorts.setdefault(short, []).append(key)
     for short, keys in shorts.items():
         if len(keys) == 1:
             result.setdefault(short, table[keys[0]])
@@ -112,7 +119,7 @@ class Registry:
             raise InputError(
                 f"unknown {self.what} set {token!r}",
                 where=where,
-                fix=suggest(token, with_short_names(self.sets)),
+                fix=suggest(token, with_short_names(self.sets, self.labels)),
             )
         if rows.size == 0:
             raise InputError(f"{self.what} set {token!r} is empty", where=where, fix="Put something into it.")

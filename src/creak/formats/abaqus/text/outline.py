@@ -55,6 +55,10 @@ class Outline:
     set_aside: list[Block] = field(default_factory=list)
     """Blocks of the model data that only a deck's own step uses: contact, amplitudes; and those never used."""
 
+    @property
+    def instances(self) -> list[str]:
+        return [s.name for s in self.scopes if s.name]
+
     def blocks(self, *names: str) -> Iterator[tuple[Scope, Block]]:
         """Blocks of the given keywords, scope by scope, in deck order."""
         for scope in self.scopes:

@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.mesh.surfaces import tributary_areas
 from creak.formats.abaqus.write.elements import Written
-from creak.formats.abaqus.write.names import Scopes, listed, number
+from creak.formats.abaqus.write.names import Scopes, listed, number, quoted
 from creak.formats.deck.refusals import unwritable
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.mesh import ElementBlock, Model, Surface
@@ -24,9 +24,9 @@ HELPER = "_COUPLING"
 def set_lines(model: Model, scopes: Scopes, out: Written) -> None:
     """*NSET and *ELSET, labels in the order of the sets."""
     for scope, name, rows in scopes.own(model.node_sets):
-        out.lines[scope] += [f"*NSET, NSET={name}, UNSORTED", *listed(scopes.nodes(rows, scope))]
+        out.lines[scope] += [f"*NSET, NSET={quoted(name)}, UNSORTED", *listed(scopes.nodes(rows, scope))]
     for scope, name, pairs in scopes.own(model.element_sets):
-        out.lines[scope] += [f"*ELSET, ELSET={name}, UNSORTED", *listed(scopes.elements(pairs, scope))]
+        out.lines[scope] += [f"*ELSET, ELSET={quoted(name)}, UNSORTED", *listed(scopes.elements(pairs, scope))]
 
 
 def surface_lines(model: Model, scopes: Scopes, weights: dict[str, FloatArray], out: Written) -> None:
@@ -41,12 +41,12 @@ def surface_lines(model: Model, scopes: Scopes, weights: dict[str, FloatArray], 
                 _facet(model.blocks[b], scopes.element(b, r, scope), side)
                 for (b, r), side in zip(surface.facets.tolist(), surface.side.tolist(), strict=True)
             ]
-            out.lines[scope] += [f"*SURFACE, NAME={name}", *dict.fromkeys(lines)]
+            out.lines[scope] += [f"*SURFACE, NAME={quoted(name)}", *dict.fromkeys(lines)]
 
 
 def _node_surface(name: str, tokens: Sequence[str], factors: FloatArray) -> list[str]:
     lines = [t if f == 1.0 else f"{t}, {number(f)}" for t, f in zip(tokens, factors.tolist(), strict=True)]
-    return [f"*SURFACE, NAME={name}, TYPE=NODE", *lines]
+    return [f"*SURFACE, NAME={quoted(name)}, TYPE=NODE", *lines]
 
 
 def _facet(block: ElementBlock, element: str, side: int) -> str:
@@ -98,9 +98,9 @@ def _coupling(
         surface = f"{HELPER}-{out.n_sets}"
         every = np.ones(c.nodes_idx.size) if factors is None else factors
         lines += _node_surface(surface, scopes.nodes(c.nodes_idx), every)
-    name = f", CONSTRAINT NAME={c.name}" if c.name else ""
+    name = f", CONSTRAINT NAME={quoted(c.name)}" if c.name else ""
     kind = "*KINEMATIC" if factors is None else "*DISTRIBUTING"
-    lines += [f"*COUPLING{name}, REF NODE={scopes.node(c.ref_idx)}, SURFACE={surface}", kind]
+    lines += [f"*COUPLING{name}, REF NODE={scopes.node(c.ref_idx)}, SURFACE={scopes.seen(surface)}", kind]
     return lines + [f"{first}, {last}" for first, last in runs(c.dofs)]
 
 
@@ -157,7 +157,7 @@ def condition_lines(model: Model, scopes: Scopes) -> list[str]:
         lines.append("*BOUNDARY")
     for f in model.fixed:
         named = next((n for n, rows in model.node_sets.items() if np.array_equal(rows, f.nodes_idx)), "")
-        for token in [named] if named else scopes.nodes(f.nodes_idx):
+        for token in [scopes.seen(named)] if named else scopes.nodes(f.nodes_idx):
             lines += [f"{token}, {first}, {last}" for first, last in runs(f.dofs)]
     if model.initial_velocity:
         lines.append("*INITIAL CONDITIONS, TYPE=VELOCITY")

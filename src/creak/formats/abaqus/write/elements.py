@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.formats.abaqus.write.names import Scopes, listed, number, vector
+from creak.formats.abaqus.write.names import Scopes, listed, number, quoted, vector
 from creak.formats.abaqus.write.sections import Materials, section_lines
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
@@ -145,7 +145,8 @@ def _set_of(model: Model, scopes: Scopes, blocks: list[int]) -> str:
         rows = model.element_sets[name]
         if scopes.split(name)[0] == scope and len(rows) == len(wanted) and sorted(map(tuple, rows.tolist())) == wanted:
             short = scopes.split(name)[1]
-            return model.blocks[blocks[0]].section.name if short == title else short
+            as_written = short == title and quoted(short) == short  # in quotes Abaqus tells case apart
+            return model.blocks[blocks[0]].section.name if as_written else short
     return ""
 
 

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TypeVar
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.formats.abaqus.text.names import split_name
 from creak.model.mesh import ElementBlock, Model
 
 T = TypeVar("T")
 PER_LINE = 8
 ROOT = -1
 """The flat deck or the assembly."""
+_PLAIN = re.compile(r"[A-Za-z_][A-Za-z0-9_-]*")
 
 
 def number(value: float) -> str:
@@ -35,6 +38,11 @@ def vector(values: FloatArray | Sequence[float]) -> str:
     return numbers(np.asarray(values, dtype=np.float64).tolist())
 
 
+def quoted(name: str) -> str:
+    """A name as Abaqus takes it: in quotes where it holds more than letters, digits, _ and -, or begins otherwise."""
+    return name if _PLAIN.fullmatch(name) else f'"{name}"'
+
+
 class Scopes:
     """Instances of a model, and labels of nodes and elements as each scope sees them."""
 
@@ -42,6 +50,7 @@ class Scopes:
         self.model = model
         nodes = model.nodes
         self.names = nodes.instance
+        self.shown = [quoted(name) for name in self.names]
         self.of_node = nodes.instance_idx if nodes.instance else np.full(nodes.count, ROOT, dtype=np.int64)
         self.of_block = self._of_blocks(model.blocks)
 
@@ -70,7 +79,7 @@ class Scopes:
         """Label of a node, with its instance when seen from the root."""
         if scope != ROOT or self.of_node[row] == ROOT:
             return str(int(self.model.nodes.ids[row]))
-        return f"{self.names[int(self.of_node[row])]}.{int(self.model.nodes.ids[row])}"
+        return f"{self.shown[int(self.of_node[row])]}.{int(self.model.nodes.ids[row])}"
 
     def nodes(self, rows: IntArray, scope: int = ROOT) -> list[str]:
         return [self.node(r, scope) for r in rows.tolist()]
@@ -78,24 +87,28 @@ class Scopes:
     def element(self, block: int, row: int, scope: int = ROOT) -> str:
         """Label of an element, with its instance when seen from the root."""
         label, own = int(self.model.blocks[block].ids[row]), self.of_block[block]
-        return str(label) if scope != ROOT or own == ROOT else f"{self.names[own]}.{label}"
+        return str(label) if scope != ROOT or own == ROOT else f"{self.shown[own]}.{label}"
 
     def elements(self, pairs: IntArray, scope: int = ROOT) -> list[str]:
         return [self.element(b, r, scope) for b, r in pairs.tolist()]
 
     def split(self, name: str) -> tuple[int, str]:
         """Scope and name there of a set or surface INSTANCE.NAME."""
-        for k, instance in enumerate(self.names):
-            if name.startswith(f"{instance}."):
-                return k, name[len(instance) + 1 :]
-        return ROOT, name
+        instance, short = split_name(name, self.names)
+        return (self.names.index(instance) if instance else ROOT), short
+
+    def seen(self, name: str) -> str:
+        """A set or surface INSTANCE.NAME as data lines of the root name it."""
+        instance, short = split_name(name, self.names)
+        return f"{quoted(instance)}.{quoted(short)}" if instance else quoted(short)
 
     def own(self, table: Mapping[str, T]) -> list[tuple[int, str, T]]:
         """(scope, name, entry) without the short names that reading adds."""
         result = []
         for name, entry in table.items():
             scope, short = self.split(name)
-            full = [key for key in table if self.names and key.endswith(f".{name}") and self.split(key)[0] != ROOT]
+            alike = [key for key in table if self.names and key.endswith(f".{name}")]
+            full = [key for key in alike if self.split(key)[0] != ROOT and self.split(key)[1] == name]
             if scope == ROOT and len(full) == 1 and table[full[0]] is entry:
                 continue
             result.append((scope, short, entry))

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.abaqus.sections.beam_shapes import WALL, shape_of
-from creak.formats.abaqus.write.names import listed, number, numbers, vector
+from creak.formats.abaqus.write.names import listed, number, numbers, quoted, vector
 from creak.formats.deck.cross_section import CrossSection
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
@@ -74,7 +74,7 @@ def material_lines(material: AnyMaterial) -> list[str]:
         raise unwritable(f"material {material.name!r}", "a sheet that is not orthotropic in its own axes")
     damping = [f"*DAMPING, ALPHA={number(material.alpha)}, BETA={number(material.beta)}"]
     return [
-        f"*MATERIAL, NAME={material.name}",
+        f"*MATERIAL, NAME={quoted(material.name)}",
         *elastic,
         "*DENSITY",
         number(material.density),
@@ -109,24 +109,25 @@ def section_lines(section: Section, elset: str, materials: Materials, orientatio
     ------
     InputError : the section is of a kind, or has values, that Abaqus keywords do not say.
     """
+    if isinstance(section, Bushing):
+        return _bushing(section, elset, orientation)
+    elset = quoted(elset)
     also = f", ORIENTATION={orientation}" if orientation else ""
     if isinstance(section, ShellSection):
         also += ", NODAL THICKNESS" if at_nodes else ""
-        head = f"*SHELL SECTION, ELSET={elset}, MATERIAL={materials.name(section.material)}{also}"
+        head = f"*SHELL SECTION, ELSET={elset}, MATERIAL={quoted(materials.name(section.material))}{also}"
         return [head, number(section.thickness)]
     if isinstance(section, GeneralShell):
         return _general_shell(section, elset, materials, also + (", NODAL THICKNESS" if at_nodes else ""))
     if isinstance(section, BeamSection):
         return _beam(section, elset, materials)
     if isinstance(section, TrussSection):
-        head = f"*SOLID SECTION, ELSET={elset}, MATERIAL={materials.name(section.material)}"
+        head = f"*SOLID SECTION, ELSET={elset}, MATERIAL={quoted(materials.name(section.material))}"
         return [head, number(section.area)]
     if isinstance(section, SolidSection):
-        return [f"*SOLID SECTION, ELSET={elset}, MATERIAL={materials.name(section.material)}{also}"]
+        return [f"*SOLID SECTION, ELSET={elset}, MATERIAL={quoted(materials.name(section.material))}{also}"]
     if isinstance(section, PointMass):
         return _point_mass(section, elset)
-    if isinstance(section, Bushing):
-        return _bushing(section, elset, orientation)
     if isinstance(section, NodalMatrices):
         return _directed_mass(section, elset)
     return _spring(section, elset)
@@ -145,7 +146,7 @@ def _general_shell(section: GeneralShell, elset: str, materials: Materials, also
     lines = [f"*SHELL SECTION, ELSET={elset}, COMPOSITE{also}" + (f", OFFSET={number(offset)}" if offset else "")]
     for p in section.plies:
         degrees = inverted(math.radians, p.angle, math.degrees(p.angle))
-        lines.append(f"{number(p.thickness)}, 3, {materials.name(p.material)}, {number(degrees)}")
+        lines.append(f"{number(p.thickness)}, 3, {quoted(materials.name(p.material))}, {number(degrees)}")
     return lines if np.array_equal(shear, section.S) else [*lines, *_shear_lines(section.S)]
 
 
@@ -168,7 +169,8 @@ def _beam(section: BeamSection, elset: str, materials: Materials) -> list[str]:
     shape = shape_of(section.profile, section.dimensions)
     offset = None if shape is None else _offset(section, shape)
     if shape is not None and offset is not None:
-        head = f"*BEAM SECTION, ELSET={elset}, MATERIAL={materials.name(section.material)}, SECTION={section.profile}"
+        material = quoted(materials.name(section.material))
+        head = f"*BEAM SECTION, ELSET={elset}, MATERIAL={material}, SECTION={section.profile}"
         lines = [head, *_size_lines(section.profile, section.dimensions), numbers(section.axis1)]
         lines += ["*BEAM SECTION OFFSET", numbers(offset)] if any(offset) else []
         return lines + _beam_shear(section, shape.shear_factor * shape.area)
@@ -258,8 +260,8 @@ def _bushing(section: Bushing, elset: str, orientation: str) -> list[str]:
     if section.location not in kinds:
         why = f"its springs act at {section.location:g} of the way between its nodes"
         raise unwritable(f"bushing {section.name!r}", why)
-    name = f"BEHAVIOR-{elset}"
-    lines = [f"*CONNECTOR SECTION, ELSET={elset}, BEHAVIOR={name}", kinds[section.location]]
+    name = quoted(f"BEHAVIOR-{elset}")
+    lines = [f"*CONNECTOR SECTION, ELSET={quoted(elset)}, BEHAVIOR={name}", kinds[section.location]]
     lines += [orientation] if orientation else []
     lines.append(f"*CONNECTOR BEHAVIOR, NAME={name}")
     for keyword, matrix in (("ELASTICITY", section.stiffness), ("DAMPING", section.damping)):
