@@ -18,17 +18,23 @@ from creak.formats.nastran.write.conditions import (
     matrix_lines,
     support_lines,
 )
-from creak.formats.nastran.write.elements import Systems, element_lines, is_conm1
+from creak.formats.nastran.write.elements import Systems, element_lines, is_matrix
 from creak.formats.nastran.write.equivalent import equivalent
 from creak.formats.nastran.write.fields import card
 from creak.formats.nastran.write.materials import Materials, damping_of
 from creak.formats.nastran.write.numbers import numbered
 from creak.formats.nastran.write.properties import Properties
-from creak.formats.nastran.write.sets import labels, set_lines, with_surface_sets
+from creak.formats.nastran.write.sets import (
+    labels,
+    set_lines,
+    with_plain_names,
+    with_surface_sets,
+    without_matrix_elements,
+)
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
 from creak.model.constraints import Equation
-from creak.model.materials import BeamSection, GeneralShell, NodalMatrices
+from creak.model.materials import BeamSection, GeneralShell
 from creak.model.mesh import ElementBlock, Model
 
 KEPT = 1e-12
@@ -47,7 +53,8 @@ def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
 
     Returns
     -------
-    What has another name in the deck, or is lost because it bears on contact only.
+    What has another name in the deck, which element sets lose elements that become matrices, and what is lost because
+    it bears on contact only.
 
     Raises
     ------
@@ -62,12 +69,14 @@ def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
             fix="Take one of them: --mass linear or --mass lumped (the answer changes with it).",
         )
     plain, notes = numbered(model)
-    plain, surfaces = with_surface_sets(equivalent(plain))
+    plain, renamed = with_plain_names(plain)
+    plain, lost = without_matrix_elements(equivalent(plain))
+    plain, surfaces = with_surface_sets(plain)
     text = "\n".join(deck_lines(plain, notes)) + "\n"
     write_checked(
         path, text, lambda copy: _difference(plain, read_nastran(copy)), kind="a Nastran", source=model.source
     )
-    return (*notes, *surfaces, *dict.fromkeys(_lost(plain)))
+    return (*notes, *renamed, *lost, *surfaces, *dict.fromkeys(_lost(plain)))
 
 
 def deck_lines(model: Model, notes: list[str]) -> Iterator[str]:
@@ -118,7 +127,7 @@ def _lost(model: Model) -> Iterator[str]:
 
 
 def _difference(model: Model, copy: Model) -> str:
-    bare = [replace(m, blocks=tuple(_bare(b) for b in m.blocks if not _is_added(b))) for m in (model, copy)]
+    bare = [replace(m, blocks=tuple(_bare(b) for b in m.blocks if not is_matrix(b))) for m in (model, copy)]
     found = difference(bare[0], bare[1], names=False, tolerance=KEPT, by_element=True)
     if found:
         return found
@@ -131,10 +140,6 @@ def _difference(model: Model, copy: Model) -> str:
         if set(labels(model, rows).tolist()) != set(labels(copy, copy.element_sets[name]).tolist()):
             return f"element set {name!r}"
     return ""
-
-
-def _is_added(block: ElementBlock) -> bool:
-    return isinstance(block.section, NodalMatrices) and not is_conm1(block)
 
 
 def _bare(block: ElementBlock) -> ElementBlock:

@@ -187,6 +187,58 @@ def test_labels_of_instances_are_told_apart(tmp_path):
     assert any("PANEL_EDGE" in note for note in notes)
 
 
+NAMES = [
+    "PLATE TOP",
+    "PLATE_TOP",
+    "A, B",
+    "A=B.C",
+    "$#*'()/:;<>|&%+",
+    "ÄÖ 1",
+    "SET_03",
+    "SET_0",
+    "PID_1",
+    "1 2",
+    "17",
+    "X.SPOS",
+]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_names_of_any_characters_stay_but_for_blanks(tmp_path, name):
+    """Of surfaces, element sets and node sets, in comments."""
+    deck = (
+        "*NODE\n 1, 0.\n 2, 10.\n 3, 10., 8.\n 4, 0., 8.\n*ELEMENT, TYPE=S4, ELSET=P\n 1, 1, 2, 3, 4\n 2, 4, 3, 2, 1\n"
+        "*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n*MATERIAL, NAME=STEEL\n*ELASTIC\n 210000., 0.3\n*DENSITY\n 1e-9\n"
+        f'*ELSET, ELSET="{name}"\n 2\n*NSET, NSET="{name}"\n 3, 1\n*ELSET, ELSET=PLATE_TOP\n 1\n'
+        f'*SURFACE, NAME="{name} AREA"\n 1, SPOS\n'
+    )
+    (tmp_path / "deck.inp").write_text(deck, encoding="utf-8")
+    model = replace(read_deck(tmp_path / "deck.inp"), mass_form="linear")
+    notes = write_nastran(model, tmp_path / "copy.bdf")
+    copy = read_nastran(tmp_path / "copy.bdf")
+    plain = "PLATE_TOP_2" if name == "PLATE TOP" else name.replace(" ", "_")
+    assert any(f"{name!r} is {plain}" in note for note in notes) == (plain != name)
+    sets = {n: copy.blocks[0].ids[rows[:, 1]].tolist() for n, rows in copy.element_sets.items()}
+    assert sets[plain] == ([2, 1] if name == "PLATE_TOP" else [2])
+    assert 1 in sets["PLATE_TOP"]
+    assert sets[f"{name} AREA".replace(" ", "_")] == [1]
+    assert copy.nodes.ids[copy.node_sets[plain]].tolist() == [3, 1]
+
+
+def test_element_sets_lose_what_becomes_matrices(tmp_path):
+    """Case control names grids 1 and 2; springs of these labels, along turned axes, are no elements in the deck."""
+    bulk = TURNED + "GRID,1,,1.,2.,3.,5\nGRID,2,,2.,2.,3.,5\nCONM2,20,1,,2.\nCONM2,21,2,,2.\n"
+    springs = "CELAS2,1,7.,1,1\nCELAS2,2,7.,2,2\nSET3,5,ELEM,1,20\n"
+    model = read(tmp_path, bulk + springs, case="SET 3 = 1,2\nDISPLACEMENT = 3\n")
+    assert {"SET_3", "SET_5"} <= set(model.element_sets)
+    notes = write_nastran(model, tmp_path / "copy.bdf")
+    copy = read_nastran(tmp_path / "copy.bdf")
+    assert any("2 element set(s) lose springs" in note and "SET_3, SET_5" in note for note in notes)
+    assert copy.nodes.ids[copy.node_sets["SET_3"]].tolist() == [1, 2]
+    assert [copy.blocks[b].ids[r] for b, r in copy.element_sets["SET_5"]] == [20]
+    assert_same_matrices(model, copy)
+
+
 REFUSED = {
     "mass form": (replace, "--mass linear"),
     "shear centre": (

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from creak.arrays import Matrix
 from creak.formats.deck.refusals import unwritable
-from creak.formats.nastran.write.elements import is_conm1
+from creak.formats.nastran.write.elements import is_matrix
 from creak.formats.nastran.write.fields import Field, card
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.dofs import PER_NODE, node_and_dof, node_dofs
@@ -94,7 +94,7 @@ def added_matrices(model: Model) -> dict[str, Matrix]:
     n = PER_NODE * model.nodes.count
     total: dict[str, Matrix] = {name: sp.csr_array((n, n)) for name in MATRICES}
     for block in model.blocks:
-        if isinstance(block.section, NodalMatrices) and not is_conm1(block):
+        if is_matrix(block) and isinstance(block.section, NodalMatrices):
             for rows in block.nodes_idx:
                 dofs = node_dofs(rows)
                 i, j = np.repeat(dofs, dofs.size), np.tile(dofs, dofs.size)

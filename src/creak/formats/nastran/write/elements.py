@@ -103,6 +103,11 @@ def is_conm1(block: ElementBlock) -> bool:
     return isinstance(s, NodalMatrices) and s.mass.shape == (6, 6) and not (s.stiffness.any() or s.damping.any())
 
 
+def is_matrix(block: ElementBlock) -> bool:
+    """Whether its elements are written as matrices on nodes: no card says them."""
+    return isinstance(block.section, NodalMatrices) and not is_conm1(block)
+
+
 def _grid(model: Model, row: int) -> int:
     return int(model.nodes.ids[row])
 

@@ -44,8 +44,7 @@ def equivalent(model: Model) -> Model:
     made: dict[tuple[int, str], Section] = {}
     blocks = tuple(_shared(b, _block(b, model.nodes.coords[b.nodes_idx]), made) for b in model.blocks)
     sets = {
-        _plain(name): np.array(list(dict.fromkeys(rows.tolist())), dtype=np.int64)
-        for name, rows in model.node_sets.items()
+        name: np.array(list(dict.fromkeys(rows.tolist())), dtype=np.int64) for name, rows in model.node_sets.items()
     }
     taken = {int(i) for b in blocks for i in b.ids}
     constraints = _named([c for old in model.constraints for c in _constraints(old, model.nodes.coords)], taken)
@@ -54,14 +53,9 @@ def equivalent(model: Model) -> Model:
         blocks=blocks,
         node_sets={n: rows for n, rows in sets.items() if rows.size},
         constraints=constraints,
-        element_sets={_plain(name): rows for name, rows in model.element_sets.items() if len(rows)},
+        element_sets={name: rows for name, rows in model.element_sets.items() if len(rows)},
         initial_velocity=_by_node(model.initial_velocity),
     )
-
-
-def _plain(name: str) -> str:
-    """A name that can stand in a comment: without blanks and quotes."""
-    return re.sub(r'[\s"]+', "_", name)
 
 
 def _shared(old: ElementBlock, new: ElementBlock, made: dict[tuple[int, str], Section]) -> ElementBlock:

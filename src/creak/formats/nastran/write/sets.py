@@ -9,12 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import IntArray
+from creak.formats.nastran.write.elements import is_matrix
 from creak.formats.nastran.write.fields import card
 from creak.formats.nastran.write.properties import Properties
 from creak.model.mesh import Model, Surface
 from creak.model.solid_faces import FACES
 
-_NUMBER = re.compile(r"SET_([0-9]{1,8})")
+_NUMBER = re.compile(r"SET_([1-9][0-9]{0,7})")
+_UNREADABLE = re.compile(r'[\s"]+')
+"""What a name in a comment does not keep."""
 NODES, ELEMENTS = 1, 2
 """Types of sets in HyperMesh's comments."""
 
@@ -26,6 +29,48 @@ class _Set:
     kind: int
     labels: tuple[int, ...]
     names: list[str]
+
+
+def with_plain_names(model: Model) -> tuple[Model, list[str]]:
+    """The model with names of sets and surfaces that can stand in comments, and which are others than before.
+
+    An underscore takes the place of blanks and quotes; of two names that become one, the second gets a number.
+    """
+    every = dict.fromkeys((*model.node_sets, *model.element_sets, *model.surfaces))
+    plain = {name: name for name in every if not _UNREADABLE.search(name)}
+    taken, changed = set(plain), list[str]()
+    for name in every:
+        if name not in plain:
+            stem = new = _UNREADABLE.sub("_", name)
+            count = 1
+            while new in taken:
+                count += 1
+                new = f"{stem}_{count}"
+            plain[name] = new
+            taken.add(new)
+            changed.append(f"{name!r} is {new}")
+    notes = [f"{len(changed)} name(s) of sets and surfaces have no blanks and quotes in the deck: {_first(changed)}"]
+    named = replace(
+        model,
+        node_sets={plain[name]: rows for name, rows in model.node_sets.items()},
+        element_sets={plain[name]: rows for name, rows in model.element_sets.items()},
+        surfaces={plain[name]: surface for name, surface in model.surfaces.items()},
+    )
+    return named, notes if changed else []
+
+
+def without_matrix_elements(model: Model) -> tuple[Model, list[str]]:
+    """The model with element sets that hold no element written as matrices on nodes, and which sets lose some."""
+    added = [k for k, block in enumerate(model.blocks) if is_matrix(block)]
+    kept = {name: rows[~np.isin(rows[:, 0], added)] for name, rows in model.element_sets.items()}
+    lost = [name for name, rows in kept.items() if len(rows) < len(model.element_sets[name])]
+    why = "element set(s) lose springs, dampers and masses along turned axes, which are matrices on nodes (DMIG)"
+    notes = [f"{len(lost)} {why}: {_first(lost)}"]
+    return replace(model, element_sets={n: rows for n, rows in kept.items() if len(rows)}), notes if lost else []
+
+
+def _first(names: list[str]) -> str:
+    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def with_surface_sets(model: Model) -> tuple[Model, list[str]]:
@@ -45,8 +90,9 @@ def with_surface_sets(model: Model) -> tuple[Model, list[str]]:
         sets[name] = np.unique(surface.facets, axis=0)
         notes.append(f"surface {name} is {name}{_side(model, surface)}")
     if nodes:
-        shown = ", ".join(nodes[:3]) + (", ..." if len(nodes) > 3 else "")
-        notes.append(f"{len(nodes)} surface(s) of nodes are not in the deck, whose couplings name nodes: {shown}")
+        notes.append(
+            f"{len(nodes)} surface(s) of nodes are not in the deck, whose couplings name nodes: {_first(nodes)}"
+        )
     return replace(model, element_sets=sets), notes
 
 
