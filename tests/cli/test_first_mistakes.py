@@ -209,6 +209,17 @@ def test_part_that_nothing_holds_is_named_with_its_motions(creak, tmp_path):
     assert told["free_parts"] == {"UPPER": ["along z"], "LOWER": ["about y"]}
 
 
+def test_nodes_held_along_axes_of_their_own_are_counted(creak, tmp_path):
+    """A node held along x + y only."""
+    (tmp_path / "strips.inp").write_text(two_strips())
+    before = json.loads(creak("info", tmp_path / "strips.inp", "--json").out)["held_nodes"]
+    free = "*NSET, NSET=TURNED\n 3\n*TRANSFORM, NSET=TURNED\n 1., 1., 0., -1., 1., 0.\n*BOUNDARY\n 3, 1\n"
+    (tmp_path / "strips.inp").write_text(two_strips() + free)
+    assert f"held nodes: {before + 1}" in creak("info", tmp_path / "strips.inp").out
+    assert creak("new", tmp_path / "strips.inp", "--out", tmp_path / "first.toml").status == 0
+    assert f"the deck holds {before + 1} node(s)" in (tmp_path / "first.toml").read_text()
+
+
 @pytest.mark.parametrize("name", ["model.odb", "part.stl"])
 def test_results_and_geometry_are_no_study(creak, tmp_path, name):
     (tmp_path / name).write_bytes(b"\x00\x01 of another program")

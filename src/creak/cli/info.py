@@ -49,6 +49,7 @@ def info(
 def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[str, Any]:
     """All of it as plain numbers, strings and lists."""
     from creak.contact.crossing import crossing_warnings
+    from creak.model.constraints import supported_nodes
     from creak.studies.prepare.unit_check import guessed_units
 
     parts = _parts(model, progress)
@@ -66,7 +67,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
         "parts": parts,
         "mass": mass,
         "units": guess,
-        "held_nodes": len({int(n) for fixed in model.fixed for n in fixed.nodes_idx}),
+        "held_nodes": int(supported_nodes(model.constraints, model.fixed).size),
         "free_parts": loose,
         "node_sets": {k: int(v.size) for k, v in model.node_sets.items() if not k.startswith("_")},
         "element_sets": {k: len(v) for k, v in model.element_sets.items() if not k.startswith("_")},

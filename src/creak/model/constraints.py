@@ -215,6 +215,12 @@ def held_nodes(fixed: Sequence[Fixed]) -> IntArray:
     return rows[count == 3]
 
 
+def supported_nodes(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> IntArray:
+    """Rows of the nodes that supports hold in any direction, along global axes or others."""
+    oblique = [c.nodes_idx for c in oblique_supports(constraints, fixed)]
+    return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *(f.nodes_idx for f in fixed), *oblique]))
+
+
 def oblique_supports(constraints: Sequence[Constraint], fixed: Sequence[Fixed]) -> Iterator[Equation]:
     """Equations that hold one node alone, along no global axis; what is fixed has no term in them."""
     held = np.unique(held_labels(fixed))

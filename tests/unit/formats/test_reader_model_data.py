@@ -13,7 +13,7 @@ from creak.assembly.part import Rayleigh, part_system
 from creak.contact.facets import facets_of
 from creak.elements.block_matrices import block_matrices
 from creak.errors import InputError
-from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling
+from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, supported_nodes
 from creak.model.laminates import Ply, laminate
 from creak.model.materials import (
     AnisotropicMaterial,
@@ -389,6 +389,7 @@ def test_supports_along_a_transform(read: Reader) -> None:
     row[equation.dofs - 1] = equation.coefficients
     assert_allclose(row[:3], np.array([10.0, 8.0, 0.0]) / math.sqrt(164.0))
     assert sorted((f.nodes_idx.tolist(), f.dofs) for f in model.fixed) == [([0], (3,)), ([1], (1, 2, 3))]
+    assert supported_nodes(model.constraints, model.fixed).tolist() == [0, 1, 2]
 
 
 def test_equation_in_the_axes_of_its_nodes(read: Reader) -> None:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
+from creak.model.constraints import supported_nodes
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.studies.file.table import DOFS
@@ -118,7 +119,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         contacts,
         None if contacts else closest_parts(model),
         _held_sets(model, held),
-        int(held.any(axis=1).sum()),
+        int(supported_nodes(model.constraints, model.fixed).size),
         drive,
         "" if drive is not None else _undriven(model, held),
         _pairs(model),
