@@ -94,4 +94,17 @@ def test_unread_keywords_stop_it_and_are_listed_by_info(creak, deck):
     assert "strips.inp:" in said.words
     assert "--ignore 'EMBEDDED ELEMENT'" in said.words
     assert "not read: *EMBEDDED ELEMENT" in creak("info", deck).words
-    assert creak("modes", deck, "--count", 1, "--ignore", "EMBEDDED ELEMENT").status == 0
+    said = creak("modes", deck, "--count", 1, "--ignore", "EMBEDDED ELEMENT")
+    assert (said.status, said.err) == (0, "")
+
+
+@pytest.mark.parametrize("word", ["NOSUCH", "BOUNDARY"])
+def test_an_ignored_word_that_names_nothing_unread_is_told(creak, deck, word):
+    deck.write_text(two_strips() + "*EMBEDDED ELEMENT\nUPPER\n")
+    ignored = ("--ignore", "*Embedded Element", "--ignore", word)
+    told = f"warning: --ignore {word!r} names nothing that was left unread (EMBEDDED ELEMENT): it changes nothing"
+    for command in (["modes", deck, "--count", 1], ["convert", deck, deck.with_suffix(".bdf"), "--mass", "linear"]):
+        said = creak(*command, *ignored)
+        assert said.status == 0
+        assert told in said.words
+        assert said.words.count("left unread") == 1

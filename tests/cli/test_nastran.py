@@ -56,7 +56,9 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     assert "--ignore 'CGAP'" in said.words
     assert 'nodes = ["GAP_9.A", "GAP_9.B"], dof = "z", lower = -1.75, stiffness = 10000' in said.words
     assert not (tmp_path / "results" / "summary.json").exists()
-    creak("run", study, "--ignore", "CGAP", "--quiet")
+    said = creak("run", study, "--ignore", "CGAP", "--ignore", "NOSUCH", "--quiet")
+    assert "--ignore 'NOSUCH' names nothing that was left unread" in said.words
+    assert "--ignore 'CGAP'" not in said.words
     assert (tmp_path / "results" / "summary.json").exists()
 
 

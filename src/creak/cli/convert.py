@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from creak.cli.details import model_detail
+from creak.cli.details import model_detail, tell_vain
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
 from creak.errors import InputError, suggest
 from creak.formats.endings import WRITTEN, is_nastran
@@ -95,6 +95,7 @@ def convert(
                 stop_on_unread(model, ignore)
                 with progress.phase(f"assemble and write {matrices}"):
                     output.wrote(*_write_matrices(model, out, MATRICES[matrices]))
+        tell_vain(output, model, ignore)
         for u in model.unread:
             output.say(f"not carried over: {u.keyword} ({u.where}): {u.why}")
         for note in notes:

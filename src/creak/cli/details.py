@@ -18,6 +18,14 @@ def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
         output.say(f"not read: {u.keyword} ({u.where}): {u.why}")
 
 
+def tell_vain(output: Output, model: Model, ignore: Iterable[str]) -> None:
+    """A warning for each --ignore that names nothing of the deck."""
+    from creak.formats.deck.catalogue import ignored_in_vain
+
+    for text in ignored_in_vain(model, ignore):
+        output.warn(text)
+
+
 def model_detail(output: Output, model: Model) -> None:
     """Size of a deck."""
     if not output.verbose:

@@ -10,7 +10,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from creak.cli.details import model_detail
+from creak.cli.details import model_detail, tell_vain
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
 from creak.model.units import UnitsName
@@ -95,6 +95,7 @@ def modes(
                 write_page(output, beside, page, units)
             if json_file is not None and not on_stdout:
                 output.write(data, json_file)
+        tell_vain(output, found.model, ignore)
         if beside is not None:
             print_beside(output, beside)
             _print_checks(output, found)

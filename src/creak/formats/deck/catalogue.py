@@ -9,6 +9,10 @@ from functools import lru_cache
 
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
+from creak.words import first_few
+
+SHOWN = 3
+"""Keywords that a sentence names."""
 
 
 @dataclass(frozen=True)
@@ -82,6 +86,21 @@ class Catalogue:
         return ""
 
 
+def ignored_in_vain(model: Model, ignore: Iterable[str]) -> list[str]:
+    """A sentence for each word of `ignore` that names nothing of the deck that was left unread."""
+    unread = dict.fromkeys(_word(u.keyword) for u in model.unread)
+    left = first_few(unread, len(unread), SHOWN) or "nothing"
+    return [
+        f"--ignore {word!r} names nothing that was left unread ({left}): it changes nothing"
+        for word in ignore
+        if _word(word) not in unread
+    ]
+
+
+def _word(keyword: str) -> str:
+    return keyword.upper().lstrip("*")
+
+
 def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:
     """Stop where the model was read without something that changes the answer, but the keywords of `ignore`.
 
@@ -89,9 +108,9 @@ def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:
     ------
     InputError : there is such a keyword; the first one.
     """
-    accepted = {k.upper().lstrip("*") for k in ignore}
+    accepted = {_word(k) for k in ignore}
     for unread in model.unread:
-        if unread.changes_answer and unread.keyword.upper().lstrip("*") not in accepted:
+        if unread.changes_answer and _word(unread.keyword) not in accepted:
             keyword = unread.keyword.lstrip("*")
             raise InputError(
                 f"{unread.keyword} is not read by creak and would change the answer: {unread.why}",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.contact.play import Play
-from creak.formats.deck.catalogue import stop_on_unread
+from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
@@ -19,6 +19,7 @@ from creak.studies.prepare.excitation import driven_dofs
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.unit_check import check_units
+from creak.studies.warned import Warned
 
 
 def designed_model(
@@ -36,13 +37,14 @@ def designed_model(
     """
     c, places, driving = study.config, study.places, study.driving
     stop_on_unread(model, ignore)
+    vain = [Warned(text) for text in ignored_in_vain(model, ignore)]
     check_units(model, c.model.units, places)
     model, changed = with_properties(model, c.material, c.section, places)
     model, named = with_named_nodes(model, c.nodes, places)
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, c.support, places)
     model, clips, placed = with_clips(model, study.touching)
-    return model, clips, [*changed, *named, *held, *placed]
+    return model, clips, [*vain, *changed, *named, *held, *placed]
 
 
 def own_damping(model: Model, table: DampingTable) -> tuple[Rayleigh, bool]:
