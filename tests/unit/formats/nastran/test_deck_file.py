@@ -43,8 +43,62 @@ def test_continuations_by_name():
     first, second = cards(text)
     assert (first.real(8), second.real(8)) == (5.0, 6.0)
     assert first.place(8) == "deck:3"
-    with pytest.raises(InputError, match="deck:3: continuation 'C' follows a line of PBAR that asks for 'QB'"):
+    with pytest.raises(
+        InputError, match="deck:3: no line asks for continuation 'C', which follows a line of PBAR that asks for 'QB'"
+    ):
         cards(text.replace("+A,5", "+C,5"))
+
+
+PARENT, ANSWER, SECOND, OTHER, DESC = (
+    "RBE2    70      9001    123456  103     104     105     203     204     +R1\n",
+    "+R1     205     303     304     305     306     307     308     309     +R2\n",
+    "+R2     310\n",
+    "MAT1    7       2.1+5           .3      7.85-9\n",
+    "DESC    5       left, right, above\n",
+)
+
+
+@pytest.mark.parametrize(
+    "lines",
+    [
+        (OTHER, PARENT, ANSWER, SECOND),
+        (PARENT, OTHER, ANSWER, SECOND),
+        (PARENT, DESC, ANSWER, OTHER, SECOND),
+        (PARENT, OTHER, ANSWER, "        310\n"),
+        (PARENT, OTHER, SECOND, ANSWER),
+        (ANSWER, SECOND, OTHER, PARENT),
+        (ANSWER, "+       310\n", OTHER, PARENT),
+        (SECOND, ANSWER, OTHER, PARENT),
+        (OTHER, SECOND, PARENT, ANSWER),
+    ],
+)
+def test_a_named_continuation_may_stand_anywhere(lines):
+    """Also behind a card that asks for nothing, and before the line that asks for it; that card stays as it is."""
+    found = {card.name: card for card in cards("".join(lines))}
+    ids = [*(103, 104, 105, 203, 204), *(205, 303, 304, 305, 306, 307, 308, 309), 310]
+    assert list(id_list(found["RBE2"], 3)) == ids
+    assert found["RBE2"].place(8) == f"deck:{lines.index(ANSWER) + 1}"
+    assert not any(found["MAT1"].fields[5:])
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            OTHER + "+ABC    1.\n",
+            "deck:2: no line asks for continuation 'ABC', which follows a line of MAT1; expected a",
+        ),
+        (
+            "SPC1,1,126,1,THRU,407\n+ABC,1,2,3\n",
+            "deck:2: no line asks for continuation 'ABC'.* a line with 'ABC' in field",
+        ),
+        (PARENT + ANSWER + SECOND + SECOND, "deck:4: no line asks for continuation 'R2'"),
+        ("+A,1.,,,,,,,,+A\n" + OTHER, "deck:1: no line asks for continuation 'A'; expected"),
+    ],
+)
+def test_a_continuation_that_no_line_asks_for_is_refused(text, message):
+    with pytest.raises(InputError, match=message):
+        cards(text)
 
 
 def test_replication():

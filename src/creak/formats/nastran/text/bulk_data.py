@@ -99,20 +99,26 @@ def cards_of(lines: Iterable[Line]) -> list[Card]:
 
     Replicated fields are written out: = is the field of the card before, == all that follow, *x or *(x) that field and
     x more; =n or =(n) on a line of its own repeats the last replication n times. A named continuation belongs to the
-    line that asks for it, wherever that stands.
+    line that asks for it in field 10, wherever that stands; one without a name to the line before it.
 
     Raises
     ------
     InputError : a free-field line with too many fields, continuations that no line asks for.
     """
     found: list[_Open] = []
+    early: list[_Early] = []
     asking: dict[str, _Open] = {}
     rule: list[str] = []
+    last: _Open | None = None
     for line in lines:
         text = line.text.split("$")[0].expandtabs(8).rstrip()
         if not text:
             continue
-        if _is_prose(text, line.where, found):
+        if prose := _PROSE.match(text):
+            last = _Open(prose.group(1).upper(), [], line.where, [], "")
+            found.append(last)
+            continue
+        if last is not None and _goes_on_in_prose(text, last, asking):
             continue
         head, fields, tail = _split(text, line.where)
         if head.startswith("=") and found:
@@ -127,13 +133,19 @@ def cards_of(lines: Iterable[Line]) -> list[Card]:
             if found and any(f.startswith(("=", "*")) for f in fields):
                 rule, fields = fields, _replicated(fields, found[-1].fields, line.where)
             found.append(_Open(name, fields, line.where, [], tail))
-        elif found:
-            owner = _owner(head, found, asking, line.where)
-            owner.extend(fields, tail, line.where)
-            _ask(owner, asking)
+        elif last is not None or _own_name(head):
+            owner = _owner(head, last, asking)
+            if owner is None:
+                owner = _Early("", [], line.where, [], "", _own_name(head), _before(last))
+                early.append(owner)
+            last = owner
+            last.extend(fields, tail, line.where)
+            _ask(last, asking)
             continue
         if found:
-            _ask(found[-1], asking)
+            last = found[-1]
+            _ask(last, asking)
+    _place(early, asking)
     return [Card(o.name, tuple(o.fields), o.where, tuple(o.continued), o.tail) for o in found]
 
 
@@ -141,13 +153,10 @@ _PROSE = re.compile(r"(DEQATN|DESC|MONPNT[123]|MONDSP[12]|MONSUM[1T]?|MONCNCM)\b
 """Cards that hold a formula or a sentence, commas and all; none of them bears on the structure."""
 
 
-def _is_prose(text: str, where: str, found: list[_Open]) -> bool:
-    """Whether a line is a card of prose, which is put down by its name alone, or goes on with one."""
-    card = _PROSE.match(text)
-    if card:
-        found.append(_Open(card.group(1).upper(), [], where, [], ""))
-        return True
-    return bool(found) and text[0] in " +*," and _PROSE.fullmatch(found[-1].name) is not None
+def _goes_on_in_prose(text: str, last: _Open, asking: Mapping[str, _Open]) -> bool:
+    """Whether a line goes on with the card of prose before it."""
+    asked = _own_name(text[:8].split(",")[0]) in asking
+    return text[0] in " +*," and _PROSE.fullmatch(last.name) is not None and not asked
 
 
 def _replicated(rule: list[str], before: list[str], where: str) -> list[str]:
@@ -198,6 +207,16 @@ class _Open:
         self.tail = tail
 
 
+@dataclass
+class _Early(_Open):
+    """Lines that stand before the one that asks for them."""
+
+    own: str
+    """The name by which the first of them answers."""
+    after: str
+    """What stands before them, for the message that no line asks for them."""
+
+
 def _names(tail: str) -> set[str]:
     """Names by which a continuation may answer: the first character of field 10 is free."""
     return {tail.lstrip("+*").strip().upper(), tail[1:].strip().upper()} - {""}
@@ -208,29 +227,55 @@ def _ask(card: _Open, asking: dict[str, _Open]) -> None:
         asking[name] = card
 
 
-def _owner(head: str, found: list[_Open], asking: dict[str, _Open], where: str) -> _Open:
-    """The card that a continuation belongs to: the last one, unless names say otherwise.
+def _own_name(head: str) -> str:
+    """Name by which a continuation answers; empty: it has none."""
+    return head.lstrip("+*").strip().upper()
+
+
+def _owner(head: str, last: _Open | None, asking: dict[str, _Open]) -> _Open | None:
+    """What a continuation goes on with: the line before it, unless names say otherwise; None: nobody asked yet."""
+    own = _own_name(head)
+    owner = last if last is not None and (not own or own in _names(last.tail)) else asking.get(own)
+    if owner is not None:
+        _answer(owner, asking)
+    return owner
+
+
+def _before(last: _Open | None) -> str:
+    """Of a continuation that nobody asked for yet: the line before it, and what that asks for."""
+    if last is None or not last.name:
+        return ""
+    asks = f" that asks for {last.tail.lstrip('+*').strip()!r}" if _names(last.tail) else ""
+    return f", which follows a line of {last.name}{asks}"
+
+
+def _answer(owner: _Open, asking: dict[str, _Open]) -> None:
+    for name in _names(owner.tail):
+        asking.pop(name, None)
+
+
+def _place(early: list[_Early], asking: dict[str, _Open]) -> None:
+    """Put continuations that stand before the line that asks for them where they belong.
 
     Raises
     ------
-    InputError : no line asks for its name.
+    InputError : no line asks for their name.
     """
-    last, own = found[-1], head.lstrip("+*").strip().upper()
-    asked = _names(last.tail)
-    if not own or not asked or own in asked:
-        owner = last
-    elif own in asking:
-        owner = asking[own]
-    else:
-        raise InputError(
-            f"continuation {own!r} follows a line of {last.name} that asks for {last.tail.lstrip('+*').strip()!r}",
-            where=where,
-            expected="a line that asks for it in field 10",
-            fix="Correct the name of the continuation.",
-        )
-    for name in _names(owner.tail):
-        asking.pop(name, None)
-    return owner
+    for lines in early:
+        owner = asking.get(lines.own)
+        if owner is None or owner is lines:
+            raise InputError(
+                f"no line asks for continuation {lines.own!r}{lines.after}",
+                where=lines.where,
+                expected=f"a line with {lines.own!r} in field 10",
+                fix="Correct the name, or leave it out where the line before it is the one that goes on.",
+            )
+        _answer(owner, asking)
+        start = len(owner.fields)
+        owner.continued.extend((start + first, where) for first, where in lines.continued)
+        owner.fields.extend(lines.fields)
+        owner.tail = lines.tail
+        _ask(owner, asking)
 
 
 def _split(line: str, where: str) -> tuple[str, list[str], str]:
