@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -83,6 +84,25 @@ def test_offsets_of_both_ends(tmp_path):
         element = f"CBAR,1,1,1,2,0.,1.,0.,{offt}\n,,,10.,0.,0.,-30.,0.,0."
         u = motion(cantilever(tmp_path, element), {(2, 4): 1.0})
         assert u[1, 3] == pytest.approx((L - 40.0) / (G * J), rel=EXACT)
+
+
+@pytest.mark.parametrize("offt", ["GOO", "GEE", "goe", "GGG"])
+def test_offsets_in_the_axes_of_the_bar(tmp_path, offt):
+    """Plane 1 is the basic x, z one: an offset along y of the bar (O, or E by its older name) lifts it in z, and I1
+    resists; along the y of the grids (G) it lies beside, and I2 does: u = P L/(E A) + P e^2 L/(E I)."""
+    e, inertia = 4.0, I2 if offt == "GGG" else I1
+    element = f"CBAR,1,1,1,2,0.,0.,1.,{offt}\n,,,0.,{e},0.,0.,{e},0."
+    u = motion(cantilever(tmp_path, element), {(2, 1): 6.0})
+    assert u[1, 0] == pytest.approx(6.0 * L / (E * A) + 6.0 * e**2 * L / (E * inertia), rel=EXACT)
+
+
+@pytest.mark.parametrize("offt", ["XYZ", "EGG", "OOO", "GGB", "GG", "GGGG", "2", ".5"])
+def test_an_unknown_offt_is_refused(tmp_path, offt):
+    wanted = rf"field 9 of CBAR is '{re.escape(offt)}'; expected OFFT: G or B, then G or O .*\. Give the orientation"
+    with pytest.raises(InputError, match=r"deck\.bdf:8: " + wanted):
+        cantilever(tmp_path, f"CBAR,1,1,1,2,0.,1.,0.,{offt}")
+    with pytest.raises(InputError, match=r"deck\.bdf:9: " + wanted.replace("CBAR", "BAROR")):
+        cantilever(tmp_path, f"CBAR,1,1,1,2,0.,1.,0.\nBAROR,,,,,,,,{offt}")
 
 
 def test_pins(tmp_path):

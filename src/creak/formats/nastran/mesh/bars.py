@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,6 +22,9 @@ from creak.model.materials import BeamSection, TrussSection
 
 _PROPERTIES = {"CBAR": ("PBAR", "PBARL"), "CBEAM": ("PBEAM", "PBEAML")}
 _DEFAULTS = {"CBAR": "BAROR", "CBEAM": "BEAMOR"}
+_OFFT = re.compile("[GB][GOE]{2}")
+"""Frames of the orientation vector (G: displacement frame of GA, B: basic) and of the offsets at A and B (G:
+displacement frame of the grid, O: axes from GA to GB, which E, its older name, means too)."""
 PARALLEL = 1e-6
 
 
@@ -29,7 +33,7 @@ def read_bars(deck: Deck, materials: Materials) -> list[Constraint]:
 
     Raises
     ------
-    InputError : unknown grid, property or material, an id twice, zero length, an orientation along the bar.
+    InputError : unknown grid, property or material, an id twice, zero length, an orientation along the bar, a bad OFFT.
     """
     joints: list[Constraint] = []
     for name, kinds in _PROPERTIES.items():
@@ -129,7 +133,7 @@ def _of_values(
 
 def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, profile: Profile) -> list[Constraint]:
     nodes = deck.nodes(card, (2, 3))
-    offt = (card.text(7) or default.text(7) or "GGG").upper()
+    offt = _frames(card if card.text(7) else default)
     ends = np.array([deck.grids.place(row) for row in nodes])
     v = _orientation(deck, card, default, nodes, offt)
     arms = _offsets(deck, card, nodes, ends, v, offt)
@@ -179,6 +183,19 @@ def _add_pieces(
         deck.note(card, why, changes=False, what=f"{section.name}, taper")
 
 
+def _frames(card: Card) -> str:
+    """OFFT of a bar or of its defaults."""
+    offt = (card.text(7) or "GGG").upper()
+    if not _OFFT.fullmatch(offt):
+        raise card.wrong(
+            7,
+            "OFFT: G or B, then G or O (E) for each end, as in GGG, BGG or GOO",
+            "Give the orientation vector in the frame of GA (G) or the basic one (B), the offsets in those of the "
+            "grids (G) or of the bar (O).",
+        )
+    return offt
+
+
 def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: str) -> FloatArray:
     """X1, X2, X3 in the displacement frame of GA (or basic, OFFT = B..), or the grid G0."""
     source = card if any(card.text(i) for i in (4, 5, 6)) else default
@@ -194,12 +211,12 @@ def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: 
 
 
 def _offsets(deck: Deck, card: Card, nodes: list[int], ends: FloatArray, v: FloatArray, offt: str) -> FloatArray:
-    """(2, 3) W1A.. and W1B.. in the displacement frame of each grid, or in the bar's own (OFFT = .O.)."""
+    """(2, 3) W1A.. and W1B.. in the displacement frame of each grid, or in the axes from GA to GB (OFFT = .O., .E.)."""
     arms = np.array([[card.real(10 + 3 * k + i, 0.0) for i in range(3)] for k in range(2)])
     for k in range(2):
         if not arms[k].any():
             continue
-        if offt[1 + k : 2 + k] == "O":
+        if offt[1 + k] in "OE":
             arms[k] = _bar_axes(ends[1] - ends[0], v) @ arms[k]
         elif nodes[k] in deck.grids.axes:
             arms[k] = deck.grids.axes[nodes[k]] @ arms[k]
