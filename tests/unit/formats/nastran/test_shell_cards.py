@@ -95,6 +95,29 @@ def test_membrane_only(tmp_path):
     assert unread(model)["PSHELL without MID1 or MID2"] is False
 
 
+@pytest.mark.parametrize(("mid2", "strained"), [("-1", True), ("-1,0.", True), ("", False)])
+def test_a_membrane_in_plane_strain(tmp_path, mid2, strained):
+    """MID2 = -1 holds the normal: exx = (1 - nu^2) s/E and eyy = -nu (1 + nu) s/E, where a membrane has s/E and -nu s/E;
+    one degree presses with E alpha/(1 - 2 nu), where a membrane has E alpha/(1 - nu)."""
+    nu, heat, width, stress = 0.3, 2e-5, 5.0, 7.0
+    grids = f"GRID,1,,0.,0.\nGRID,2,,{L},0.\nGRID,3,,{L},{width}\nGRID,4,,0.,{width}\nCQUAD4,1,1,1,2,3,4\n"
+    held = "SPC1,1,3456,1,2,3,4\nSPC1,1,12,1\nSPC1,1,1,4\nSPC1,1,2,2\n"
+    model = read(tmp_path, f"{grids}{held}PSHELL,1,1,{T},{mid2}\nMAT1,1,{E},,{nu},2.7-9,{heat}")
+    u = motion(model, {(2, 1): 0.5 * stress * T * width, (3, 1): 0.5 * stress * T * width})
+    along, across = (1.0 - nu * nu, nu * (1.0 + nu)) if strained else (1.0, nu)
+    assert u[2, 0] == pytest.approx(along * stress / E * L, rel=1e-9)
+    assert u[2, 1] == pytest.approx(-across * stress / E * width, rel=1e-9)
+    section = model.blocks[0].section
+    pressed = T * E * heat / ((1.0 - 2.0 * nu) if strained else (1.0 - nu))
+    np.testing.assert_allclose(section.expansion.force, [pressed, pressed, 0.0], rtol=1e-9)
+    assert section.is_membrane
+
+
+def test_plane_strain_keeps_a_shear_modulus_of_its_own(tmp_path):
+    section = strip(tmp_path, f"PSHELL,1,2,{T},-1", extra=f"MAT1,2,{E},1.+4,.3").blocks[0].section
+    assert section.A[2, 2] == pytest.approx(T * 1e4)
+
+
 def test_composite(tmp_path):
     """Plies from the bottom, angles, symmetric lay-up, blank MID and T as before, NSM."""
     card = "PCOMP,1,,1.-8,,,,,SYM\n,8,.25,30.,YES,,,-45.\n,1,.5\n"
@@ -225,6 +248,19 @@ def test_sheet_offset_by_pcomp_is_the_laminate(tmp_path):
         ("PSHELL,1,1,,1,,1", "", "PSHELL 1 has thickness 0"),
         ("PSHELL,1,1,0,1,,1", "\n,,,1.", "lacks thicknesses"),
         ("PSHELL,1,,2.", "", "neither MID1 nor MID2"),
+        (
+            "PSHELL,1,8,2.,-1\nMAT8,8,1.+5,1.+3,.3,1.+3",
+            "",
+            "in plane strain .MID2 = -1. and its MID1 is MAT8 8; expected a MAT1",
+        ),
+        ("PSHELL,1,,2.,-1", "", "neither MID1 nor MID2"),
+        ("PSHELL,1,1,2.,-1,,1", "", "field 7 of PSHELL is '1'; expected a blank field beside MID2 = -1"),
+        (
+            "PSHELL,1,1,2.,-2",
+            "",
+            "field 5 of PSHELL is '-2'; expected the number of a material, or -1 for plane strain",
+        ),
+        ("PSHELL,1,-1,2.,1,,1", "", "field 3 of PSHELL is '-1'; expected the number of a material"),
         ("PCOMP,1", "", "PCOMP 1 has no plies"),
         ("PCOMP,1\n,1,0.", "", "a ply of PCOMP 1 has material 1 and thickness 0"),
         ("PSHELL,1,1,2.,1,,1\nPSHELL,1,1,3.,1,,1", "", "property 1 is defined twice, first at"),

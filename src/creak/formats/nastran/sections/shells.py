@@ -12,13 +12,15 @@ from creak.errors import InputError
 from creak.formats.nastran.sections.materials import CONSISTENT, STIFF, Materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
-from creak.model.elasticity import plane_stress, sheet_matrices, sheet_stress
-from creak.model.expansion import ShellExpansion
+from creak.model.elasticity import hooke, plane_stress, sheet_matrices, sheet_stress
+from creak.model.expansion import IN_PLANE, ShellExpansion
 from creak.model.laminates import Ply, laminate, sheet_expansion
 from creak.model.materials import AnyMaterial, GeneralShell, Material, SheetMaterial, ShellSection
 
 WEAK = 1e-6
 """Bending of a membrane (and membrane of a plate) against that of a whole shell, so that no dof is left loose."""
+PLANE_STRAIN = -1
+"""MID2 of a membrane without strain along its normal."""
 
 
 def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
@@ -32,6 +34,27 @@ def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
     shear = material.shear_modulus * found.shear_factor * np.eye(2)
     return SheetMaterial(
         material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=material.expansion
+    )
+
+
+def _in_plane_strain(materials: Materials, identifier: int, user: Card) -> SheetMaterial:
+    """A MAT1 held along the normal: the in-plane rows of Hooke's law, with (1 + nu) alpha."""
+    found = materials.of(identifier, user)
+    material, heat = found.material, found.material.expansion
+    if not isinstance(material, Material):
+        raise InputError(
+            f"{user.name} {user.text(0)} is in plane strain (MID2 = -1) and its MID1 is {material.name}",
+            where=user.where,
+            expected="a MAT1",
+        )
+    in_plane = hooke(material)[np.ix_(IN_PLANE, IN_PLANE)]
+    in_plane[2, 2] *= found.shear_factor
+    if heat is not None:
+        strain = (1.0 + material.poisson_ratio) * np.array(heat.strain)
+        heat = replace(heat, strain=tuple(strain.tolist()))
+    shear = material.shear_modulus * np.eye(2)
+    return SheetMaterial(
+        material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=heat
     )
 
 
@@ -65,9 +88,10 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
     """N = T G1 e - T^2 G4 k, M = -T^2 G4 e + (12I/T^3) T^3/12 G2 k, Q = (TS/T) T G3 gamma, k = de/dz.
 
     (Nastran's curvature has the other sign.) Without MID3, or with TS/T = 0, the shell is rigid in transverse shear.
+    MID2 = -1 is a membrane in plane strain.
     """
-    mids = [card.integer(i, 0) for i in (1, 3, 5, 10)]
-    if card.text(4) and not card.real(4):
+    mids = _materials_of(card)
+    if card.text(4) and not card.real(4) and mids[1] != PLANE_STRAIN:
         mids[1] = 0
     if card.text(6) and not card.real(6):
         mids[2] = 0
@@ -87,6 +111,19 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
     return _moduli(deck, card, materials, mids, t, bending, shear, nsm)
 
 
+def _materials_of(card: Card) -> list[int]:
+    """MID1 to MID4, 0 where there is none; MID2 may be PLANE_STRAIN."""
+    fields = (1, 3, 5, 10)
+    mids = [card.integer(i, 0) for i in fields]
+    strained = mids[1] == PLANE_STRAIN
+    for k, (i, mid) in enumerate(zip(fields, mids, strict=True)):
+        if mid < 0 and not (k == 1 and strained):
+            raise card.wrong(i, "the number of a material" + (", or -1 for plane strain" if k == 1 else ""))
+        if strained and k > 1 and mid:
+            raise card.wrong(i, "a blank field beside MID2 = -1 (plane strain), which has no bending")
+    return mids
+
+
 def _added_mass(deck: Deck, card: Card, i: int) -> float:
     if card.real(i, 0.0) < 0.0:
         raise card.wrong(i, "a mass per area of zero or more")
@@ -97,6 +134,8 @@ def _moduli(
     deck: Deck, card: Card, materials: Materials, mids: list[int], t: float, bending: float, shear: float, nsm: float
 ) -> GeneralShell:
     sheets = [sheet_of(materials, m, card) if m > 0 else None for m in mids]
+    if mids[1] == PLANE_STRAIN:
+        sheets[0] = _in_plane_strain(materials, mids[0], card)
     base = sheets[0] or sheets[1]
     assert base is not None
     zero, (in_plane, across) = np.zeros((3, 3)), sheet_matrices(base)
