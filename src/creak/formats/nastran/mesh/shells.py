@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.mesh.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section
@@ -51,7 +51,7 @@ def read_shells(deck: Deck, materials: Materials) -> None:
 
     Raises
     ------
-    InputError : an unknown grid or property, an id twice, a thickness that is not positive.
+    InputError : an unknown grid, property or system, an id twice, a thickness that is not positive, a bad TFLAG.
     """
     properties = unique_cards(deck.cards(*SHELL_PROPERTIES), "property")
     sections: Sections = {}
@@ -93,8 +93,9 @@ def _add_shell(
     normal = _normal(corners, card)
     if card.text(at.zoffs):
         own["arms"] = card.real(at.zoffs) * _normals(deck, nodes, n, normal)
+    direction = _direction(deck, card, at.theta)
     if is_directed(section):
-        own["axis1"] = _material_axis(deck, card, at.theta, corners, normal)
+        own["axis1"] = _material_axis(direction, corners, normal)
     deck.add(key, _KIND[len(nodes)], section, identifier, nodes, card, **own)
 
 
@@ -127,9 +128,11 @@ def _normals(deck: Deck, nodes: list[int], n: int, normal: FloatArray) -> FloatA
 
 def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArray | None, float]:
     """Thickness at the corners over that of the section (None: as the section), and that of a section without T."""
+    relative = card.integer(at.flag, 0)
+    if relative not in (0, 1):
+        raise card.wrong(at.flag, "TFLAG: 0 or blank (T1 to T4 are thicknesses), or 1 (shares of that of PSHELL)")
     if owner.name != "PSHELL" or not any(card.fields[at.t1 : at.t1 + n]):
         return None, 0.0
-    relative = card.integer(at.flag, 0) == 1
     own = owner.real(2, 0.0)
     if not own and (relative or not all(card.fields[at.t1 : at.t1 + n])):
         raise InputError(
@@ -159,11 +162,17 @@ def _normal(corners: FloatArray, card: Card) -> FloatArray:
     return normal / size
 
 
-def _material_axis(deck: Deck, card: Card, field: int, corners: FloatArray, normal: FloatArray) -> FloatArray:
-    """THETA (real): from side G1-G2 about the normal, degrees. MCID (integer): x axis of a system."""
-    if card.text(field) and card.is_integer(field):
-        return axes_at(deck.system(card.integer(field), card), corners.mean(axis=0))[:, 0]
-    angle = math.radians(card.real(field, 0.0))
+def _direction(deck: Deck, card: Card, field: int) -> CoordinateSystem | float:
+    """MCID (integer) or THETA (real; here in radian); both are checked where the shell needs none, too."""
+    if card.is_integer(field):
+        return deck.system(card.integer(field), card)
+    return math.radians(card.real(field, 0.0))
+
+
+def _material_axis(direction: CoordinateSystem | float, corners: FloatArray, normal: FloatArray) -> FloatArray:
+    """The x axis of a system, or what stands at an angle to side G1-G2 about the normal."""
+    if isinstance(direction, CoordinateSystem):
+        return axes_at(direction, corners.mean(axis=0))[:, 0]
     side = corners[1] - corners[0]
     side = side - (side @ normal) * normal
-    return np.cos(angle) * side + np.sin(angle) * np.cross(normal, side)
+    return np.cos(direction) * side + np.sin(direction) * np.cross(normal, side)
