@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 import scipy.sparse as sp
@@ -10,7 +11,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import held_nodes
-from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Material, ShellSection
+from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces, volumes
@@ -44,6 +45,8 @@ class Facets:
     Hallquist, LS-DYNA Theory Manual, contact stiffness); inf where all nodes are held."""
     depth: FloatArray
     """(n,) half the height V / A of solids, 0 for shells."""
+    arm: FloatArray
+    """(n,) from the surface of the nodes to the side that touches; 0 where no node turns it: solids, membranes."""
 
     @property
     def count(self) -> int:
@@ -76,21 +79,6 @@ class Facets:
         return np.unique(self.nodes)
 
 
-@dataclass(frozen=True)
-class SecondaryNodes:
-    """Nodes that may touch a main surface."""
-
-    rows: IntArray
-    thickness: FloatArray
-    """(n,) twice the distance from the node to the surface it stands for."""
-    normal_stiffness: FloatArray
-    """(n,) of the parent elements, see `Facets`; inf where there is none to ask."""
-    depth: FloatArray
-    """(n,) see `Facets`."""
-    width: FloatArray
-    """(n,) of the facets around; inf for nodes without."""
-
-
 def facets_of(model: Model, name: str, *, where: str) -> Facets:
     """The facets of a surface or element set; of the solids in a set all faces that no other solid shares.
 
@@ -112,57 +100,6 @@ def facets_of(model: Model, name: str, *, where: str) -> Facets:
             fix='Give one, or use it as secondary with method = "node-to-surface".',
         )
     raise _unknown(model, name, where)
-
-
-def nodes_of(model: Model, name: str, *, where: str) -> SecondaryNodes:
-    """Nodes of a secondary surface, element set or node set.
-
-    Nodes of facets take the mean of the facets around them. Nodes of beams have the section's outer radius where
-    it is known (CIRC, PIPE; RECT: half the smaller side), also in node sets and node-based surfaces; all other
-    nodes of these have no thickness, as in Abaqus.
-
-    Raises
-    ------
-    InputError : see `facets_of`.
-    """
-    surface = model.surfaces.get(name.upper())
-    if surface is not None and surface.is_node_based:
-        return _bare_nodes(model, np.unique(surface.nodes_idx))
-    members = model.element_sets.get(name.upper()) if surface is None else None
-    if surface is None and members is None and name.upper() in model.node_sets:
-        return _bare_nodes(model, np.unique(model.node_set(name, where=where)))
-    if members is not None:
-        lines = np.array([model.blocks[row].kind in ("beam2", "beam3", "truss2") for row in members[:, 0]], dtype=bool)
-        if lines.any() and lines.all():
-            ends = [model.blocks[row].nodes_idx[element] for row, element in members]
-            return _bare_nodes(model, np.unique(np.concatenate(ends)))
-    facets = facets_of(model, name, where=where)
-    values = (facets.thickness, facets.normal_stiffness, facets.depth, facets.width)
-    return SecondaryNodes(facets.node_rows, *(nodal(facets, v) for v in values))
-
-
-def _bare_nodes(model: Model, rows: IntArray) -> SecondaryNodes:
-    """Nodes without facets: those of beams alone have the radius of the thickest."""
-    radius, other = np.zeros(model.nodes.count), np.zeros(model.nodes.count, dtype=bool)
-    for block in model.blocks:
-        if isinstance(block.section, BeamSection):
-            np.maximum.at(radius, block.nodes_idx, block.section.radius)
-        elif block.kind in SHELL_FACETS or block.kind in FACES:
-            other[block.nodes_idx] = True
-    thickness = np.where(other, 0.0, 2.0 * radius)[rows]
-    endless = np.full(rows.size, np.inf)
-    return SecondaryNodes(rows, thickness, endless, np.zeros(rows.size), endless)
-
-
-def nodal(facets: Facets, values: FloatArray) -> FloatArray:
-    """Mean of a facet quantity at the surface's nodes, in the order of `node_rows`."""
-    rows = facets.node_rows
-    at = np.searchsorted(rows, facets.nodes)
-    total = np.zeros(rows.size)
-    count = np.zeros(rows.size)
-    np.add.at(total, at, values[:, None])
-    np.add.at(count, at, 1.0)
-    return total / count
 
 
 def nodal_normals(facets: Facets) -> FloatArray:
@@ -283,7 +220,7 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
     number = np.arange(pairs.shape[0]) - np.repeat(np.cumsum(count) - count, count)
     n = pairs.shape[0]
     nodes = np.zeros((n, 4), dtype=np.int64)
-    thickness, stiffness, depth = np.zeros(n), np.zeros(n), np.zeros(n)
+    thickness, stiffness, depth, arm = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
     for row in np.unique(pairs[:, 0]).tolist():
         block, mine = model.blocks[row], np.flatnonzero(pairs[:, 0] == row)
         element, section = pairs[mine, 1], block.section
@@ -294,6 +231,7 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
             nodes[mine] = facets_of_shells(block.kind, block.nodes_idx[element])[np.arange(element.size), number[mine]]
             thickness[mine] = _thickness(model, block, element, side[mine], name, where)
             stiffness[mine] = _shear_stiffness(section)
+            arm[mine] = 0.5 * thickness[mine] * bends(section)
         else:
             raise InputError(
                 f"surface {name!r} holds {block.kind} elements (element {block.ids[element[0]]})",
@@ -312,9 +250,14 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
     held = np.zeros(model.nodes.count, dtype=bool)
     held[held_nodes(model.fixed)] = True
     stiffness[held[nodes].all(axis=1)] = np.inf
-    facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth)
+    facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth, arm)
     _require_area(model, facets, pairs, name, where)
     return facets
+
+
+def bends(section: object) -> TypeGuard[ShellSection | GeneralShell]:
+    """Whether it is a shell's whose nodes turn its sides; membranes do not."""
+    return isinstance(section, ShellSection) or (isinstance(section, GeneralShell) and not section.is_membrane)
 
 
 def _thickness(

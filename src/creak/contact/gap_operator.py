@@ -12,7 +12,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.contact.channel_data import joined, per_channel, taken
 from creak.contact.laws.parameters import Curves, Friction, LawArrays, law_arrays
-from creak.model.dofs import nodes_of
+from creak.model.dofs import TRANSLATIONS, dofs_of, nodes_of
 
 STILL = 1e-9
 """Share of its gap at rest by which a channel may be off and still press as at rest."""
@@ -131,6 +131,11 @@ class GapOperator:
         """Node rows whose motion the channels need."""
         return np.unique(nodes_of(self.labels))
 
+    @cached_property
+    def pressing_labels(self) -> IntArray:
+        """Labels along which channels press."""
+        return self.labels[np.unique(sp.csr_matrix(self.G).indices)]
+
     def select(self, keep: IntArray) -> GapOperator:
         """The operator with only the channels in `keep`."""
         G, t1, t2 = (A[keep] for A in (self.G, *self.tangents))
@@ -148,6 +153,18 @@ class ChannelRows:
     normal: FloatArray
     tangent1: FloatArray
     tangent2: FloatArray
+
+    def turning(self, channel: IntArray, label: IntArray, tangent1: FloatArray, tangent2: FloatArray) -> ChannelRows:
+        """With what rotations move along the tangents; entries of nothing are left out."""
+        used = (tangent1 != 0.0) | (tangent2 != 0.0)
+        more = channel[used], label[used], np.zeros(np.count_nonzero(used)), tangent1[used], tangent2[used]
+        own = self.channel, self.label, self.normal, self.tangent1, self.tangent2
+        return ChannelRows(*(np.concatenate(both) for both in zip(own, more, strict=True)))
+
+    def without_rotations(self) -> ChannelRows:
+        """Motion of the nodes alone: what nothing rubs on takes no rotation."""
+        k = dofs_of(self.label) <= TRANSLATIONS[-1]
+        return ChannelRows(self.channel[k], self.label[k], self.normal[k], self.tangent1[k], self.tangent2[k])
 
 
 def gap_operator(
@@ -171,7 +188,9 @@ def gap_operator(
     shape = (gap0.size, labels.size)
 
     def matrix(values: FloatArray) -> Matrix:
-        return sp.coo_matrix((values, (rows.channel, column)), shape=shape).tocsr()
+        A = sp.coo_matrix((values, (rows.channel, column)), shape=shape).tocsr()
+        A.eliminate_zeros()
+        return A
 
     return GapOperator(
         labels=labels.astype(np.int64),

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import Facets, SecondaryNodes, facets_of, nodes_of
+from creak.contact.facets import Facets, facets_of
 from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.pair import (
     AUTO_FACTOR,
@@ -28,10 +28,12 @@ from creak.contact.pair import (
     reach,
     searched,
     tangents_of,
+    turns_of,
 )
 from creak.contact.search import Projection, project_along, project_closest
+from creak.contact.secondary import SecondaryNodes, nodes_of
 from creak.errors import InputError
-from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 
 ANOTHER = 0.5
@@ -62,6 +64,8 @@ def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -
         of length zero.
     """
     secondary = nodes_of(model, pair.secondary, where=f"{pair.where} secondary")
+    if pair.clearance is None:  # sides lie where the gap says
+        secondary = replace(secondary, arm=np.minimum(secondary.arm, 0.5 * secondary.thickness))
     main = main_facets(model, pair)
     points, given = model.nodes.coords[secondary.rows], given_normal(pair)
     limit, outward = max(reach(points), reach(main.coords)), _outward(model, pair, secondary)
@@ -127,7 +131,7 @@ def _channels(
         size=np.minimum(secondary.width[found], main.width[meet.facet]),
         scale=np.ones(nodes.size),
     )
-    return _rows(nodes, main, meet, normal), channels
+    return _rows(nodes, main, meet, normal, secondary.arm[found]), channels
 
 
 def _partners(points: FloatArray, normal: FloatArray | None, main: Facets, limit: float) -> Projection:
@@ -228,11 +232,15 @@ def _subset(meet: Projection, keep: IntArray) -> Projection:
     return Projection(meet.found[keep], meet.facet[keep], meet.shape[keep], meet.distance[keep], meet.direction[keep])
 
 
-def _rows(nodes: IntArray, main: Facets, meet: Projection, normal: FloatArray) -> ChannelRows:
+def _rows(nodes: IntArray, main: Facets, meet: Projection, normal: FloatArray, arm: FloatArray) -> ChannelRows:
+    """arm : (n,) of the secondary nodes, as `SecondaryNodes` has it."""
     n = nodes.size
     all_nodes = np.column_stack([nodes, main.nodes[meet.facet]])
     weight = np.column_stack([np.ones(n), -meet.shape])
     channel = np.repeat(np.arange(n), 15)
     label = node_dofs(all_nodes.ravel(), TRANSLATIONS)
-    vectors = [(weight[:, :, None] * v[:, None, :]).ravel() for v in (normal, *tangents_of(normal))]
-    return ChannelRows(channel, label, *vectors)
+    tangents = tangents_of(normal)
+    vectors = [(weight[:, :, None] * v[:, None, :]).ravel() for v in (normal, *tangents)]
+    lever = weight * np.column_stack([-arm, np.tile(main.arm[meet.facet][:, None], 4)])
+    turns = [(lever[:, :, None] * v[:, None, :]).ravel() for v in turns_of(*tangents)]
+    return ChannelRows(channel, label, *vectors).turning(channel, node_dofs(all_nodes.ravel(), ROTATIONS), *turns)

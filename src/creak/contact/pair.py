@@ -176,7 +176,7 @@ def channels_from_rows(
     given, notes = _given_gaps(model, pair, channels)
     gap0, more = _without_overclosure(model, pair, channels, given)
     operator = gap_operator(
-        rows,
+        rows if pair.law.friction.static > 0.0 else rows.without_rotations(),
         gap0=gap0,
         area=channels.area,
         names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in channels.nodes_idx],
@@ -281,6 +281,12 @@ def gap_normals(projection: Projection, sides: IntArray) -> tuple[FloatArray, Fl
     flip = np.where(sides == 0, np.where(d > 0.0, -1.0, 1.0), np.where(sides >= 0, 1.0, -1.0))
     normal = direction * flip[:, None]
     return -d * flip, normal
+
+
+def turns_of(t1: FloatArray, t2: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """What a rotation theta moves along two tangents at the tip of a unit arm along their normal n = t1 x t2:
+    t . (theta x n) = theta . (n x t)."""
+    return t2, -t1
 
 
 def tangents_of(normals: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -27,10 +27,11 @@ from creak.contact.pair import (
     reach,
     searched,
     tangents_of,
+    turns_of,
 )
 from creak.contact.search import Accept, Projection, project_along, project_twice
 from creak.elements.geometry import gauss_triangle
-from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 
 QUADRATURE = 10
@@ -314,7 +315,8 @@ def _rows(
     share: FloatArray,
     channel_of: IntArray,
 ) -> ChannelRows:
-    """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m).
+    """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m), along tangents with what the
+    nodes' rotations move the sides that touch.
 
     The weights of the points on every pair of channel and node come first; their product with the points' normals and
     tangents then sums over the points.
@@ -329,5 +331,11 @@ def _rows(
     weights = (share[row, corner, None] * weight[row]).ravel()
     W = sp.csr_matrix((weights, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
     label = node_dofs(pairs % n_node, TRANSLATIONS)
-    values = [(W @ v).ravel() for v in (normal[q], *tangents_of(normal[q]))]
-    return ChannelRows(np.repeat(pairs // n_node, 3), label, *values)
+    tangents, of = tangents_of(normal[q]), np.repeat(pairs // n_node, 3)
+    rows = ChannelRows(of, label, *((W @ v).ravel() for v in (normal[q], *tangents)))
+    arms = np.repeat(np.column_stack([-secondary.arm[points.facet[q]], main.arm[facet[q]]]), 4, axis=1)
+    if not arms.any():
+        return rows
+    levers = (share[row, corner, None] * (weight * arms)[row]).ravel()
+    W = sp.csr_matrix((levers, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
+    return rows.turning(of, node_dofs(pairs % n_node, ROTATIONS), *((W @ v).ravel() for v in turns_of(*tangents)))

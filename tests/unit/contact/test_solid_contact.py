@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.contact.facets import corner_normals, facets_of, nodal_normals, nodes_of
+from creak.contact.facets import corner_normals, facets_of, nodal_normals
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
+from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.materials import BeamSection, SolidSection

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import nodes_of
+from creak.contact.secondary import nodes_of
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels, nodes_at

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.contact.facets import nodes_of
 from creak.contact.gap_operator import GapOperator
 from creak.contact.pair import ContactPair
 from creak.contact.play import Play
+from creak.contact.secondary import nodes_of
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.design.nodal_table import Column, nodal_values
