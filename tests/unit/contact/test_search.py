@@ -18,7 +18,7 @@ def facets(x: np.ndarray) -> Facets:
     triangle = (x[:, 2] == x[:, 3]).all(axis=1)
     nodes = np.arange(4 * n).reshape(n, 4)
     nodes[triangle, 3] = nodes[triangle, 2]
-    return Facets(nodes, x, np.zeros(n, dtype=np.int64), one, one, one)
+    return Facets(nodes, x, np.zeros(n, dtype=np.int64), one, one, one, one)
 
 
 def strips(width: np.ndarray, length: float, *, triangles: bool = False) -> np.ndarray:

@@ -328,11 +328,12 @@ temperature = 23.0
 
 
 def test_linear_squeak_is_in_plane_motion_against_the_travel_of_an_impulse(tmp_path):
-    """.4 mm of travel at 2 to 4 impulses per mm: longer than 1/4 mm, not longer than 1/2 mm."""
+    """.4 mm of travel at 2 to 4 impulses per mm: longer than 1/4 mm, not longer than 1/2 mm. The sides that rub move by
+    2 % less than the nodes, since the strips bend."""
     result = rubbing(tmp_path, "{ static = 0.5, kinetic = 0.3 }")
     (row,) = line_rows(result.elines, result.setup.study.config.limit, "mm-t-s")
     assert row.squeak_travel == pytest.approx((0.25, 0.5))
-    assert row.linear.in_plane == pytest.approx(0.4, rel=0.01)
+    assert row.linear.in_plane == pytest.approx(0.4, rel=0.025)
     assert row.linear.squeak == "possible"
     summary = summarised(result)
     (line,) = summary["elines"]["lines"]
