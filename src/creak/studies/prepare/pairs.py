@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.contact.pair import ContactPair
 from creak.contact.play import Play
 from creak.contact.secondary import nodes_of
+from creak.errors import InputError
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.design.nodal_table import Column, nodal_values
@@ -78,6 +81,42 @@ def coarse_side(model: Model, pair: ContactPair, channels: GapOperator) -> list[
         f"of {pair.main!r} opposite, which press in between its {channels.m} gap channels unseen: swap them (secondary "
         f'= "{pair.main}", main = "{pair.secondary}"{turned}), or mesh {pair.secondary!r} finer'
     ]
+
+
+def pressing_twice(gaps: GapOperator, touching: Touching) -> list[str]:
+    """Contacts that share channels, the same motion from the same gap, or surfaces, secondary and main changed over: in
+    words. From another gap a channel is a second spring, which begins later.
+
+    Raises
+    ------
+    InputError : all channels of a contact are those of another.
+    """
+    G, seen = sp.csr_matrix(gaps.G), dict[tuple[bytes, bytes, float], str]()
+    shared = Counter[tuple[str, str]]()
+    for j, name in enumerate(gaps.group):
+        row = slice(G.indptr[j], G.indptr[j + 1])
+        other = seen.setdefault((G.indices[row].tobytes(), G.data[row].tobytes(), float(gaps.gap0[j])), name)
+        shared[other, name] += other != name
+    said, size, pairs = list[str](), Counter(gaps.group), dict[tuple[str, str], str]()
+    for (other, name), count in shared.items():
+        if count == size[name]:
+            raise InputError(
+                f"contact {name} is the same as contact {other}: both would press, each with all of its stiffness",
+                where=touching.places.where("contact", name),
+                expected="a pair of surfaces once",
+                fix="Leave one of them out.",
+            )
+        if count:
+            said.append(f"{count} channels of contact {name} are those of contact {other}, too: there both press")
+    for name, t in touching.contacts.items():
+        own = t.secondary.upper(), t.main.upper()
+        pairs.setdefault(own, name)
+        if own[0] != own[1] and own[::-1] in pairs:
+            said.append(
+                f"contacts {pairs[own[::-1]]} and {name} are of the same surfaces, secondary and main changed over: "
+                "both press, so that contact is about twice as stiff as each says. Leave one out, or halve both"
+            )
+    return said
 
 
 def plays_of(touching: Touching) -> list[tuple[Play, str]]:

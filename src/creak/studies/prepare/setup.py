@@ -53,7 +53,7 @@ from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of
+from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
@@ -339,7 +339,8 @@ def contact_channels(model: Model, touching: Touching, store: Path | None = None
             raise _in_file(touching.places, name, error) from error
         operators.append(operator)
         notes.extend(map(Warned, [*more, *coarse_side(model, pair, operator)]))
-    return join(operators), notes
+    gaps = join(operators)
+    return gaps, [*notes, *map(Warned, pressing_twice(gaps, touching))]
 
 
 def _in_file(places: Places, name: str, error: InputError) -> InputError:

@@ -96,3 +96,30 @@ def test_preload_of_a_connector_reaches_the_play(tmp_path):
     )
     ((play, _),) = plays_of(Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(s.path, text)).touching)
     assert (play.upper, play.lower, play.law.preload) == (0.0, None, 2.0)
+
+
+def channels_with(tmp_path: Path, more: str):
+    """Gaps and notes of the strips' contact and a second one, [contact.again]."""
+    s = study(tmp_path)
+    text = s.text + f"\n[contact.again]\n{more}"
+    s = Study(StudyConfig.model_validate(tomllib.loads(text)), text, Places(s.path, text))
+    return contact_channels(read_model(s.places.sibling("strips.inp")), s.touching)
+
+
+BESIDE = 'secondary = "UNDER"\nmain = "OVER"\nmethod = "surface-to-surface"\n'
+
+
+def test_a_contact_given_twice_is_refused(tmp_path):
+    """It would press with twice its stiffness; from another gap on it is a second spring, which is meant."""
+    with pytest.raises(
+        InputError, match=r"study.toml:\d+ .*contact again is the same as contact tip: both would press"
+    ):
+        channels_with(tmp_path, BESIDE)
+    gaps, notes = channels_with(tmp_path, BESIDE + "clearance = 7.0\n")
+    assert gaps.m == 2 * (gaps.gap0 == 7.0).sum()
+    assert not any("both press" in str(note) for note in notes)
+
+
+def test_a_contact_given_both_ways_round_is_told(tmp_path):
+    _, notes = channels_with(tmp_path, 'secondary = "OVER"\nmain = "UNDER"\n')
+    assert any("contacts tip and again are of the same surfaces" in str(note) for note in notes)
