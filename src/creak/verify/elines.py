@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.signals.peaks import largest
 
 RIPPLE = 0.05
 """Share of the peak-to-peak by which a motion leaves its mean before that counts as a stretch on one side of it."""
@@ -46,11 +47,12 @@ def measure(motion: FloatArray, percentile: float) -> PointMeasures:
     percentile : of the peaks, %.
     """
     closing = 0.0 - motion[:, :, 2]
-    span = np.ptp(motion, axis=0)
+    span = largest(motion.reshape(len(motion), -1)) + largest(-motion.reshape(len(motion), -1))
+    span = span.reshape(motion.shape[1:])
     planes = [largest_swing(np.ascontiguousarray(motion[:, j, :2])) for j in range(motion.shape[1])]
     swings = [_percentile(_swings(s), percentile) for _, s in planes]
     return PointMeasures(
-        closing.max(axis=0),
+        largest(closing),
         np.array([_percentile(_peaks(closing[:, j]), percentile) for j in range(motion.shape[1])]),
         span[:, 2],
         span[:, :2],

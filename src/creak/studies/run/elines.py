@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -193,6 +193,9 @@ def compare_lines(
     run : with contact: its measures, and the points that were touched.
     """
     contact, touched = run
+    if contact is not None and touched is not None:  # between its instants
+        gap = lines.points.gap0
+        contact = replace(contact, closing=np.where(touched, np.maximum(contact.closing, gap), contact.closing))
     linear, why = None, ""
     name = (
         "reduced model" if reduced is not None else f"modes up to {reference.modes.frequencies.max(initial=0.0):.4g} Hz"

@@ -20,6 +20,7 @@ from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
+from creak.signals.peaks import largest
 from creak.studies.file.config import PrecheckTable
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.outlines import assembled
@@ -93,7 +94,7 @@ def linear_course(
     def run() -> dict[str, FloatArray]:
         system = linear_system(structure, reduction, exterior, loads, reference)
         gap = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
-        return {"closes": np.asarray((gap - contacts.gap0).min(axis=0)), "closed": closed_in(gap)}
+        return {"closes": -largest(contacts.gap0 - gap), "closed": closed_in(gap)}
 
     made_from: list[str] = []
     if reference.store is not None:
