@@ -12,7 +12,7 @@ def largest(samples: FloatArray) -> FloatArray:
 
     It is the top of the parabola through the largest sample and its neighbours, m + (r - l)^2 / (8 (2 m - l - r)). Of a
     sine with k instants in a period the largest sample may be off by (pi / k)^2 / 2 of its amplitude, this by some
-    (pi / k)^4 / 4: 5 and .2 % for k = 10. At either end of the series it is the sample.
+    .38 (pi / k)^4: 5 and .4 % for k = 10. At either end of the series it is the sample.
     """
     n, m = samples.shape
     columns, row = np.arange(m), samples.argmax(axis=0)

@@ -10,12 +10,12 @@ from creak.signals.peaks import largest
 
 @pytest.mark.parametrize("per_period", [8, 10, 20])
 def test_top_of_a_sine_lies_between_samples(per_period):
-    """All phases: the largest sample is off by (pi / k)^2 / 2 at worst, the parabola's top by some (pi / k)^4 / 4."""
+    """All phases: the largest sample is off by (pi / k)^2 / 2 at worst, the top of the parabola by .38 (pi / k)^4."""
     late = np.linspace(-0.5, 0.5, 101)
     x = np.cos(2.0 * np.pi / per_period * (np.arange(-3, 4)[:, None] + late))
     step = np.pi / per_period
     assert (1.0 - x.max(axis=0)).max() > 0.4 * step**2
-    assert np.abs(largest(x) - 1.0).max() < 0.3 * step**4
+    assert np.abs(largest(x) - 1.0).max() < 0.4 * step**4
 
 
 def test_ends_and_plateaus_are_samples():
