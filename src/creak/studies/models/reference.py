@@ -14,7 +14,7 @@ from creak.assembly.system import Stats, System
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.later import later
-from creak.linalg.factor import Factor, LaterFactor, factor, regular_factor
+from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, regular_factor
 from creak.linalg.modes import Modes, modes, small_shift
 from creak.progress import Progress
 from creak.reduction.modal import ModalDamping, modal_system, support_motion, with_modal_damping
@@ -26,6 +26,10 @@ from creak.studies.solved import solved
 
 SMALL = 40_000
 """Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
+
+
+TRIALS, MORE = 5, 1e3
+"""Traces of mass that are tried, each so many times the one before."""
 
 
 @dataclass(frozen=True)
@@ -148,8 +152,26 @@ def rejoined(structure: Structure, reference: ReferenceModel, parts: Sequence[in
 
 
 def held_factor(system: System) -> Factor:
-    """A factor of K, or of K with a trace of mass where the structure can move freely."""
-    return regular_factor(system.K) or factor(system.K + small_shift(system.K, system.M) * system.M)
+    """A factor of K, or of K with a trace of mass where the structure can move freely.
+
+    Of a body that links make rigid K is nothing but round-off, of either sign: it takes more than a trace.
+
+    Raises
+    ------
+    SingularMatrixError : motion without stiffness and mass.
+    """
+    found, shift = regular_factor(system.K), small_shift(system.K, system.M)
+    for left in reversed(range(TRIALS)):
+        if found is not None:
+            break
+        try:
+            found = factor(system.K + shift * system.M)
+        except SingularMatrixError:
+            shift *= MORE
+            if not left:
+                raise
+    assert found is not None
+    return found
 
 
 def damped(zeta: ModalDamping | None, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:
