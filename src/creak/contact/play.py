@@ -14,6 +14,9 @@ from creak.model.contact_law import ContactLaw
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 
+BESIDE = 0.5
+"""A node that is nearer than this share of the distance to the one that another is joined to."""
+
 
 @dataclass(frozen=True)
 class Play:
@@ -55,6 +58,26 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
             fix="Make the sets equally long.",
         )
     return ends
+
+
+def crossed(model: Model, play: Play, where: str) -> list[str]:
+    """In words, nodes that are joined by the order of their sets to others than those that lie beside them."""
+    ends = nodes_of_ends(model, play.nodes, where)
+    if len(ends) < 2 or ends[0].size < 2:
+        return []
+    from scipy.spatial import cKDTree
+
+    a, b = (model.nodes.coords[end] for end in ends)
+    apart, (near, other) = np.linalg.norm(a - b, axis=1), cKDTree(b).query(a)
+    k = int(np.argmax(apart - near / BESIDE))
+    if near[k] >= BESIDE * apart[k]:
+        return []
+    first, second, beside = (model.nodes.label(int(i)) for i in (ends[0][k], ends[1][k], ends[1][other[k]]))
+    return [
+        f"{where}: sets of nodes are joined in turn, so node {first} of {play.nodes[0]!r} to {second} of "
+        f"{play.nodes[1]!r}, {apart[k]:.4g} away, though {beside} lies {near[k]:.4g} away: list both in the same order "
+        "(Abaqus: *NSET, UNSORTED), or give a connector for each pair"
+    ]
 
 
 def play_channels(model: Model, play: Play, where: str) -> GapOperator:

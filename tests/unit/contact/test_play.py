@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.contact.play import Play, play_channels
+from creak.contact.play import Play, crossed, play_channels
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from helpers_core import block, model_of, point_mass
@@ -73,3 +73,17 @@ def test_a_preloaded_stop_presses_at_rest_and_lets_go_when_its_spring_is_relieve
 
 def test_no_preload_is_no_array():
     assert play_channels(model(), Play("p", ("ONE",), 1, None, 0.1, ContactLaw(1e4)), "").preload is None
+
+
+def test_nodes_joined_to_far_ones_are_told():
+    """Sets whose orders run against each other; in the same order, and on a fine row across a wide gap, nothing is."""
+    x = np.array([0.0, 10.0, 20.0])
+    row = np.column_stack([x, 0.0 * x, 0.0 * x])
+    masses = [block("mass", np.arange(6)[:, None], point_mass(1.0))]
+    for lies, order, told in ((5.0, [5, 4, 3], True), (5.0, [3, 4, 5], False), (40.0, [4, 5, 3], False)):
+        coords = np.vstack([row, row + [0.0, lies, 0.0]])
+        parts = model_of(coords, masses, node_sets={"A": [0, 1, 2], "B": order})
+        said = crossed(parts, Play("hook", ("A", "B"), 2, -0.2, None, ContactLaw(1e4)), "[[connector]]")
+        assert bool(said) == told
+        if told:
+            assert "node 1 of 'A' to 6 of 'B', 20.62 away, though 4 lies 5 away" in said[0]

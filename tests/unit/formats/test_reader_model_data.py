@@ -408,6 +408,16 @@ def test_initial_velocity_at_a_transformed_node_stops_the_run(read: Reader) -> N
     assert not [u for u in read(PLAIN + text.replace("9, 1, 5.", "2, 1, 5.")).unread if u.changes_answer]
 
 
+def test_a_transformed_node_is_found_by_its_instance_too(read: Reader) -> None:
+    """INSTANCE.LABEL, as Abaqus/CAE writes a single node."""
+    deck = "*PART, NAME=P\n*NODE\n1, 0, 0, 0\n2, 9, 0, 0\n*ELEMENT, TYPE=B31, ELSET=E\n1, 1, 2\n"
+    deck += "*BEAM SECTION, ELSET=E, MATERIAL=M, SECTION=CIRC\n1.\n0, 0, 1\n*END PART\n*ASSEMBLY, NAME=A\n"
+    deck += "*INSTANCE, NAME=P-1, PART=P\n*END INSTANCE\n*NSET, NSET=T, INSTANCE=P-1\n2\n"
+    deck += "*TRANSFORM, NSET=T\n0., 1., 0., -1., 0., 0.\n*END ASSEMBLY\n*MATERIAL, NAME=M\n*ELASTIC\n2e5, .3\n"
+    deck += "*DENSITY\n7.8e-9\n*INITIAL CONDITIONS, TYPE=VELOCITY\nP-1.2, 1, 5.\n"
+    assert [u.keyword for u in read(deck).unread if u.changes_answer] == ["*INITIAL CONDITIONS on transformed nodes"]
+
+
 def test_coupling_along_an_orientation(read: Reader) -> None:
     text = "*NODE\n 20, 5., 4., 3.\n*KINEMATIC COUPLING, REF NODE=20, ORIENTATION=O\n 9, 1, 1\n*ORIENTATION, NAME=O\n 0.6, 0.8, 0., 0., 1., 0.\n"
     (equation,) = read(PLAIN + text).constraints

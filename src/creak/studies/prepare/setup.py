@@ -15,7 +15,7 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.play import play_channels
+from creak.contact.play import crossed, play_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
@@ -260,6 +260,7 @@ def set_up_model(
     notes += [*designed, *banded, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     plays = [*plays_of(touching), *clips]
+    notes += [Warned(text) for p, where in plays for text in crossed(model, p, where)]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = own_damping(model, c.damping)
     notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)

@@ -82,7 +82,7 @@ def note_transformed(deck: Outline, transforms: Transforms, nodes: Registry) -> 
 
 def _turned(fields: list[str], nodes: Registry, scope: str, where: str, transforms: Transforms) -> bool:
     """Whether a line `node or set, dof, [last dof,] value` acts along the own axes of a node."""
-    known = fields[0].isdigit() or nodes.has_set(fields[0], scope)
+    known = fields[0].rpartition(".")[2].strip().isdigit() or nodes.has_set(fields[0], scope)
     if len(fields) < 3 or not known or not transforms.touched(nodes.find(fields[0], scope, where)):
         return False
     return any(f.strip("+-0.eEdD ") for f in fields[2:])
