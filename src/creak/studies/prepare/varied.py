@@ -17,7 +17,7 @@ from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable
 from creak.studies.prepare.excitation import loads_over
 from creak.studies.prepare.pairs import contact_law, plays_of
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.setup import Setup, contact_channels
 
 OF_CONTACT = ("connector", "clip")
 OF_LOADS = ("excitation", "time", "output")
@@ -49,7 +49,12 @@ def varied(
     fields, factors = fields or {}, factors or {}
     other = [n for n, t in now.contact.items() if before.contact[n] != t or n in fields or n in factors]
     given, touching = setup.study.touching, changed.study.touching
-    pieces = [_contact(setup.contacts, n, given, touching, fields.get(n), factors.get(n, 1.0)) for n in other]
+    pieces = []
+    for n in other:
+        own = setup.contacts.select(_of(setup.contacts, n))
+        if own.friction is None and contact_law(touching.contacts[n], "").friction.static > 0.0:
+            own = _rubbing(setup, given, touching, n, own)
+        pieces.append(_contact(own, n, given, touching, fields.get(n), factors.get(n, 1.0)))
     if pieces:
         changed = replace(changed, contacts=_put(setup.contacts, pieces))
     if any(getattr(before, name) != getattr(now, name) for name in OF_CONTACT):
@@ -103,11 +108,19 @@ def _gaps(
     return gap0 if press_fit else np.maximum(gap0, 0.0)
 
 
+def _rubbing(setup: Setup, before: Touching, now: Touching, name: str, own: GapOperator) -> GapOperator:
+    """The channels of a contact on which something begins to rub: its sides, which the nodes' rotations move."""
+    table = before.contacts[name].model_copy(update={"friction": now.contacts[name].friction})
+    whole, _ = contact_channels(setup.model, replace(before, contacts={name: table}))
+    place = {channel: k for k, channel in enumerate(whole.names)}
+    whole = whole.select(np.array([place[channel] for channel in own.names], dtype=np.int64))
+    return replace(own, labels=whole.labels, G=whole.G, tangents=whole.tangents)
+
+
 def _contact(
-    contacts: GapOperator, name: str, before: Touching, now: Touching, field: FloatArray | None, factor: float
+    piece: GapOperator, name: str, before: Touching, now: Touching, field: FloatArray | None, factor: float
 ) -> GapOperator:
     """The channels of one contact by the numbers of another study."""
-    piece = contacts.select(_of(contacts, name))
     old, new = before.contacts[name], now.contacts[name]
     gap0 = _gaps(old, new, field, piece.gap0, press_fit=now.press_fit)
     piece = replace(piece, gap0=gap0, stiffness=factor * piece.stiffness)

@@ -209,6 +209,19 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
     assert stiffer.stiffness == pytest.approx(1.5 * setup.contacts.stiffness)
 
 
+def test_friction_that_a_draw_alone_has_acts_on_the_sides_as_in_its_study(tmp_path):
+    """Without friction no channel takes the rotations of its nodes."""
+    setup = set_up(read_study(write_strips(tmp_path, None, STUDY)))
+    study = with_changes(setup.study, {"contact.tip.friction": 0.3})
+    again, made = varied(setup, tables_of(study)).contacts, set_up(study).contacts
+    assert again.names == made.names
+    assert np.array_equal(again.labels, made.labels)
+    assert again.labels.size > setup.contacts.labels.size
+    for one, other in zip(again.tangents, made.tangents, strict=True):
+        assert abs(one - other).max() == 0.0
+    assert np.array_equal(again.friction.static, made.friction.static)
+
+
 def test_a_stiffness_of_the_elements_scatters_by_a_factor(tmp_path):
     """Neither study nor deck has a number for it: each channel's own is multiplied."""
     text = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.02").replace("amplitude = 0.05", "amplitude = 3") + (
