@@ -105,7 +105,7 @@ def _check_preload(gap: FloatArray, preload: FloatArray, stiffness: FloatArray) 
         )
 
 
-def _tangents(tangents: Sequence[Any], labels: IntArray, m: int) -> list[Any]:
+def _tangents(tangents: Any, labels: IntArray, m: int) -> list[Any]:
     if sp.issparse(tangents) or (isinstance(tangents, np.ndarray) and tangents.ndim != 3):
         raise InputError(
             f"tangents is a matrix of shape {tangents.shape}", expected="a list of one or two: tangents=[T]"

@@ -18,6 +18,7 @@ from creak.studies.file.case import Course, Driving, Lines, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
 from creak.studies.file.places import Places, dotted, line_of
+from creak.studies.file.toml_text import toml_value
 
 
 @dataclass(frozen=True)
@@ -132,7 +133,7 @@ def check_idle(config: StudyConfig, data: Mapping[str, Any], where: Callable[...
     if config.reference.until is not None and config.proof != "whole":
         raise InputError(
             f"until = {config.reference.until:g} ends a run of the unreduced model from rest, and run = "
-            f"{config.reference.run!r} makes none",
+            f"{toml_value(config.reference.run)} makes none",
             where=where("reference", "until"),
             expected='run = "whole" beside it, or no run',
             fix="Leave out one of both.",
