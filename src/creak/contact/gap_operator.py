@@ -131,11 +131,6 @@ class GapOperator:
         """Node rows whose motion the channels need."""
         return np.unique(nodes_of(self.labels))
 
-    @cached_property
-    def pressing_labels(self) -> IntArray:
-        """Labels along which channels press."""
-        return self.labels[np.unique(sp.csr_matrix(self.G).indices)]
-
     def select(self, keep: IntArray) -> GapOperator:
         """The operator with only the channels in `keep`."""
         G, t1, t2 = (A[keep] for A in (self.G, *self.tangents))

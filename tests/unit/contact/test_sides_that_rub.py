@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.model.dofs import ROTATIONS, dofs_of, nodes_of
+from creak.model.dofs import ROTATIONS, dofs_of
 from helpers_contact import METHODS, T_HIGH, T_LOW, both, pair, stacked
 from helpers_fem import random_rotation, rigid_modes
 
@@ -46,14 +46,6 @@ def test_two_strips_that_bend_alike_slip_by_their_rotation_times_the_distance_of
 def test_what_does_not_rub_takes_no_rotations(method):
     operator, _ = METHODS[method](stacked(height=TOUCHING), pair())
     assert not np.isin(dofs_of(operator.labels), ROTATIONS).any()
-
-
-@both
-def test_rotations_that_rub_are_not_retained_by_what_presses(method):
-    operator, _ = METHODS[method](stacked(height=TOUCHING), pair(friction=RUBS))
-    assert np.isin(dofs_of(operator.labels), ROTATIONS).any()
-    assert not np.isin(dofs_of(operator.pressing_labels), ROTATIONS).any()
-    np.testing.assert_array_equal(operator.retained_nodes, np.unique(nodes_of(operator.pressing_labels)))
 
 
 @pytest.mark.parametrize(("clearance", "moved"), [(0.0, TOUCHING), (None, 0.5 * T_LOW)])

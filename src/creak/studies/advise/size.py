@@ -187,7 +187,7 @@ def _reasons(
     chosen = must.pop("chosen")
     yield from must.items()
     yield "interfaces", node_dofs(shared_nodes(model))
-    contact = np.union1d(node_dofs(gaps.retained_nodes, (1, 2, 3)), gaps.pressing_labels)
+    contact = np.union1d(node_dofs(gaps.retained_nodes, (1, 2, 3)), gaps.labels)
     yield "contact", contact.astype(np.int64)
     yield "outputs", node_dofs(watched, (1, 2, 3))
     yield "chosen", chosen

@@ -198,10 +198,9 @@ def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
 
 
 def _contact_labels(watched: IntArray, gaps: GapOperator) -> IntArray:
-    """Translations at the channels and at the nodes whose motion is kept, and what else presses; rotations that move a
-    side along another follow the modes."""
+    """Translations at the channels and at the nodes whose motion is kept, and what else presses or rubs."""
     nodes = np.union1d(gaps.retained_nodes, watched)
-    return np.union1d(node_dofs(nodes, (1, 2, 3)), gaps.pressing_labels).astype(np.int64)
+    return np.union1d(node_dofs(nodes, (1, 2, 3)), gaps.labels).astype(np.int64)
 
 
 def _outside(structure: Structure, exterior: Exterior, model: Model) -> IntArray:
