@@ -65,7 +65,7 @@ def test_hard_contact_with_friction(tmp_path, monkeypatch):
         # The spring is a hundred times as stiff as the structure behind its channel (`flow.hard`).
         assert 0.0 < figures["penetration_max"] < 0.01 * group["gap"][:].max()
         assert rubbed.max() > 0.0
-        assert (rubbed <= 0.3 * pressed + 1e-8 * pressed.max()).all()
+        assert (rubbed <= 0.3 * (1.0 + 1e-5) * pressed).all()  # between kept instants, `rows.CLOSE`
 
 
 def test_a_run_that_diverges_keeps_what_it_has(tmp_path, monkeypatch, capsys):
