@@ -155,7 +155,7 @@ def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, 
     first = found({})
     parts = len(first)
     assert len(made) == parts > 1
-    assert found({"contact.tip.friction": 0.1}) == first  # to the last digit, and of the same types
+    assert found({"contact.tip.stiffness": 3.0}) == first  # to the last digit, and of the same types
     assert len(made) == parts
     assert found({}, None) == first
     for change in ({"reduction.f_max": 9000.0}, {"excitation.root.signal.f_max": 50.0}):
