@@ -16,10 +16,14 @@ from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
 from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
+from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.scratch import SPARE, rows_of
-from creak.model.dofs import dofs_of, node_dofs, nodes_of
+from creak.model.dofs import AXES, dofs_of, node_and_dof, node_dofs, nodes_of
 from creak.model.mesh import Model
+
+NEGATIVE = 1e-9
+"""Share of the largest mass on the diagonal down to which a negative one is round-off."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,7 @@ def couple(
 
     Raises
     ------
-    InputError : a driven dof is also held, or tied to another driven one.
+    InputError : a driven dof is also held, or tied to another driven one; a negative mass.
     """
     rows, names = _Stacked(systems), driven.names
     n_q = sum(s.n for s in systems)
@@ -89,6 +93,7 @@ def couple(
     active = np.flatnonzero((K_t.diagonal() > 0.0) | (M_t.diagonal() > 0.0))
     M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
     coordinates = np.concatenate([s.coordinates for s in systems])[own[active]]
+    _positive(M_t.diagonal(), coordinates, model)
     supports = Supports(
         names,
         M_side[active],
@@ -129,6 +134,20 @@ def couple(
         whole=whole,
         combine=combine,
         of_shells=True,
+    )
+
+
+def _positive(mass: FloatArray, coordinates: IntArray, model: Model) -> None:
+    """Raise InputError for a coordinate whose mass is negative beyond round-off."""
+    if not mass.size or mass.min() >= -NEGATIVE * np.abs(mass).max():
+        return
+    node, dof = node_and_dof(int(coordinates[mass.argmin()]))
+    at = f"node {model.nodes.label(node)} {AXES[dof - 1]}" if node >= 0 else "a coordinate of a superelement"
+    raise InputError(
+        f"the mass at {at} is {mass.min():.4g}, with what is tied to it",
+        expected="zero or more",
+        where=str(model.source or ""),
+        fix="Look at point masses (*MASS, CONM2) and densities there.",
     )
 
 
