@@ -71,6 +71,17 @@ def test_windows_line_ends_and_latin_1(tmp_path: Path) -> None:
     assert block.lines == ["Tür"]
 
 
+def test_an_include_inside_an_included_file_may_lie_beside_the_deck(tmp_path: Path) -> None:
+    """As Abaqus looks it up; the one beside the including file goes first."""
+    (tmp_path / "sub").mkdir()
+    _write(tmp_path / "sub" / "mesh.inc", "*NODE\n*INCLUDE, INPUT=nodes.inc\n")
+    _write(tmp_path / "nodes.inc", "1, 0., 0., 0.\n")
+    deck = _write(tmp_path / "a.inp", "*HEADING\n*INCLUDE, INPUT=sub/mesh.inc\n")
+    assert [row for b in lex(deck) if b.name == "NODE" for row, _ in b.rows()] == [["1", "0.", "0.", "0."]]
+    _write(tmp_path / "sub" / "nodes.inc", "7, 0., 0., 0.\n")
+    assert [row[0] for b in lex(deck) if b.name == "NODE" for row, _ in b.rows()] == ["7"]
+
+
 def test_missing_include_names_the_line(tmp_path: Path) -> None:
     deck = _write(tmp_path / "a.inp", "*HEADING\n*INCLUDE, INPUT=gone.inc\n")
     with pytest.raises(InputError, match=r"a\.inp:2: there is no included file .*gone\.inc"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -188,11 +189,17 @@ class _Lexer:
             if key.strip():
                 block.params[squeeze(key)] = " ".join(value.split())
         if squeeze(name) == "INCLUDE":
-            self.read_file(path.parent / block.need("INPUT").replace("\\", "/"), block.where)
+            self.read_file(self._beside(path, block), block.where)
             return
         self.blocks.append(block)
         if block.has("INPUT"):
-            self.read_file(path.parent / block.need("INPUT").replace("\\", "/"), block.where)
+            self.read_file(self._beside(path, block), block.where)
+
+    def _beside(self, path: Path, block: Block) -> Path:
+        """The file that INPUT names: beside the one that includes it, or else beside the deck itself, as in Abaqus."""
+        name = block.need("INPUT").replace("\\", "/")
+        found, at_deck = path.parent / name, self.open_files[0].parent / name
+        return at_deck if os.path.exists(at_deck) and not os.path.exists(found) else found
 
 
 def _with_continuation(line: str, lines: list[str], k: int) -> tuple[str, int]:
