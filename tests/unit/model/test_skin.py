@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -127,3 +129,17 @@ def test_a_solid_fades_from_face_to_face():
     share = {tuple(k): sizes[(normal.round() == k).all(axis=1)].sum() / 900.0 for k in normal.round().astype(int)}
     wanted = {(1, 0, 0): 1.0, (-1, 0, 0): 0.0, (0, 1, 0): 0.4, (0, -1, 0): 0.6, (0, 0, 1): 0.7, (0, 0, -1): 0.3}
     assert share == pytest.approx(wanted, abs=1e-9)
+
+
+def test_a_panel_and_a_solid_beside_it_are_heard_alike_from_both_sides():
+    """Both move along z, and the mirrored listener hears the same with the other sign; the panel is the larger one."""
+    coords, hexes = solid_mesh((3, 3, 3), (30.0, 20.0, 10.0))
+    coords = (coords + [100.0, 0.0, -5.0]) @ TURNED.T + FAR
+    cube = model_of(coords, [block("hex8", hexes, SolidSection("STEEL", STEEL))], [("CUBE", range(len(coords)))])
+    one, two = skin_of(sheet(FLAT)), skin_of(cube)
+    two = replace(two, nodes_idx=two.nodes_idx + 1000)
+    both = Skin(*(np.concatenate([getattr(one, f), getattr(two, f)]) for f in FIELDS))
+    moves = np.tile([0.0, 0.0, 1.0], (both.count, 1))
+    before, behind = (heard(both, (60.0, 20.0, z), moves) for z in (500.0, -500.0))
+    assert behind == pytest.approx(-before, rel=1e-6)
+    assert abs(before) > 1.1 * abs(heard(one, (60.0, 20.0, 500.0), moves[: one.count]))
