@@ -71,8 +71,11 @@ def static_terms(
         _ = inside.factor  # what is free is what is left beside it
     load = np.zeros((inside.i.size, 0))
     for block in blocks(n, inside.i.size):
-        load = _dense(F[:, block], load)
-        X, momentum = inside.solve(load), load
+        width = block.stop - block.start
+        if width > load.shape[1]:
+            load = np.empty((inside.i.size, width), order="F")
+        momentum = F[:, block].toarray(out=load[:, :width])  # new memory has to be cleared by the system first
+        X = inside.solve(momentum)
         np.negative(X, out=X)
         X_near, kept[:, block] = X[near], X[keep]
         stiffness[:, block] = F_near @ X_near
@@ -89,14 +92,6 @@ def static_terms(
             report(block.stop, n)
     modal[0] = modal[0] if told is None else told
     return Terms(columns, symmetric(stiffness), cross, [symmetric(A) for A in inner], modal, kept)
-
-
-def _dense(A: Matrix, memory: FloatArray) -> FloatArray:
-    """Sparse columns in full, Fortran order, in `memory` of at least as many: new memory has to be cleared first."""
-    out = memory[:, : A.shape[1]] if memory.shape[1] >= A.shape[1] else np.empty(A.shape, order="F")
-    out[:] = 0.0
-    out[A.indices, np.repeat(np.arange(A.shape[1]), np.diff(A.indptr))] = A.data
-    return out
 
 
 def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:

@@ -47,8 +47,7 @@ def measure(motion: FloatArray, percentile: float) -> PointMeasures:
     percentile : of the peaks, %.
     """
     closing = 0.0 - motion[:, :, 2]
-    span = largest(motion.reshape(len(motion), -1)) + largest(-motion.reshape(len(motion), -1))
-    span = span.reshape(motion.shape[1:])
+    span = largest(motion) + largest(-motion)
     planes = [largest_swing(np.ascontiguousarray(motion[:, j, :2])) for j in range(motion.shape[1])]
     swings = [_percentile(_swings(s), percentile) for _, s in planes]
     return PointMeasures(

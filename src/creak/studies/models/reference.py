@@ -26,8 +26,6 @@ from creak.studies.solved import solved
 
 SMALL = 40_000
 """Dofs up to which modes up to [reduction] f_max are computed for the sake of modal damping alone."""
-
-
 TRIALS, MORE = 5, 1e3
 """Traces of mass that are tried, each so many times the one before."""
 
@@ -161,17 +159,14 @@ def held_factor(system: System) -> Factor:
     SingularMatrixError : motion without stiffness and mass.
     """
     found, shift = regular_factor(system.K), small_shift(system.K, system.M)
-    for left in reversed(range(TRIALS)):
-        if found is not None:
-            break
+    if found is not None:
+        return found
+    for _ in range(TRIALS - 1):
         try:
-            found = factor(system.K + shift * system.M)
+            return factor(system.K + shift * system.M)
         except SingularMatrixError:
             shift *= MORE
-            if not left:
-                raise
-    assert found is not None
-    return found
+    return factor(system.K + shift * system.M)
 
 
 def damped(zeta: ModalDamping | None, system: System, found: Modes, R: FloatArray, *, every: bool = False) -> System:

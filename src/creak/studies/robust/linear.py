@@ -11,6 +11,7 @@ from creak.arrays import BoolArray, FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.signals.peaks import largest
 
 FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
 """On the load, of the fragility curve."""
@@ -71,7 +72,7 @@ def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], 
     rest : (k,) gaps at rest of the channels that the pre-check dropped.
     """
     inside = (history.time >= window[0]) & (history.time <= window[1])
-    closing = [np.minimum(lowest_between(g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
+    closing = [np.minimum(-largest(-g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
     return Linear(closing[0], closing[1], dropped_of(history, rest))
 
 
@@ -104,13 +105,3 @@ def multiple(loads: Loads, base: Loads) -> float | None:
 def pressed(gaps: GapOperator) -> bool:
     """Do channels press from the start?"""
     return bool(gaps.resting.any() or (gaps.gap0[gaps.can_press()] < 0.0).any())
-
-
-def lowest_between(g: FloatArray) -> FloatArray:
-    """(m,) smallest of gaps (n, m) at even instants, between these by the parabola through three of them."""
-    low = g.copy()
-    if len(g) > 2:
-        rise, bend = g[2:] - g[:-2], np.diff(g, 2, axis=0)
-        turns = (bend > 0.0) & (np.abs(rise) <= 2.0 * bend)
-        low[1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
-    return np.asarray(low.min(axis=0))

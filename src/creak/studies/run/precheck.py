@@ -99,7 +99,7 @@ def linear_course(
     made_from: list[str] = []
     if reference.store is not None:
         of_structure = digest_of_structure(exterior, loads, reference)
-        made_from = [of_structure, *_made_from(structure, marching, contacts), "and how long"]
+        made_from = [of_structure, *_made_from(structure, marching, contacts), "between instants, and how long"]
     found = solved(reference.store, "precheck", made_from, run)
     return contacts.gap0 + found["closes"], found["closed"]
 
