@@ -17,6 +17,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError
+from creak.given import whole
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
 from creak.studies.run.integrate import simulate_settled
@@ -105,8 +106,9 @@ def simulate(
         )
     for x in loads.force_labels:
         known_labels(x, system.labels, "forces")
-    if output_every < 1 or substeps < 1 or loads.n_step < substeps:
-        raise InputError(f"output_every = {output_every}, substeps = {substeps}", expected="1 or more")
+    output_every, substeps = whole(output_every, "output_every", 1), whole(substeps, "substeps", 1)
+    if loads.n_step < substeps:
+        raise InputError(f"substeps = {substeps}", expected=f"no more than the loads have steps, {loads.n_step}")
     if scheme is not None and not isinstance(scheme, Scheme):
         raise InputError(
             f"scheme = {getattr(scheme, '__name__', repr(scheme))}, which is no scheme",

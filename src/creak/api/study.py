@@ -51,11 +51,12 @@ def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
     return study_file.checked_study(Path(folder) / "study.toml", data, text)
 
 
-def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
+def change_study(study: Study | str | Path, changes: Mapping[str, Any]) -> Study:
     """The study with other values, `{"reduction.f_max": 700, "contact.flange.friction": 0.2}`; the file stays as it is.
 
     Parameters
     ----------
+    study : a Study or the path of a study file.
     changes : dotted key -> value; keys of lists by number, `connector.0.stiffness`.
 
     Raises
@@ -64,7 +65,7 @@ def change_study(study: Study, changes: Mapping[str, Any]) -> Study:
     """
     from creak.studies.file.changes import with_changes
 
-    return with_changes(study, plain(changes))
+    return with_changes(read_study(study) if isinstance(study, str | Path) else study, plain(changes))
 
 
 def run(

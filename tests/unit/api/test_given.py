@@ -74,6 +74,14 @@ WRONG = {
     "half a draw": (lambda: creak.robust("none.toml", n=2.5), "n = 2.5; expected a whole number, 4 to"),
     "threads": (lambda: creak.robust("none.toml", threads=-3), "threads = -3; expected a whole number, 1 or more"),
     "threads in words": (lambda: creak.robust("none.toml", threads="a"), "threads = 'a'; expected a whole number"),
+    "half an output": (
+        lambda: creak.simulate(MASS, STOP, LOADS, output_every=2.5),
+        "output_every = 2.5; expected a whol",
+    ),
+    "half a substep": (
+        lambda: creak.simulate(MASS, STOP, LOADS, creak.HHT(), substeps=1.5),
+        "substeps = 1.5; expected",
+    ),
     "a scheme's name": (lambda: creak.simulate(MASS, STOP, LOADS, scheme="hht"), "'hht', .* creak.HHT.alpha"),
     "not called": (lambda: creak.simulate(MASS, STOP, LOADS, creak.HHT), "scheme = HHT, .* creak.generalised_alpha"),
     "the class": (lambda: creak.simulate(MASS, STOP, LOADS, creak.Scheme), "scheme = Scheme, which is no scheme"),

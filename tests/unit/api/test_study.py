@@ -123,6 +123,8 @@ def test_a_changed_study_leaves_the_file_alone(tmp_path):
     path = write_strips(tmp_path)
     study = creak.read_study(path)
     other = creak.change_study(study, {"reduction.f_max": 700, "contact.tip.friction": 0.2})
+    by_path = creak.change_study(study.path, {"reduction.f_max": 700, "contact.tip.friction": 0.2})
+    assert by_path.config == other.config
     assert (other.config.reduction.f_max, other.config.contact["tip"].friction) == (700.0, 0.2)
     assert creak.read_study(path).config == study.config
     assert other.places.sibling("strips.inp") == study.places.sibling("strips.inp")

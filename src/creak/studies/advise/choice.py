@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import isfinite
 from typing import Any
 
 from creak.studies.advise import words
@@ -48,6 +49,8 @@ class Settings:
     time: TimeTable
     precheck: PrecheckTable
     proof: Proof
+    cut: bool
+    """Whether the study ends the unreduced run early."""
     stiffness: frozenset[str]
     """How that of its contacts is given: auto, hard, number, table."""
 
@@ -58,7 +61,8 @@ def settings_of(setup: Setup) -> Settings:
     contacts = c.contact.values()
     named = {t.stiffness if isinstance(t.stiffness, str) else "number" for t in contacts if t.overclosure is None}
     kinds = named | {"table" for t in contacts if t.overclosure is not None}
-    return Settings(setup.reduction, bool(setup.superelements), c.time, c.precheck, c.proof, frozenset(kinds))
+    cut = c.reference.until is not None
+    return Settings(setup.reduction, bool(setup.superelements), c.time, c.precheck, c.proof, cut, frozenset(kinds))
 
 
 @dataclass(frozen=True)
@@ -169,7 +173,8 @@ def _changes(own: Settings, option: Option | None, step: StepAdvice, substeps: i
         wanted["time.step"] = (time.step, step.step)
         wanted["time.substeps"] = (time.substeps, substeps)
     wanted["precheck.enabled"] = (own.precheck.enabled, True)
-    if step.unreduced_s > LONG_S and option is not None:
+    kept = own.cut and isfinite(step.unreduced_s)
+    if step.unreduced_s > LONG_S and option is not None and not kept:
         wanted["reference.run"] = (own.proof, "spots")
     for key, (old, new) in wanted.items():
         if old != new:

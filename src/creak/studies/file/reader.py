@@ -138,6 +138,14 @@ def check_idle(config: StudyConfig, data: Mapping[str, Any], where: Callable[...
             expected='run = "whole" beside it, or no run',
             fix="Leave out one of both.",
         )
+    if config.reference.until is not None and config.reduction.method == "none":
+        raise InputError(
+            f"until = {config.reference.until:g} ends the unreduced run that a reduced one is compared with, and "
+            'method = "none" reduces nothing',
+            where=where("reference", "until"),
+            expected="a reduction beside it",
+            fix="Leave it out; [time] end says how long the run is.",
+        )
 
 
 def _check_time(table: TimeTable, given: Mapping[str, Any], where: Callable[..., str]) -> None:

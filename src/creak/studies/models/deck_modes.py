@@ -25,6 +25,7 @@ from creak.elements.geometric import GEOMETRIC, UNSTRESSED
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.decks import read_model
+from creak.given import positive, whole
 from creak.linalg.factor import Factor, SingularMatrixError, regular_factor
 from creak.linalg.modes import Modes, modes
 from creak.model.constraints import Equation, Tie
@@ -116,9 +117,8 @@ def deck_modes(
     """
     if f_max is not None and count is not None:
         raise InputError("both f_max and count", expected="one of them")
-    if (f_max is not None and not 0.0 < f_max < np.inf) or (count is not None and count < 1):
-        given = f"count = {count}" if count is not None and count <= 0 else f"f_max = {f_max:g}"
-        raise InputError(given, expected="a positive number", fix="Ask for 10 modes, for example.")
+    f_max = None if f_max is None else positive(f_max, "f_max")
+    count = None if count is None else whole(count, "count", 1)
     progress("read the deck", 0, 1)
     model = read_model(Path(path))
     progress("read the deck", 1, 1)

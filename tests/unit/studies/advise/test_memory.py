@@ -206,6 +206,16 @@ def test_what_takes_the_whole_is_advised_away(change, advised, alone, monkeypatc
     assert found.facts.unreduced is None
 
 
+@pytest.mark.parametrize(("until", "advised"), [(None, {"spots"}), (1e-3, set())])
+def test_an_unreduced_run_that_the_study_ends_early_is_left_alone(alone, monkeypatch, until, advised):
+    """`until` beside other proofs is refused: advice that leads to a refusal is none."""
+    monkeypatch.setattr("creak.studies.advise.choice.LONG_S", 0.0)
+    reference = alone.study.config.reference.model_copy(update={"run": "whole", "until": until})
+    found = look(alone.with_tables(reference=reference), silent)
+    assert found.facts.unreduced is not None
+    assert {c.new for c in found.choice.changes if c.key == "reference.run"} == advised
+
+
 def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):
     monkeypatch.setattr("creak.studies.models.room.room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "1.5")

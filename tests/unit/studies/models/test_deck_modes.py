@@ -158,7 +158,8 @@ def test_every_node_moves_as_its_constraints_say(deck):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"count": 0}, "count = 0; expected a positive number"),
+        ({"count": 0}, "count = 0; expected a whole number, 1 or more"),
+        ({"count": 2.5}, "count = 2.5; expected a whole number, 1 or more"),
         ({"f_max": -1.0}, "f_max = -1; expected a positive number"),
         ({"f_max": 10.0, "count": 3}, "both f_max and count"),
     ],

@@ -74,6 +74,14 @@ def test_an_end_of_no_unreduced_run_is_refused(tmp_path, asked):
     assert refusal(read_study, path).where == f"{path}:{len(lines)} [reference.until]"
 
 
+def test_an_end_of_a_run_that_is_compared_with_none_is_refused(tmp_path):
+    """Without a reduction there is one run, which [time] ends."""
+    given = read_study(write_strips(tmp_path, study=f"{STUDY}\n[reference]\nuntil = 0.1\n"))
+    said = refusal(creak.change_study, given, {"reduction.method": "none"})
+    assert said.what.endswith('method = "none" reduces nothing')
+    assert said.where.startswith("the change reduction.method = 'none' of ")
+
+
 def test_a_first_look_needs_no_end_of_the_unreduced_run(tmp_path):
     """`--quick` makes no unreduced run, so it leaves `until` out."""
     study = first_look(write_strips(tmp_path, study=f"{STUDY}\n[reference]\nuntil = 0.1\n"))
