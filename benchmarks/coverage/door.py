@@ -67,7 +67,7 @@ def changed(study: Study, amplitude: float, seed: int) -> Study:
 def case(name: str, study: Study, until: float | None, store: Path) -> dict[str, Any]:
     """What creak tells of a run, beside the unreduced model."""
     began = time.process_time()
-    result = evaluate(set_up(study), silent, superelements=store, keep=True)
+    result = evaluate(set_up(study), silent, superelements=store, keep="last")
     found, told = result.found, json.loads(json.dumps(result.summary, default=str))["runs"]["reduced"]
     creak_s, v = time.process_time() - began, study.config.verification
     setup = found.setup

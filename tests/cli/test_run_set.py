@@ -108,9 +108,9 @@ def test_the_second_run_takes_what_the_first_one_kept(study, creak, tmp_path):
         path.write_bytes(path.read_bytes()[:2000])  # damaged: made anew
     assert creak("run", study, "--out", here / "mended", *SHORT).status == 0
     assert summary_of(here / "mended")["runs"]["reduced"]["events"] == runs[0]
-    for k in (1, 2, 3):  # three of each part stay
+    for k in (1, 2, 3, 4):  # four of each part stay
         assert creak("run", study, "--set", f"reduction.f_max={3000 + k}", "--out", here / f"f{k}", *SHORT).status == 0
-    assert len(superelements_of(here)) == 6
+    assert len(superelements_of(here)) == 8
 
 
 def test_a_run_that_cannot_begin_leaves_no_folder(study, creak):

@@ -190,7 +190,7 @@ def run_setup(
         converge=converge,
         record=record,
         changes=changes,
-        keep=keep,
+        keep="last" if keep else "nothing",
         checkpoints=checkpoints,
         first=None if first is None else lambda so_far: first(Result.of(so_far)),
     )

@@ -132,7 +132,8 @@ def _reduced(
     from creak.studies.models.health import check
     from creak.studies.models.part_jobs import part_jobs
     from creak.studies.models.reduced import reduce_model
-    from creak.studies.models.superelements import is_saved, save_superelement, with_modes_of_file
+    from creak.studies.models.saved import is_saved
+    from creak.studies.models.superelements import save_superelement, with_modes_of_file
     from creak.studies.run.precheck import ready
 
     checks: dict[str, Health] = {}

@@ -14,6 +14,7 @@ from creak.studies.file.identity import store_of
 from creak.studies.findings.gather import findings_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
+from creak.studies.models.superelements import Keep
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.job import ReferenceRun, StudyResult, run_study
@@ -57,7 +58,7 @@ def evaluate(
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
-    keep: bool = False,
+    keep: Keep = "nothing",
     checkpoints: Checkpoints | None = None,
     reference_run: ReferenceRun | None = None,
     first: Callable[[Evaluation], object] | None = None,
@@ -71,7 +72,7 @@ def evaluate(
     ----------
     superelements : folder of saved ones; None: beside the study.
     converge, record, changes : as `creak.run` has them.
-    keep : save superelements in their folder, for the runs to come.
+    keep : what stays in their folder of those that are made, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
     reference_run : makes the run of the unreduced model, or takes a saved one.
     first : gets the run as soon as it is there, before anything is told of it: to keep it.
@@ -88,10 +89,9 @@ def evaluate(
     proof, said_of_proof = setup.study.config.proof, list[str]()
     prove = None if proof == "none" else partial(events_beside, notes=said_of_proof)
     options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
+    raising = partial(settle, prove=prove, store=store, keep=keep)
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
-    found = run_study(
-        setup, progress, store, reference_run, **options, settle=None if quick else partial(settle, prove=prove)
-    )
+    found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else raising)
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat

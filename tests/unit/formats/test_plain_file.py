@@ -24,7 +24,7 @@ from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.paths import PLACES, Contents
 from creak.studies.file.reader import read_study
 from creak.studies.findings.stored import read_findings
-from creak.studies.models.superelements import _boundary
+from creak.studies.models.saved import boundary
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.job import deviations_of
 from creak.studies.sound.background import background_of
@@ -52,7 +52,7 @@ READERS = {
     "r.h5": read_histories,
     "motion.h5": motion_field,
     "part.h5": read_superelement_file,
-    "saved.h5": lambda path: _boundary(path.parent, path),
+    "saved.h5": lambda path: boundary(path.parent, path),
     "any.json": read_json,
     "any.csv": lambda path: Contents().file(path),
     "any.inp": lambda path: Contents().deck(path),

@@ -17,8 +17,9 @@ from creak.reduction.health import Health
 from creak.studies.file.reader import Study
 from creak.studies.models.health import check
 from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.saved import is_saved
 from creak.studies.models.substructures import Substructure, part_alone, partition
-from creak.studies.models.superelements import is_saved, made_from, reduce_substructure, save_superelement
+from creak.studies.models.superelements import made_from, reduce_substructure, save_superelement
 from creak.studies.prepare.setup import Setup, set_up
 
 

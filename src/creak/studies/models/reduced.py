@@ -31,8 +31,8 @@ from creak.studies.models.reference import ReferenceModel, damped, held_factor, 
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
     KEPT,
+    Keep,
     Reduced,
-    kept_of_run,
     raised_once,
     reduce_substructure,
     with_all_modes,
@@ -125,14 +125,14 @@ def reduce_model(
     store: Path | None = None,
     made: Callable[[Reduced], Reduced] | None = None,
     *,
-    keep: bool = False,
+    keep: Keep = "nothing",
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
     Parameters
     ----------
     store : folder of saved superelements to take unchanged ones from.
-    keep : save superelements there for the runs to come.
+    keep : what stays there of those that are made.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
 
@@ -155,7 +155,7 @@ def reduce_model(
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress)
+            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress, keep)
         except CreakError as error:
             if made is None:
                 raise
@@ -163,8 +163,6 @@ def reduce_model(
             continue
         if made is not None:
             reduced = made(reduced)
-        elif keep and store is not None:
-            reduced = kept_of_run(store, reduced, setup.model, band)
         superelements.append(reduced)
         reduced.inside.release(above=KEPT if made is None else 0)  # who was handed it has checked it
         notes += more
@@ -239,7 +237,12 @@ def _together(
 
 
 def with_more_modes(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, reduced: ReducedModel, progress: Progress
+    setup: Setup,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    reduced: ReducedModel,
+    progress: Progress,
+    store: Path | None = None,
 ) -> ReducedModel:
     """The same with the further modes too, which are computed where the reduction has not done so already."""
     wall, cpu = clock.perf_counter(), clock.process_time()
@@ -258,17 +261,25 @@ def with_more_modes(
                 parts.append(reduce_substructure(setup.model, reduction, exterior, sub, None, progress)[0])
                 parts[-1].inside.release(above=KEPT)
     every = [with_all_modes(part) for part in parts]
-    return _with_times(coupled_again(structure, reduction, exterior, reference, gaps, every, progress), wall, cpu)
+    together = coupled_again(structure, reduction, exterior, reference, gaps, every, progress, store)
+    return _with_times(together, wall, cpu)
 
 
-def raised_model(band: Band, reference: ReferenceModel, more: ReducedModel, progress: Progress) -> ReducedModel:
-    """A model with all its further modes as the one of a band that is raised once more: it gets further modes anew."""
-    wall, cpu = clock.perf_counter(), clock.process_time()
+def raised_model(
+    setup: Setup,
+    reference: ReferenceModel,
+    more: ReducedModel,
+    progress: Progress,
+    store: Path | None = None,
+    keep: Keep = "nothing",
+) -> ReducedModel:
+    """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
+    wall, cpu, band = clock.perf_counter(), clock.process_time(), setup.band
     found, every = more.found, list[Reduced]()
     if found is not None:
         found = _modes_of_whole(band, reference, progress, found)
     for reduced in more.superelements:
-        every.append(raised_once(band, reduced, progress))
+        every.append(raised_once(band, reduced, setup.model, progress, store, keep))
         reduced.inside.release(above=KEPT)
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     wall, cpu = more.wall_s + wall, more.cpu_s + cpu
@@ -283,11 +294,12 @@ def coupled_again(
     gaps: GapOperator,
     superelements: Sequence[Reduced],
     progress: Progress = silent,
+    store: Path | None = None,
 ) -> ReducedModel:
     """Superelements joined by the links and springs of a structure; nothing is reduced again."""
     wall, cpu = clock.perf_counter(), clock.process_time()
     cut = partition(structure, reduction, exterior, reference, gaps)
-    together = _together(structure, reduction, reference.loose, cut, superelements, progress)
+    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store)
     return _with_times(together, wall, cpu)
 
 

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import weakref
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import NamedTemporaryFile
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.digest import digest
 from creak.errors import CreakError, InputError, NumericalError
-from creak.formats.deck.command_files import plain_file
 from creak.formats.safe_names import file_stem
-from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
+from creak.formats.stored.boundary import Boundary
 from creak.formats.stored.superelement import (
     MAPPED,
     SavedSuperelement,
     read_superelement_file,
-    read_where_it_fits,
     write_superelement_file,
 )
 from creak.later import later
@@ -48,26 +41,19 @@ from creak.reduction.inside import Inside
 from creak.reduction.raised import raised
 from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
+from creak.studies.models.saved import boundary_kind, from_store, part_path, shared_path, very_same
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.solved import SOLVED, forget, solved
+from creak.studies.solved import SOLVED, forget
 from creak.version import edition
 
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
-SPARED = 3
+SPARED = 4
 """Superelements of a part that runs keep, those made last."""
-WORDS = {
-    "stiffness": "its stiffness changed",
-    "mass": "its mass changed",
-    "damping": "its damping changed",
-    "dofs": "its dofs changed",
-    "retained": "other dofs are retained",
-    "interface": "its interface is reduced differently",
-    "modes": "other modes are asked for",
-    "creak": "it was made by another version of creak",
-}
+Keep = Literal["nothing", "last", "all"]
+"""What stays of new superelements for the runs to come: nothing, the last ones of each part, or all (sweeps)."""
 
 
 @dataclass(frozen=True)
@@ -98,8 +84,13 @@ def reduce_substructure(
     sub: Substructure,
     folder: Path | None,
     progress: Progress,
+    keep: Keep = "nothing",
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
+
+    Parameters
+    ----------
+    folder : the store; None: there is none. keep : what stays in it of what is made.
 
     Raises
     ------
@@ -107,7 +98,7 @@ def reduce_substructure(
     """
     wanted, band = made_from(reduction, sub), reduction.band
     f_max = None if reduction.table.method == "guyan" else band.first
-    found, notes = _from_store(folder, sub.part.name, wanted)
+    found, notes = from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
         wider = _wider(found.saved, sub, model)
         sub, found = (sub, None) if wider is None else (wider, found)
@@ -115,7 +106,7 @@ def reduce_substructure(
         name, wanted = sub.part.name, dict(found.saved.made_from)
         notes = [f"superelement {name}: taken from {file_stem(name)}.h5, which retains more dofs than the run needs"]
     if found is None and folder is not None:
-        found, said = _kept(folder, sub.part.name, wanted)
+        found, said = very_same(folder, sub.part.name, wanted)
         notes = said or notes
     inside = Inside(sub.part, sub.boundary)
     if found is not None:
@@ -139,9 +130,10 @@ def reduce_substructure(
         matrices = reduced_matrices(sub.part, basis, progress, watched=seen)
         notes += _in_pieces(inside)
     reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
-    reduced = _with_kept(band.raised_to(0), reduced)
+    first = band.raised_to(0)
+    reduced = _kept(folder, _with_kept(first, reduced), model, first, keep)
     for k in range(band.raised):
-        reduced = raised_once(band.raised_to(k + 1), reduced, progress)
+        reduced = raised_once(band.raised_to(k + 1), reduced, model, progress, folder, keep)
     return reduced, notes
 
 
@@ -151,11 +143,20 @@ def _with_kept(band: Band, reduced: Reduced) -> Reduced:
     return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
 
 
-def raised_once(band: Band, reduced: Reduced, progress: Progress) -> Reduced:
-    """The superelement with f_max raised to that of the band: its further modes are kept, and new ones computed."""
+def raised_once(
+    band: Band, reduced: Reduced, model: Model, progress: Progress, folder: Path | None = None, keep: Keep = "nothing"
+) -> Reduced:
+    """The superelement with f_max raised to that of the band: its further modes are kept, and new ones computed, or
+    taken from the store."""
     part = reduced.substructure.part
-    basis, matrices = raised(part, reduced.basis, reduced.matrices, band.f_max, progress)
-    return _with_kept(band, replace(reduced, basis=basis, matrices=matrices))
+    wanted = {**reduced.made_from, "modes": f"{reduced.made_from['modes']}, raised"}
+    found = None if folder is None else very_same(folder, part.name, wanted)[0]
+    if found is not None:
+        basis, matrices = _restored(reduced.inside, found)
+    else:
+        basis, matrices = raised(part, reduced.basis, reduced.matrices, band.f_max, progress)
+    again = replace(reduced, basis=basis, matrices=matrices, made_from=wanted, reused=found is not None)
+    return _kept(folder, _with_kept(band, again), model, band, keep)
 
 
 def _in_pieces(inside: Inside) -> list[str]:
@@ -184,14 +185,6 @@ def made_from(reduction: Reduction, sub: Substructure) -> dict[str, str]:
     return fingerprints(sub, f"{method} {band.first:.17g}{' and further' if band.further else ''}")
 
 
-def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
-    """Whether the folder has the superelement already."""
-    path = _path(folder, name)
-    if shared_path(folder, name, made_from).exists():
-        return True
-    return path.exists() and read_where_it_fits(path, lambda _: False)[0] == made_from
-
-
 def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
     """What a superelement depends on, each as a hash."""
     part, extra, marks = sub.part, sub.part.damping.extra, sub.marks or marks_of(sub.part)
@@ -205,91 +198,6 @@ def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
         "modes": modes,
         "creak": edition(),
     }
-
-
-def _path(folder: Path, name: str) -> Path:
-    return folder / f"{file_stem(name)}.h5"
-
-
-def shared_path(folder: Path, name: str, made_from: Mapping[str, str]) -> Path:
-    """File of one of several superelements of a part that lie in one folder, told apart by what they depend on."""
-    path = _path(folder, name)
-    return path.with_name(f"{path.stem}.{digest(made_from, 8)}.h5")
-
-
-def _from_store(folder: Path | None, name: str, made_from: Mapping[str, str]) -> tuple[Boundary | None, list[str]]:
-    """What fits, or but for its retained dofs does, and notes for people."""
-    if folder is None:
-        return None, []
-    shared = shared_path(folder, name, made_from)
-    if shared.exists():
-        found = _boundary(folder, shared)
-        if found.saved.made_from == made_from:
-            return found, [f"superelement {name}: taken from {shared.name}"]
-    path = _path(folder, name)
-    if not path.exists():
-        return None, []
-    found = _boundary(folder, path)
-    other = {key for key in made_from if found.saved.made_from.get(key) != made_from[key]}
-    changed = [WORDS[key] for key in made_from if key in other]
-    if not changed:
-        return found, [f"superelement {name}: taken from {path.name}"]
-    stale = f"superelement {name}: the saved one in {path.name} is stale ({', '.join(changed)}); reduced again"
-    return found if other <= {"retained"} else None, [stale]
-
-
-def _kept(folder: Path, name: str, made_from: Mapping[str, str]) -> tuple[Boundary | None, list[str]]:
-    """The very same that a run has kept, and a note; a damaged one is made again."""
-    path = shared_path(folder / SOLVED, name, made_from)
-    if not path.exists():
-        return None, []
-    try:
-        found = _boundary(folder, path)
-    except InputError:
-        return None, []
-    if found.saved.made_from != made_from:
-        return None, []
-    return found, [f"superelement {name}: taken from {path.relative_to(folder)}"]
-
-
-def _boundary(folder: Path, path: Path) -> Boundary:
-    """A saved superelement; as long as its file is not touched, its large modes are read only where they are needed.
-
-    Raises
-    ------
-    InputError : it is no superelement file, or a damaged one.
-    """
-    whole: list[SavedSuperelement] = []
-    try:
-        plain_file(path, is_input=False)
-    except OSError as error:
-        raise InputError(
-            f"cannot read {path}: {error.strerror}", fix="Delete it and run `creak reduce` again."
-        ) from error
-    state, held = state_of(path), os.open(path, os.O_RDONLY) if os.name == "posix" else -1
-
-    def read() -> SavedSuperelement:
-        if whole or held < 0 or state_of(path) == state:
-            return whole[0] if whole else read_superelement_file(path)
-        with NamedTemporaryFile(suffix=".h5") as copy, os.fdopen(os.dup(held), "rb") as file:
-            file.seek(0)  # as it was, though another lies in its place now
-            shutil.copyfileobj(file, copy)
-            copy.flush()
-            return read_superelement_file(Path(copy.name))
-
-    if held >= 0:
-        weakref.finalize(read, os.close, held)
-
-    def make() -> dict[str, FloatArray]:
-        whole.append(read_superelement_file(path))
-        return boundary_arrays(whole[0])
-
-    return boundary_of(solved(folder, _boundary_kind(path), [state], make, most=1), read)
-
-
-def _boundary_kind(path: Path) -> str:
-    """First word of the file with the boundary of a superelement."""
-    return f"boundary_{path.stem.replace('.', '_')}"
 
 
 def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substructure | None:
@@ -333,7 +241,7 @@ def save_superelement(
     shared : beside others of the same part instead of in their place; one that is there already is left alone.
     """
     name = reduced.system.name
-    path = shared_path(folder, name, reduced.made_from) if shared else _path(folder, name)
+    path = shared_path(folder, name, reduced.made_from) if shared else part_path(folder, name)
     if shared and path.exists():
         return path
     m = reduced.matrices
@@ -360,21 +268,25 @@ def save_superelement(
     return path
 
 
-def kept_of_run(folder: Path, reduced: Reduced, model: Model, band: Band) -> Reduced:
-    """The same, saved for the runs to come, which take it where they would make the very same one.
+def _kept(folder: Path | None, reduced: Reduced, model: Model, band: Band, keep: Keep) -> Reduced:
+    """The same, saved where the runs to come take it if they would make the very same one.
 
     Where the folder cannot be written, or its disk is nearly full, nothing is saved, which costs time alone.
     """
     name, fixed = reduced.system.name, reduced.basis.fixed
-    if reduced.reused or not folder.is_dir() or fixed.shapes.nbytes > disk_room(str(folder)):
+    if keep == "nothing" or folder is None or reduced.reused or not (keep == "all" or folder.is_dir()):
         return reduced
-    kept = folder / SOLVED
+    place = folder if keep == "all" else folder / SOLVED
     try:
-        path = save_superelement(kept, reduced, model, {"deck": str(model.source)}, shared=True)
+        place.mkdir(parents=True, exist_ok=True)
+        if fixed.shapes.nbytes > disk_room(str(place)):
+            return reduced
+        path = save_superelement(place, reduced, model, {"deck": str(model.source)}, shared=True)
     except (OSError, CreakError):
         return reduced
-    for old in forget(kept, f"{_path(kept, name).stem}.*.h5", SPARED):
-        forget(kept, f"{_boundary_kind(old)}.*.h5", 0)
+    if keep == "last":
+        for old in forget(place, f"{part_path(place, name).stem}.*.h5", SPARED):
+            forget(place, f"{boundary_kind(old)}.*.h5", 0)
     return with_modes_of_file(band, reduced, path)
 
 

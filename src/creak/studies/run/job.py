@@ -15,6 +15,7 @@ from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.superelements import Keep
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
@@ -113,7 +114,7 @@ def run_study(
     reference_run: ReferenceRun | None = None,
     *,
     record: bool = False,
-    keep: bool = False,
+    keep: Keep = "nothing",
     checkpoints: Checkpoints | None = None,
     settle: Settle | None = None,
 ) -> StudyResult:
@@ -126,7 +127,7 @@ def run_study(
     store : folder of saved superelements; those that still fit are used instead of being made again.
     reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
-    keep : save superelements in the store for the runs to come.
+    keep : what stays in the store of superelements that are made.
     checkpoints : from which an unreduced run goes on, and which it writes.
     settle : raises f_max = "auto" from where it begins; None: it stays there.
     """

@@ -28,7 +28,6 @@ from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.reader import read_study
 from creak.studies.findings.save import save
 from creak.studies.findings.summary import unreliable_runs
-from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult
 from creak.studies.sweep.figures import flat_figures
@@ -125,10 +124,16 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     setup = set_up(read_study(task.study), task.ignore, task.superelements)
     reference = None if task.reference is None else SharedReference(task.reference)
     case = evaluate(
-        setup, silent, superelements=task.superelements, converge=task.converge, reference_run=reference, record=False
+        setup,
+        silent,
+        superelements=task.superelements,
+        converge=task.converge,
+        reference_run=reference,
+        record=False,
+        keep="all",
     )
     result, summary = case.found, case.summary
-    sharing = _keep_superelements(result, task.superelements)
+    sharing = _superelements(result)
     if result.stopped is not None:
         raise NumericalError(result.stopped)
     sharing["reference_reused"] = reference is not None and reference.reused
@@ -154,14 +159,9 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     return record
 
 
-def _keep_superelements(result: StudyResult, folder: Path) -> dict[str, Any]:
-    """Save what was reduced anew; counts of what was and what was not."""
+def _superelements(result: StudyResult) -> dict[str, Any]:
+    """How many were reduced anew, and how many were not."""
     made = () if result.reduced is None else result.reduced.superelements
-    for reduced in made:
-        if not reduced.reused:
-            health = result.health.get(reduced.system.name)
-            about = {"deck": str(result.setup.model.source), "health": None if health is None else health.as_dict()}
-            save_superelement(folder, reduced, result.setup.model, about, shared=True)
     reused = sum(r.reused for r in made)
     return {"superelements_reused": reused, "superelements_made": len(made) - reused}
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from creak.api.study import run, run_setup
@@ -9,7 +10,9 @@ from creak.errors import InputError
 from creak.progress import silent
 from creak.studies.converge import auto_band, repeats
 from creak.studies.converge.settling import BASE, MORE_MODES
+from creak.studies.evaluate import evaluate
 from creak.studies.file.reader import read_study
+from creak.studies.models import superelements
 from creak.studies.models.reduced import reduce_model
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import job
@@ -73,6 +76,25 @@ def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
     assert result.setup.raised > 0
     again = reduce_model(result.setup, result.reference, result.gaps, silent)
     assert (again.modes, again.system.n) == (result.reduced.modes, result.reduced.system.n)
+
+
+def test_a_second_run_computes_no_modes_and_finds_the_same(tmp_path, monkeypatch):
+    """Further modes of every stage stay beside the superelements, for runs and for the cases of a sweep."""
+    study = bar(tmp_path, AUTO, time="end = 2e-3")
+    for keep in ("last", "all"):
+        store = tmp_path / keep
+        store.mkdir()
+        setup = set_up(study, store=store)
+        first = evaluate(setup, silent, superelements=store, converge=False, keep=keep)
+        assert first.found.setup.raised > 0
+        with monkeypatch.context() as patched:
+            for name in ("fixed_interface_basis", "raised"):
+                patched.setattr(superelements, name, lambda *_, **__: pytest.fail("modes were computed"))
+            second = evaluate(setup, silent, superelements=store, converge=False, keep=keep)
+        one, other = (x.found.runs["reduced"].history for x in (first, second))
+        np.testing.assert_allclose(other.force, one.force, rtol=1e-6, atol=1e-9 * one.force.max())
+        assert all(r.reused for r in second.found.reduced.superelements)
+        assert [s.modes for s in second.found.band.stages] == [s.modes for s in first.found.band.stages]
 
 
 def differing(by):

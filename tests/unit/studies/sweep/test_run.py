@@ -20,7 +20,8 @@ from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
-from creak.studies.models.superelements import save_superelement, shared_path
+from creak.studies.models.saved import shared_path
+from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from creak.studies.sweep.case import Task, finished_record, publish, run_case
