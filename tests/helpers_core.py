@@ -129,6 +129,11 @@ def block(kind: str, nodes: np.ndarray, section: Section, part: int = 0, first: 
     return ElementBlock(kind, np.arange(first, first + nodes.shape[0]), nodes, section, part, "test.inp:1")
 
 
+def nodes_of(coords: np.ndarray) -> Nodes:
+    """Nodes of which the labels are row + 1."""
+    return Nodes(np.arange(1, len(coords) + 1), np.asarray(coords, dtype=float))
+
+
 def model_of(
     coords: np.ndarray,
     blocks: Sequence[ElementBlock],
@@ -147,7 +152,7 @@ def model_of(
     parts = parts if parts is not None else [("PART", range(n))]
     return Model(
         source="test.inp",
-        nodes=Nodes(np.arange(1, n + 1), coords),
+        nodes=nodes_of(coords),
         blocks=tuple(blocks),
         parts=tuple(Part(name, np.array(list(rows), dtype=np.int64)) for name, rows in parts),
         node_sets={k: np.array(list(v), dtype=np.int64) for k, v in (node_sets or {}).items()},

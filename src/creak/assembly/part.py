@@ -24,7 +24,7 @@ from creak.errors import InputError
 from creak.later import later
 from creak.linalg.threads import in_order
 from creak.model.constraints import Constraint, Equation
-from creak.model.dofs import PER_NODE, dof_label, dofs_of, node_dofs, nodes_of
+from creak.model.dofs import PER_NODE, dof_label, node_dofs, nodes_of
 from creak.model.materials import (
     Discrete,
     NodalMatrices,
@@ -36,6 +36,7 @@ from creak.model.materials import (
     rayleigh,
 )
 from creak.model.mesh import ElementBlock, Model
+from creak.model.rigid import rigid_vectors
 
 CHUNK = 300_000
 """Entries of element matrices made at a time; 8 bytes each, three times at most: they are summed in the caches.
@@ -255,8 +256,8 @@ def part_system(
     keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
     C = None if C is None else principal(C, keep)
-    translation = (dofs_of(labels) == 1).astype(np.float64)
-    mass = float(translation @ (matrices.M @ translation))
+    along = rigid_vectors(labels, model.nodes, np.zeros(3))[:, 0]
+    mass = float(along @ (matrices.M @ along))
     known = _known(model, part, labels, T, independent[keep], mass, drilling)
     return System(M=M, K=K, damping=Damping(common.alpha, common.beta, C), **known)
 

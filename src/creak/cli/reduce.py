@@ -143,7 +143,7 @@ def _reduced(
         try:
             if name not in checks:
                 output.progress(f"{name}: check", 0, 1)
-                checks[name] = check(reduced, setup.model.nodes.coords, setup.band.excited)
+                checks[name] = check(reduced, setup.model.nodes, setup.band.excited)
                 output.progress(f"{name}: check", 1, 1)
             about["health"] = checks[name].as_dict()
         finally:

@@ -23,7 +23,8 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor
-from creak.model.dofs import dofs_of
+from creak.model.mesh import Nodes
+from creak.model.rigid import rigid_vectors
 
 COLUMNS = 64
 """Right-hand sides solved at a time."""
@@ -191,8 +192,7 @@ def _checked(
     return Equilibrium(q, s, gap, force, held, count, residual, error, strain, springs)
 
 
-def rigid_load(labels: IntArray, M: Matrix, acceleration: FloatArray) -> FloatArray:
+def rigid_load(labels: IntArray, M: Matrix, nodes: Nodes, acceleration: FloatArray) -> FloatArray:
     """(k,) M r g: forces on dofs `labels` (k,) of mass M (k, k) in a uniform acceleration (3,)."""
-    axis = dofs_of(labels) - 1
-    r = np.where(axis < 3, np.concatenate([acceleration, np.zeros(3)])[axis], 0.0)
+    r = rigid_vectors(labels, nodes, np.zeros(3))[:, :3] @ acceleration
     return np.asarray((sp.csr_matrix(M) if sp.issparse(M) else M) @ r)

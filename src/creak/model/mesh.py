@@ -26,6 +26,8 @@ class Nodes:
     """Instance names; empty for a flat deck."""
     instance_idx: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     """(n_node,) row into `instance`, -1 for assembly-level nodes; empty for a flat deck."""
+    scalar: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """Rows of scalar points: dof 1 is all they have, it has no direction, and rigid motion leaves it at rest."""
 
     @property
     def count(self) -> int:

@@ -10,7 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.linalg.dense_product import symmetric
-from creak.reduction.health.rigid import rigid_vectors
+from creak.model.mesh import Nodes
+from creak.model.rigid import rigid_vectors
 
 NOTHING = 1e-12
 """A direction with a smaller inertia, relative to the largest of its kind, has none."""
@@ -56,7 +57,7 @@ def effective_mass(
     system: System,
     shapes: FloatArray,
     carriers: Iterable[tuple[IntArray, Matrix]],
-    coords: FloatArray,
+    nodes: Nodes,
     about: FloatArray,
 ) -> EffectiveMass:
     """Effective mass L^2 of mass-normalised modes, L = Phi' M R.
@@ -69,7 +70,7 @@ def effective_mass(
     ----------
     system : the assembly. shapes : (n, n_mode) in its coordinates.
     carriers : physical dof labels (k,) and mass (k, k) of each part before it was joined, independent dofs.
-    coords : (n_node, 3). about : (3,) point of the rotations.
+    nodes : all of the model. about : (3,) point of the rotations.
 
     Exact where constraints inside a part allow rigid motion, as couplings, ties and rigid bodies do; an equation
     that resists it (u_x = 0 at one of two nodes) leaves out what it blocks.
@@ -78,7 +79,7 @@ def effective_mass(
     """
     mass, load = np.zeros((6, 6)), np.zeros((system.n, 6))
     for labels, M in carriers:
-        R = rigid_vectors(labels, coords, about)
+        R = rigid_vectors(labels, nodes, about)
         MR = np.asarray(M @ R)
         mass += R.T @ MR
         load += np.asarray(system.rows(labels)[0].T @ MR)

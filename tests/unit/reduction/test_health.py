@@ -17,11 +17,12 @@ from creak.linalg import modes as linalg_modes
 from creak.linalg import pencil
 from creak.linalg.factor import factor
 from creak.linalg.mkl import has_pardiso
+from creak.model.rigid import rigid_vectors
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.health import Health, health, health_rows
 from creak.reduction.health.estimate import error_bound, error_of, first_left_out, residual_energy
 from creak.reduction.health.free import _own_modes
-from creak.reduction.health.rigid import rigid_motion, rigid_vectors
+from creak.reduction.health.rigid import rigid_motion
 from creak.reduction.inside import Inside
 from helpers_core import (
     NO_DAMPING,
@@ -30,6 +31,7 @@ from helpers_core import (
     beam_section,
     block,
     model_of,
+    nodes_of,
     part_system,
     plate,
     point_mass,
@@ -44,6 +46,7 @@ THICKNESS = 1e-3
 N_X, N_Y = 8, 5
 CORNERS = (0, N_Y, N_X * (N_Y + 1), (N_X + 1) * (N_Y + 1) - 1)
 COORDS, QUADS = plate(N_X, N_Y, SIZE)
+NODES = nodes_of(COORDS)
 BAND = (0.9, 1.15)
 """Estimated over actual error where it is below 3 % and the mode below half of the first frequency left out."""
 
@@ -68,7 +71,7 @@ def frequency_error(full: System, small: System, inside: Inside, q: np.ndarray, 
 
 
 def report(count: int, f_excitation: float | None = 100.0, **options: object) -> Health:
-    return health(*reduced_plate(count), COORDS, f_excitation=f_excitation, **options)
+    return health(*reduced_plate(count), NODES, f_excitation=f_excitation, **options)
 
 
 def warned(h: Health, words: str) -> bool:
@@ -113,7 +116,7 @@ def test_mass_properties_are_those_of_the_plate(measured):
 def test_rigid_vectors_about_a_point():
     """u = theta x (x - c)."""
     coords, about = np.array([[0.0, 0.0, 0.0], [1.0, 2.0, 3.0]]), np.array([0.5, 0.0, -1.0])
-    R = rigid_vectors(np.arange(12), coords, about)
+    R = rigid_vectors(np.arange(12), nodes_of(coords), about)
     theta = np.array([0.3, -0.2, 0.7])
     u = (R[:, 3:] @ theta).reshape(2, 6)
     np.testing.assert_allclose(u[:, :3], np.cross(theta, coords - about), atol=1e-15)
@@ -126,7 +129,7 @@ def test_centre_of_gravity_and_inertia_of_point_masses():
     masses = [block("mass", [[k]], point_mass(m), 0, 10 + k) for k, m in enumerate((1.0, 2.0, 3.0))]
     part = part_system(model_of(coords, [beams, *masses]), 0, NO_DAMPING)
     inside = cut_at(part, (0,))
-    h = health(part, craig_bampton(part, inside.b, count=0, inside=inside), inside, coords)
+    h = health(part, craig_bampton(part, inside.b, count=0, inside=inside), inside, nodes_of(coords))
     np.testing.assert_allclose(h.rigid.cog, (1.0, 0.5, 0.0), atol=1e-7)  # beams weigh 3e-8
     # J_zz = sum m r^2 about the centre = 1 x 1.25 + 2 x 4.25 + 3 x 1.25; J_xy = -sum m x y = 3.
     np.testing.assert_allclose([h.rigid.inertia[2], h.rigid.inertia[3]], [13.5, 3.0], rtol=1e-6)
@@ -134,7 +137,7 @@ def test_centre_of_gravity_and_inertia_of_point_masses():
 
 def test_frequencies_and_measured_errors(measured):
     part, small, inside = reduced_plate(12)
-    h = health(part, small, inside, COORDS)
+    h = health(part, small, inside, NODES)
     exact, ritz = (
         np.sqrt(sla.eigh(to_dense(s.K), to_dense(s.M), eigvals_only=True)[6:16]) / (2 * np.pi) for s in (part, small)
     )
@@ -154,7 +157,7 @@ def test_frequencies_and_measured_errors(measured):
 def test_first_mode_left_out_of_a_guyan_model():
     """No mode is kept, so subspace iteration finds the first; nine steps of the ratio (lambda_1 / lambda_17)."""
     part, _, inside = reduced_plate(0)
-    h = health(part, craig_bampton(part, inside.b, count=0, inside=inside), inside, COORDS, f_excitation=50.0)
+    h = health(part, craig_bampton(part, inside.b, count=0, inside=inside), inside, NODES, f_excitation=50.0)
     first = sla.eigh(to_dense(inside.K_ii), to_dense(inside.M_ii), eigvals_only=True)[0]
     assert h.fixed.first_left_out == pytest.approx(np.sqrt(first) / (2 * np.pi), rel=1e-3)
     assert h.fixed.frequencies == ()
@@ -189,7 +192,7 @@ def test_effective_mass_of_a_clamped_bar(measured):
     inside = Inside(full, np.array([0]))
     small = craig_bampton(full, np.array([0]), count=3, inside=inside)
     coords = np.column_stack([np.linspace(0.0, 1.0, n + 1), np.zeros((n + 1, 2))])
-    h = health(full, small, inside, coords)
+    h = health(full, small, inside, nodes_of(coords))
     k = np.arange(1, 4)
     # Mesh error of a linear element: (omega dx / c)^2 / 24 and the half element at the wall, below 1 %.
     exact = np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2)
@@ -304,7 +307,7 @@ def test_usable_frequency_lies_between_the_modes_that_pass_and_fail():
 def broken(**changes: object) -> Health:
     part, small, inside = reduced_plate(30)
     new = {name: change(to_dense(getattr(small, name)).copy()) for name, change in changes.items()}
-    return health(part, replace(small, **new), inside, COORDS, f_excitation=100.0)
+    return health(part, replace(small, **new), inside, NODES, f_excitation=100.0)
 
 
 def test_spring_to_ground_is_found():
@@ -380,7 +383,7 @@ def test_springs_to_ground_of_the_part_itself_are_not_held_against_the_reduction
     ground = block("spring1", [[k] for k in (10, 20, 33)], spring(2e3, dof=3), 0, 500)
     part = part_system(model_of(COORDS, [block("quad4", QUADS, shell(THICKNESS)), ground]), 0, NO_DAMPING)
     inside = cut_at(part, CORNERS)
-    h = health(part, craig_bampton(part, inside.b, count=30, inside=inside), inside, COORDS, f_excitation=50.0)
+    h = health(part, craig_bampton(part, inside.b, count=30, inside=inside), inside, NODES, f_excitation=50.0)
     assert h.rigid.grounded
     assert h.rigid.passes_grounding
     assert h.good, h.findings.warnings
@@ -390,9 +393,9 @@ def test_springs_to_ground_of_the_part_itself_are_not_held_against_the_reduction
 def test_reduced_boundary_that_holds_rigid_motion_is_exact():
     part = free_plate()
     inside = cut_at(part, CORNERS)
-    R = rigid_vectors(part.coordinates[inside.b], COORDS, np.zeros(3))
+    R = rigid_vectors(part.coordinates[inside.b], NODES, np.zeros(3))
     P = np.hstack([R @ np.random.default_rng(2).standard_normal((6, 6)), np.eye(24)[:, :3]])
-    h = health(part, craig_bampton(part, inside.b, count=20, shape=P, inside=inside), inside, COORDS)
+    h = health(part, craig_bampton(part, inside.b, count=20, shape=P, inside=inside), inside, NODES)
     assert h.rigid.boundary_misfit < 1e-9
     assert h.rigid.mass_error < 1e-7
     assert h.rigid.passes_grounding
@@ -401,9 +404,9 @@ def test_reduced_boundary_that_holds_rigid_motion_is_exact():
 def test_reduced_boundary_that_cannot_move_rigidly_is_told():
     part = free_plate()
     inside = cut_at(part, CORNERS)
-    R = rigid_vectors(part.coordinates[inside.b], COORDS, np.zeros(3))
+    R = rigid_vectors(part.coordinates[inside.b], NODES, np.zeros(3))
     P = R[:, :5].copy()
-    h = health(part, craig_bampton(part, inside.b, count=20, shape=P, inside=inside), inside, COORDS, own_modes=False)
+    h = health(part, craig_bampton(part, inside.b, count=20, shape=P, inside=inside), inside, NODES, own_modes=False)
     assert h.rigid.boundary_misfit > 0.5
     assert warned(h, "the reduced boundary cannot move rigidly")
 
@@ -412,7 +415,9 @@ def test_part_without_an_inside():
     coords, elements = straight_beam(2, 1.0)
     part = part_system(model_of(coords, [block("beam2", elements, beam_section())]), 0, NO_DAMPING)
     inside = Inside(part, np.arange(part.n))
-    h = health(part, craig_bampton(part, inside.b, f_max=100.0, inside=inside), inside, coords, f_excitation=100.0)
+    h = health(
+        part, craig_bampton(part, inside.b, f_max=100.0, inside=inside), inside, nodes_of(coords), f_excitation=100.0
+    )
     assert h.good, h.findings.warnings
     assert h.internal == h.modes == 0
     assert "good to any frequency" in h.verdict[0]
@@ -423,7 +428,7 @@ def test_single_retained_node():
     """A statically determinate boundary: K_r is nothing but round-off, and that is no grounding."""
     part = free_plate()
     inside = cut_at(part, (0,))
-    h = health(part, craig_bampton(part, inside.b, count=40, inside=inside), inside, COORDS, f_excitation=20.0)
+    h = health(part, craig_bampton(part, inside.b, count=40, inside=inside), inside, NODES, f_excitation=20.0)
     assert h.rigid.passes_grounding
     assert h.good, h.findings.warnings
 
@@ -474,7 +479,7 @@ def test_generalised_coordinates_of_the_part_are_refused():
     part, small, inside = reduced_plate(4)
     odd = replace(part, coordinates=np.r_[part.coordinates[:-1], -1])
     with pytest.raises(InputError, match="1 generalised coordinates"):
-        health(odd, small, inside, COORDS)
+        health(odd, small, inside, NODES)
 
 
 def test_excitation_must_be_positive():
@@ -484,7 +489,7 @@ def test_excitation_must_be_positive():
 
 def test_rigid_motion_of_the_superelement_is_that_of_the_part():
     part, small, _ = reduced_plate(4)
-    motions = rigid_motion(part, small, COORDS)
+    motions = rigid_motion(part, small, NODES)
     # Psi reproduces rigid motion to the round-off of K_ii^-1 K_ib.
     np.testing.assert_allclose(motions.u, motions.R, atol=1e-7)
 
@@ -500,7 +505,7 @@ def test_own_modes_cost_one_factorisation(monkeypatch):
     monkeypatch.setattr(pencil, "factor", counted)
     part, reduced, inside = reduced_plate(20)
     made.clear()
-    found = health(part, reduced, inside, COORDS)
+    found = health(part, reduced, inside, NODES)
     assert made == [(part.n, part.n)]
     exact = linalg_modes.modes(part.K, part.M, count=12, free=True).frequencies[6:]
     np.testing.assert_allclose(found.free.full[:6], exact, rtol=1e-9)

@@ -18,7 +18,7 @@ from creak.reduction import room as limits
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.health import health
 from creak.reduction.inside import Inside
-from helpers_core import NO_DAMPING, block, model_of, part_system, plate, point_mass, shell
+from helpers_core import NO_DAMPING, block, model_of, nodes_of, part_system, plate, point_mass, shell
 
 LONG, WIDE = 26, 9
 F_MAX = 1500.0
@@ -114,12 +114,12 @@ def test_its_health_is_that_of_the_part_in_one(part, short, monkeypatch):
     b = boundary(part)
     inside = Inside(part, b)
     reduced = craig_bampton(part, b, f_max=F_MAX, inside=inside)
-    coords = np.vstack([plate(LONG, WIDE, (0.52, 0.17))[0], [0.3, 0.05, 0.06]])
-    told = health(part, reduced, inside, coords, f_excitation=100.0, own_modes=False)
+    nodes = nodes_of(np.vstack([plate(LONG, WIDE, (0.52, 0.17))[0], [0.3, 0.05, 0.06]]))
+    told = health(part, reduced, inside, nodes, f_excitation=100.0, own_modes=False)
     assert inside.pieces is not None
     monkeypatch.setattr("creak.reduction.room.factor", factor)
     whole = Inside(part, b)
-    expected = health(part, craig_bampton(part, b, f_max=F_MAX, inside=whole), whole, coords, own_modes=False)
+    expected = health(part, craig_bampton(part, b, f_max=F_MAX, inside=whole), whole, nodes, own_modes=False)
     assert told.good, told.verdict
     assert told.fixed.residual < 1e-6
     np.testing.assert_allclose(told.free.reduced, expected.free.reduced, rtol=1e-7)

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.model.mesh import Nodes
 from creak.progress import Progress
 from creak.reduction.health.fixed import FixedModes, fixed_modes
 from creak.reduction.health.free import FreeModes, free_modes
@@ -74,7 +74,7 @@ def health(
     full: System,
     reduced: System,
     inside: Inside,
-    coords: FloatArray,
+    nodes: Nodes,
     *,
     f_excitation: float | None = None,
     count: int = 10,
@@ -86,7 +86,7 @@ def health(
     Parameters
     ----------
     full, reduced, inside : the part, `craig_bampton(full, ...)` of it, and the blocks they share.
-    coords : (n_node, 3) all nodes of the model.
+    nodes : all of the model.
     f_excitation : highest frequency of interest, Hz.
     count : fixed-interface and free modes to list.
     own_modes : also compute the free modes of the full part: a factorisation and count + 6 vectors, the only expensive
@@ -103,7 +103,7 @@ def health(
     needs_physical(full)
     if f_excitation is not None and not f_excitation > 0.0:
         raise InputError(f"excitation up to {f_excitation} Hz", expected="a positive frequency")
-    motions = rigid_motion(full, reduced, coords)
+    motions = rigid_motion(full, reduced, nodes)
     rigid = rigid_check(full, reduced, inside, motions)
     free, cut = free_modes(full, reduced, inside, count, own_modes, progress)
     fixed = fixed_modes(full, reduced, inside, motions, cut, count)

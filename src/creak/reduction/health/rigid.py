@@ -7,10 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.model.dofs import dofs_of, nodes_of
+from creak.model.mesh import Nodes
+from creak.model.rigid import rigid_vectors
 from creak.reduction.inside import Inside
 
 GROUNDING = 1e-10
@@ -67,18 +69,6 @@ class RigidMotion:
     boundary_misfit: float
 
 
-def rigid_vectors(labels: IntArray, coords: FloatArray, about: FloatArray) -> FloatArray:
-    """(k, 6) u = e_j and u = e_j x (x - about), theta = e_j at labels of dofs."""
-    node, axis = nodes_of(labels), dofs_of(labels) - 1
-    arm = coords[node] - about
-    R = np.zeros((labels.size, 6))
-    R[np.arange(labels.size), axis] = 1.0
-    for j, e in enumerate(np.eye(3)):
-        moves = np.flatnonzero(axis < 3)
-        R[moves, 3 + j] = np.cross(e, arm[moves])[np.arange(moves.size), axis[moves]]
-    return R
-
-
 def motion(full: System, reduced: System, q: FloatArray) -> FloatArray:
     """Full-field motion u = V q (n_full, k) in the full part's coordinates, q (n_reduced, k)."""
     u = reduced.recover(q)[np.searchsorted(reduced.labels, full.coordinates)]
@@ -106,32 +96,31 @@ def centre_of_gravity(mass: FloatArray, about: FloatArray) -> FloatArray:
     return about + (moment / m if m > 0.0 else 0.0)
 
 
-def rigid_motion(full: System, reduced: System, coords: FloatArray) -> RigidMotion:
+def rigid_motion(full: System, reduced: System, nodes: Nodes) -> RigidMotion:
     """The six rigid motions of the full part and of its superelement."""
-    nodes = np.unique(nodes_of(full.coordinates))
-    about = coords[nodes].mean(axis=0)
-    R = rigid_vectors(full.coordinates, coords, about)
+    about = nodes.coords[np.unique(nodes_of(full.coordinates))].mean(axis=0)
+    R = rigid_vectors(full.coordinates, nodes, about)
     cog = centre_of_gravity(R.T @ np.asarray(full.M @ R), about)
-    R = rigid_vectors(full.coordinates, coords, cog)
-    q, misfit = _reduced_rigid(reduced, coords, cog)
+    R = rigid_vectors(full.coordinates, nodes, cog)
+    q, misfit = _reduced_rigid(reduced, nodes, cog)
     return RigidMotion(
         R, q, motion(full, reduced, q), R.T @ np.asarray(full.M @ R), q.T @ np.asarray(reduced.M @ q), cog, misfit
     )
 
 
-def _reduced_rigid(reduced: System, coords: FloatArray, about: FloatArray) -> tuple[FloatArray, float]:
+def _reduced_rigid(reduced: System, nodes: Nodes, about: FloatArray) -> tuple[FloatArray, float]:
     """Boundary coordinates by their labels; generalised boundary coordinates by least squares at the joins."""
     boundary = np.arange(reduced.stats.retained)
     named = boundary[reduced.coordinates[boundary] >= 0]
     shapes = np.setdiff1d(boundary, named)
     q = np.zeros((reduced.n, 6))
-    q[named] = rigid_vectors(reduced.coordinates[named], coords, about)
+    q[named] = rigid_vectors(reduced.coordinates[named], nodes, about)
     if shapes.size == 0:
         return q, 0.0
     labels = reduced.joins
     A = sp.csr_matrix(reduced.rows(labels)[0])
-    target = rigid_vectors(labels, coords, about)
-    size = max(float(np.linalg.norm(coords[nodes_of(labels)] - about, axis=1).max(initial=0.0)), 1e-300)
+    target = rigid_vectors(labels, nodes, about)
+    size = max(float(np.linalg.norm(nodes.coords[nodes_of(labels)] - about, axis=1).max(initial=0.0)), 1e-300)
     scale = np.where(dofs_of(labels) <= 3, 1.0, size)[:, None]
     rest = target - np.asarray(A[:, named] @ q[named])
     q[shapes] = np.linalg.lstsq(scale * A[:, shapes].toarray(), scale * rest, rcond=None)[0]

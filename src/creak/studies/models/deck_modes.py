@@ -148,7 +148,7 @@ def structure_modes(
     """The modes `found` of `system`, to which the parts of a structure are joined, with effective masses."""
     model = structure.model
     effective = effective_mass(
-        system, found.shapes, _carriers(parts, model), model.nodes.coords, np.asarray(about, dtype=np.float64)
+        system, found.shapes, _carriers(parts, model), model.nodes, np.asarray(about, dtype=np.float64)
     )
     return DeckModes(
         found.frequencies.tolist(),

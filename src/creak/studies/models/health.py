@@ -12,6 +12,7 @@ from creak.arrays import FloatArray
 from creak.digest import digest
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.solved import as_numbers, as_text
+from creak.model.mesh import Nodes
 from creak.progress import Progress
 from creak.reduction.health import Health, health
 from creak.studies.models.reduced import ReducedModel
@@ -26,7 +27,7 @@ and as long a search as a small reduction."""
 
 def checked(
     model: ReducedModel,
-    coords: FloatArray,
+    nodes: Nodes,
     band: Band,
     progress: Progress,
     store: Path | None = None,
@@ -37,7 +38,7 @@ def checked(
 
     Parameters
     ----------
-    coords : (n_node, 3) places of the nodes.
+    nodes : all of the model.
     store : folder of saved superelements, beside which what was found of the same ones before is kept.
     own_modes : compare free modes with those of the unreduced part; default: for parts up to `OWN_MODES_LIMIT` dofs.
     """
@@ -45,29 +46,29 @@ def checked(
     count = len(model.superelements)
     for k, r in enumerate(model.superelements):
         progress("check superelements", k, count)
-        out[r.system.name] = _kept(r, coords, band, store, own_modes)
+        out[r.system.name] = _kept(r, nodes, band, store, own_modes)
         r.inside.release()
     progress("check superelements", count, count)
     return out
 
 
-def _kept(reduced: Reduced, coords: FloatArray, band: Band, store: Path | None, own_modes: bool | None) -> Health:
+def _kept(reduced: Reduced, nodes: Nodes, band: Band, store: Path | None, own_modes: bool | None) -> Health:
     """`check`, or what it said before of the same superelement."""
 
     def make() -> dict[str, FloatArray]:
-        found = check(reduced, coords, band.excited, own_modes=own_modes)
+        found = check(reduced, nodes, band.excited, own_modes=own_modes)
         return {"health": as_numbers(json.dumps(asdict(found)))}
 
     part, made_from = reduced.substructure.part, list[str]()
     if store is not None:
         asked = [part.name, band.f_max, band.excited, own_modes]
-        matters = (coords, part.labels, part.rows(part.labels)[0])
+        matters = (nodes.coords, nodes.scalar, part.labels, part.rows(part.labels)[0])
         made_from = [json.dumps([asked, sorted(reduced.made_from.items())]), *map(digest, matters)]
     found = solved(store, f"health_{file_stem(part.name)}", made_from, make)
     return TypeAdapter(Health).validate_python(json.loads(as_text(found["health"])))
 
 
-def check(reduced: Reduced, coords: FloatArray, excited: float, *, own_modes: bool | None = None) -> Health:
+def check(reduced: Reduced, nodes: Nodes, excited: float, *, own_modes: bool | None = None) -> Health:
     """The health of one superelement, see `checked`; with the factor that made it where that is still there.
 
     Parameters
@@ -81,7 +82,7 @@ def check(reduced: Reduced, coords: FloatArray, excited: float, *, own_modes: bo
         part,
         reduced.system,
         reduced.inside,
-        coords,
+        nodes,
         f_excitation=excited or None,
         own_modes=own_modes,
     )

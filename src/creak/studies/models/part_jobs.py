@@ -92,7 +92,7 @@ def run_part(job: PartJob) -> Saved:
         reduced, notes = reduce_substructure(model, reduction, setup.exterior, sub, job.folder, silent)
         health, about = None, dict[str, Any](deck=str(model.source))
         try:
-            health = check(reduced, model.nodes.coords, reduction.band.excited)
+            health = check(reduced, model.nodes, reduction.band.excited)
             about["health"] = health.as_dict()
         finally:
             path = save_superelement(job.folder, reduced, model, about)

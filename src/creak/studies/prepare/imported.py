@@ -15,6 +15,7 @@ from creak.assembly.system import Stats, System, no_supports, to_dense
 from creak.errors import InputError
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model
+from creak.model.rigid import rigid_vectors
 from creak.model.superelement import Superelement
 from creak.studies.file.config import SuperelementTable
 from creak.studies.file.places import Places
@@ -83,7 +84,7 @@ def superelement_system(superelement: Superelement, model: Model, name: str, dam
         no_supports(n),
         coordinates,
         np.zeros(n),
-        stats=Stats(_mass(superelement), retained=labels.size, modes=n - labels.size),
+        stats=Stats(_mass(superelement, coordinates, model), retained=labels.size, modes=n - labels.size),
         labels=labels,
         interface=labels,
     )
@@ -119,9 +120,10 @@ def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
     )
 
 
-def _mass(superelement: Superelement) -> float:
+def _mass(superelement: Superelement, coordinates: IntArray, model: Model) -> float:
     """Mass felt when all nodes move along x."""
-    x = ((superelement.dofs == 1) & (superelement.node_ids > 0)).astype(float)
+    x, known = np.zeros(superelement.n), coordinates >= 0
+    x[known] = rigid_vectors(coordinates[known], model.nodes, np.zeros(3))[:, 0]
     return float(x @ (superelement.M @ x))
 
 

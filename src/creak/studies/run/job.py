@@ -134,8 +134,8 @@ def run_study(
     c = setup.study.config
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
         setup, reference, gaps, notes = ready(setup, progress, store, compiled)
-        marching, kept, coords = setup.marching, gaps.m, setup.model.nodes.coords
-        limit = partial(limited, marching, coords, reference.system)
+        marching, kept, nodes = setup.marching, gaps.m, setup.model.nodes
+        limit = partial(limited, marching, nodes.coords, reference.system)
         closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
         observed = partial(setup.observed, lines=True, record=record)
         runs: dict[str, Run] = {}
@@ -168,7 +168,7 @@ def run_study(
 
             notes += [*more, *reduced.notes]
             try:
-                found_of = partial(checked, reduced, coords, setup.band, progress, store)
+                found_of = partial(checked, reduced, nodes, setup.band, progress, store)
                 health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
             except KeyboardInterrupt:
                 stopped = "stopped while the superelements were checked"

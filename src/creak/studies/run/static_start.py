@@ -76,7 +76,7 @@ def _load(structure: Structure, driving: Driving, reference: ReferenceModel) -> 
     gravity = static_gravity(model, driving)
     if gravity.any():
         for labels, M in _carriers(structure, driving.places, reference):
-            f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, gravity)).ravel()
+            f += np.asarray(system.rows(labels)[0].T @ rigid_load(labels, M, model.nodes, gravity)).ravel()
     acting = static_forces(model, driving)
     if acting:
         labels, at = np.unique(np.concatenate([labels for _, labels, _ in acting]), return_inverse=True)

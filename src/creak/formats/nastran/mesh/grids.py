@@ -73,7 +73,8 @@ class Grids:
         return len(self.ids) - 1
 
     def nodes(self) -> Nodes:
-        return Nodes(np.array(self.ids, dtype=np.int64), np.array(self.coords, dtype=np.float64).reshape(-1, 3))
+        ids, coords = np.array(self.ids, dtype=np.int64), np.array(self.coords, dtype=np.float64).reshape(-1, 3)
+        return Nodes(ids, coords, scalar=np.array(sorted(self.scalar), dtype=np.int64))
 
 
 @dataclass(frozen=True)
