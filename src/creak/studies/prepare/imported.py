@@ -26,8 +26,8 @@ PLACE = 1e-3
 
 def imported_superelements(
     model: Model, tables: Mapping[str, SuperelementTable], places: Places, common: Rayleigh, override: bool
-) -> tuple[System, ...]:
-    """Every [superelement.NAME] of the study, joined to the deck at the nodes with the same labels.
+) -> tuple[tuple[System, ...], list[str]]:
+    """Every [superelement.NAME] of the study, joined to the deck at the nodes with the same labels, and notes.
 
     Parameters
     ----------
@@ -39,23 +39,27 @@ def imported_superelements(
     InputError : a file that cannot be read, or a node that the deck does not have or has elsewhere.
     """
     if not tables:
-        return ()
+        return (), []
     from creak.formats.matrices.superelements import read_superelement
 
-    out = []
+    out, notes = list[System](), list[str]()
     for name, table in tables.items():
         where = places.where("superelement", name)
         map_file = places.sibling(table.map) if table.map else None
         superelement = read_superelement(places.sibling(table.file), map_file)
+        if override and superelement.C is not None:
+            notes.append(f"superelement {name}: its own damping is left out, as [damping] of the study replaces all")
         damping = _own_damping(superelement, common, override)
         out.append(superelement_system(superelement, model, name, damping, where))
-    return tuple(out)
+    return tuple(out), notes
 
 
 def _own_damping(superelement: Superelement, common: Rayleigh, override: bool) -> Damping:
-    """The common Rayleigh numbers and the matrix that makes up for them."""
+    """The common Rayleigh numbers and, unless they replace all damping, the matrix that makes up for them."""
+    if override:
+        return Damping(common.alpha, common.beta)
     C = None if superelement.C is None else to_dense(superelement.C)
-    if not override and (common.alpha or common.beta):
+    if common.alpha or common.beta:
         excess = common.alpha * to_dense(superelement.M) + common.beta * to_dense(superelement.K)
         C = -excess if C is None else C - excess
     return Damping(common.alpha, common.beta, C)

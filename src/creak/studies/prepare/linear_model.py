@@ -70,5 +70,5 @@ def linear_structure(study: Study, model: Model, ignore: Sequence[str] = ()) -> 
     driven = driven_dofs(model, study.driving)
     check_driven(model, study.driving, driven)
     rayleigh, override = own_damping(model, DampingTable(rayleigh=c.damping.rayleigh))
-    superelements = imported_superelements(model, c.superelement, study.places, rayleigh, override)
+    superelements, _ = imported_superelements(model, c.superelement, study.places, rayleigh, override)
     return Structure(model, driven, rayleigh, override, superelements, None)

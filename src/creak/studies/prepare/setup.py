@@ -264,7 +264,8 @@ def set_up_model(
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = own_damping(model, c.damping)
     notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)
-    superelements = imported_superelements(model, c.superelement, places, rayleigh, override)
+    superelements, said_of = imported_superelements(model, c.superelement, places, rayleigh, override)
+    notes += said_of
     check_static(model, driving, driven)
     notes += gravity_warnings(model, driving)
     notes += press_fit_warnings(driving, contacts, connectors)
