@@ -149,6 +149,8 @@ class SuperelementTable(Table):
     """Matrices: .op4, .mtx (Abaqus or MatrixMarket), .sti (CalculiX), .npz, DMIG; relative to the study file."""
     map: str | None = None
     """Nodes and dofs of the rows where the file does not tell them (.asm for .op4)."""
+    instance: str | None = None
+    """Instance whose nodes it joins, where several have the same labels and the file does not say where they lie."""
 
 
 class PrecheckTable(Table):

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import Stats, System, no_supports, to_dense
-from creak.errors import InputError
+from creak.errors import InputError, suggest
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model
 from creak.model.rigid import rigid_vectors
@@ -22,6 +22,10 @@ from creak.studies.file.places import Places
 
 PLACE = 1e-3
 """A node may lie this share of the model's size from where the superelement says it is."""
+FAR = 10.0
+"""Of nodes with one number another lies elsewhere where it is this many times as far from there as the nearest,"""
+ROUND_OFF = 1e-9
+"""and farther than this share of the model's size."""
 
 
 def imported_superelements(
@@ -36,7 +40,8 @@ def imported_superelements(
 
     Raises
     ------
-    InputError : a file that cannot be read, or a node that the deck does not have or has elsewhere.
+    InputError : a file that cannot be read, or a node that the deck does not have, has elsewhere, or has more
+        than once.
     """
     if not tables:
         return (), []
@@ -50,7 +55,7 @@ def imported_superelements(
         if override and superelement.C is not None:
             notes.append(f"superelement {name}: its own damping is left out, as [damping] of the study replaces all")
         damping = _own_damping(superelement, common, override)
-        out.append(superelement_system(superelement, model, name, damping, where))
+        out.append(superelement_system(superelement, model, name, damping, where, table.instance))
     return tuple(out), notes
 
 
@@ -65,9 +70,11 @@ def _own_damping(superelement: Superelement, common: Rayleigh, override: bool) -
     return Damping(common.alpha, common.beta, C)
 
 
-def superelement_system(superelement: Superelement, model: Model, name: str, damping: Damping, where: str) -> System:
+def superelement_system(
+    superelement: Superelement, model: Model, name: str, damping: Damping, where: str, instance: str | None = None
+) -> System:
     """The matrices as a System in the dofs of the deck's nodes."""
-    coordinates = _labels(superelement, model, where)
+    coordinates = _labels(superelement, model, instance, where)
     known = np.flatnonzero(coordinates >= 0)
     order = known[np.argsort(coordinates[known])]
     labels = coordinates[order]
@@ -94,27 +101,9 @@ def superelement_system(superelement: Superelement, model: Model, name: str, dam
     )
 
 
-def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
-    row = {int(label): k for k, label in enumerate(model.nodes.ids.tolist())}
-    size = float(np.ptp(model.nodes.coords, axis=0).max(initial=0.0))
-    missing = sorted({int(i) for i in superelement.node_ids if i and int(i) not in row})
-    if missing:
-        raise InputError(
-            f"superelement {superelement.name!r} ends at node {missing[0]}, which the deck does not have "
-            f"({len(missing)} such node(s))",
-            where=where,
-            expected="nodes of the deck with the same labels",
-            fix="Add the nodes to the deck (*NODE), at the same places.",
-        )
-    for label, place in superelement.positions.items():
-        if label in row and np.linalg.norm(model.nodes.coords[row[label]] - place) > PLACE * size:
-            raise InputError(
-                f"node {label} lies at {model.nodes.coords[row[label]].tolist()} in the deck and at "
-                f"{np.asarray(place).tolist()} in superelement {superelement.name!r}",
-                where=where,
-                expected="the same place",
-                fix="Check units and the node's number.",
-            )
+def _labels(superelement: Superelement, model: Model, instance: str | None, where: str) -> IntArray:
+    """(n,) labels of the dofs of the nodes that it joins, -1 for generalised coordinates."""
+    row = _joined(superelement, model, instance, where)
     return np.array(
         [
             dof_label(row[int(i)], int(d)) if i else -1
@@ -122,6 +111,68 @@ def _labels(superelement: Superelement, model: Model, where: str) -> IntArray:
         ],
         dtype=np.int64,
     )
+
+
+def _joined(superelement: Superelement, model: Model, instance: str | None, where: str) -> dict[int, int]:
+    """Node number of the superelement -> row of the node that it joins: of the instance, or at the place it tells."""
+    wanted, nodes = np.unique(superelement.node_ids[superelement.node_ids > 0]), model.nodes
+    rows = np.flatnonzero(np.isin(nodes.ids, wanted) & _of_instance(model, instance, where))
+    found: dict[int, list[int]] = {int(label): [] for label in wanted}
+    for r in rows.tolist():
+        found[int(nodes.ids[r])].append(r)
+    missing = [label for label, at in found.items() if not at]
+    if missing:
+        owner = f"instance {instance}" if instance else "the deck"
+        raise InputError(
+            f"superelement {superelement.name!r} ends at node {missing[0]}, which {owner} does not have "
+            f"({len(missing)} such node(s))",
+            where=where,
+            expected="nodes of the deck with the same labels",
+            fix="Add the nodes to the deck (*NODE), at the same places.",
+        )
+    return {label: _one(superelement, model, label, np.array(at), where) for label, at in found.items()}
+
+
+def _of_instance(model: Model, instance: str | None, where: str) -> BoolArray:
+    """(n_node,) the nodes that the superelement may join."""
+    nodes = model.nodes
+    if instance is None:
+        return np.ones(nodes.count, dtype=np.bool_)
+    names = [name.upper() for name in nodes.instance]
+    if instance.upper() not in names:
+        raise InputError(f"unknown instance {instance!r}", where=where, fix=suggest(instance, nodes.instance))
+    return nodes.instance_idx == names.index(instance.upper())
+
+
+def _one(superelement: Superelement, model: Model, label: int, rows: IntArray, where: str) -> int:
+    """The one of some rows with this label that lies where the superelement says, or the only one."""
+    nodes, place = model.nodes, superelement.positions.get(label)
+    names = ", ".join(nodes.label(r) for r in rows.tolist())
+    near = rows
+    if place is not None:
+        size = float(np.ptp(nodes.coords, axis=0).max(initial=0.0))
+        away = np.linalg.norm(nodes.coords[rows] - place, axis=1)
+        if away.min() > PLACE * size:
+            at = int(rows[away.argmin()])
+            raise InputError(
+                f"node {nodes.label(at)} lies at {nodes.coords[at].tolist()} in the deck and at "
+                f"{np.asarray(place).tolist()} in superelement {superelement.name!r}",
+                where=where,
+                expected="the same place",
+                fix="Check units and the node's number." + (f" None of {names} lies there." if rows.size > 1 else ""),
+            )
+        near = rows[away <= max(FAR * away.min(), ROUND_OFF * size)]
+    if near.size > 1:
+        told = "does not say where it lies" if place is None else "has more than one of them at its place"
+        raise InputError(
+            f"superelement {superelement.name!r} ends at node {label}, of which the deck has {rows.size} ({names}), "
+            f"and {told}",
+            where=where,
+            expected="one node of the deck to join",
+            fix='Name the instance that it joins, as instance = "'
+            f'{nodes.label(int(near[0])).rpartition(".")[0]}", or give a file with the places of its nodes.',
+        )
+    return int(near[0])
 
 
 def _mass(superelement: Superelement, coordinates: IntArray, model: Model) -> float:

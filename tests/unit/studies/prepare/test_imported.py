@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from creak.arrays import FloatArray
 from creak.assembly.system import System, to_dense
+from creak.errors import InputError
 from creak.formats.matrices.npz import write_npz
 from creak.model.superelement import Superelement
 from creak.studies.file.reader import read_study
@@ -44,6 +46,7 @@ end = 0.1
 nodes = ["P"]
 [superelement.S]
 file = "s.npz"
+{more}
 """
 K, M, C = (np.array([[a, -b], [-b, b]]) for a, b in ((50.0, 20.0), (0.3, 0.1), (6.0, 2.0)))
 """Of node 2 along x and a generalised coordinate."""
@@ -52,7 +55,7 @@ K, M, C = (np.array([[a, -b], [-b, b]]) for a, b in ((50.0, 20.0), (0.3, 0.1), (
 def ready(folder, damping: str, alpha: str = "") -> Setup:
     write_npz(Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C), folder / "s.npz")
     (folder / "deck.inp").write_text(DECK.format(alpha=alpha))
-    (folder / "study.toml").write_text(STUDY.format(damping=damping))
+    (folder / "study.toml").write_text(STUDY.format(damping=damping, more=""))
     return set_up(read_study(folder / "study.toml"))
 
 
@@ -77,3 +80,78 @@ def test_damping_of_a_study_replaces_that_of_a_superelement(tmp_path, damping, a
     np.testing.assert_allclose(damping_of(setup.superelements[0]), expected, rtol=1e-14, atol=1e-14)
     said = [note for note in setup.notes if "superelement S: its own damping is left out" in note]
     assert len(said) == (1 if damping else 0)
+
+
+INSTANCES = """*PART, NAME=P
+*NODE, NSET=ALL
+ 1, 0., 0., 0.
+ 2, 3., 0., 0.
+*ELEMENT, TYPE=SPRING2, ELSET=S
+ 1, 1, 2
+*ELEMENT, TYPE=MASS, ELSET=M
+ 2, 2
+*SPRING, ELSET=S
+ 1, 1
+ 90.
+*MASS, ELSET=M
+ .4
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=A-1, PART=P
+*END INSTANCE
+*INSTANCE, NAME=B-1, PART=P
+ 0., {apart}, 0.
+*END INSTANCE
+*NSET, NSET=ROOT, INSTANCE=A-1
+ 1
+*NSET, NSET=ROOT, INSTANCE=B-1
+ 1
+*NSET, NSET=P, INSTANCE=A-1
+ 2
+*NSET, NSET=P, INSTANCE=B-1
+ 2
+*END ASSEMBLY
+*BOUNDARY
+ ROOT, 1, 6
+ P, 2, 3
+"""
+
+
+def joined(folder, place: list[float] | None, more: str = "", apart: float = 2.0) -> str:
+    """The node of a deck with two instances that a superelement of node 2 joins."""
+    positions: dict[int, FloatArray] = {} if place is None else {2: np.array(place)}
+    given = Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C, positions)
+    write_npz(given, folder / "s.npz")
+    (folder / "deck.inp").write_text(INSTANCES.format(apart=apart))
+    text = STUDY.format(damping="", more=more).replace("[nodes.P]\nlabels = [2]\n", "")
+    (folder / "study.toml").write_text(text)
+    setup = set_up(read_study(folder / "study.toml"))
+    return setup.model.nodes.label(int(setup.superelements[0].coordinates[0]) // 6)
+
+
+def test_a_superelement_joins_the_instance_where_it_lies(tmp_path):
+    assert joined(tmp_path, [3.0, 0.0, 0.0]) == "A-1.2"
+    assert joined(tmp_path, [3.0, 2.0, 0.0]) == "B-1.2"
+    assert joined(tmp_path, [3.0, 2e-4, 0.0], apart=2e-4) == "B-1.2"  # skins closer than nodes may be off
+
+
+def test_a_superelement_joins_the_instance_that_the_study_names(tmp_path):
+    assert joined(tmp_path, None, 'instance = "A-1"') == "A-1.2"
+    assert joined(tmp_path, None, 'instance = "b-1"') == "B-1.2"
+    assert joined(tmp_path, [3.0, 0.0, 0.0], 'instance = "B-1"', apart=0.0) == "B-1.2"
+
+
+@pytest.mark.parametrize(
+    ("place", "more", "apart", "message"),
+    [
+        (None, "", 2.0, r"node 2, of which the deck has 2 \(A-1\.2, B-1\.2\), and does not say .*instance = \"A-1\""),
+        ([3.0, 0.0, 0.0], "", 0.0, r"\(A-1\.2, B-1\.2\), and has more than one of them at its place"),
+        ([3.0, 1.6, 0.0], "", 2.0, r"node B-1\.2 lies at .* None of A-1\.2, B-1\.2 lies there"),
+        ([3.0, 2.0, 0.0], 'instance = "A-1"', 2.0, r"node A-1\.2 lies at \[3\.0, 0\.0, 0\.0\]"),
+        (None, 'instance = "C-1"', 2.0, r"study\.toml:\d+.* unknown instance 'C-1'"),
+    ],
+    ids=["no place", "one place", "elsewhere", "other instance", "unknown"],
+)
+def test_a_superelement_that_could_join_more_nodes_is_refused(tmp_path, place, more, apart, message):
+    with pytest.raises(InputError, match=message):
+        joined(tmp_path, place, more, apart)
