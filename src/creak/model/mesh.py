@@ -165,6 +165,8 @@ class Model:
     """At which nothing is strained, but for materials that say their own; None: the deck gives none."""
     static_loads: Mapping[str, StaticLoads] = field(default_factory=dict)
     """Loads of the deck that a run may start under, by name."""
+    untyped: tuple[str, ...] = ()
+    """Sets of nodes and of elements that are one list of numbers, of which the deck does not say what they count."""
 
     @property
     def n_elements(self) -> int:

@@ -26,7 +26,7 @@ from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
 from creak.formats.nastran.mesh.middles import middle_equations
-from creak.formats.nastran.mesh.sets import element_sets, node_sets
+from creak.formats.nastran.mesh.sets import element_sets, node_sets, untyped_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids
 from creak.formats.nastran.sections.added_mass import add_mass
@@ -102,17 +102,18 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], ground, deck.property_name)
     blocks = blocks_of(deck.groups, of_node)
     sets = element_sets(deck, blocks, source.property_names, source.set_names)
+    of_nodes = {
+        **support_sets(deck, source.support_names),
+        **node_sets(deck, source.set_names),
+        **{n: np.array(rows) for n, rows in gaps.items()},
+    }
     model = Model(
         source=path,
         nodes=deck.grids.nodes(),
         blocks=blocks,
         parts=parts,
         element_sets=sets,
-        node_sets={
-            **support_sets(deck, source.support_names),
-            **node_sets(deck, source.set_names),
-            **{n: np.array(rows) for n, rows in gaps.items()},
-        },
+        node_sets=of_nodes,
         surfaces=surfaces(blocks, sets),
         constraints=(*constraints, *skew),
         fixed=tuple(fixed) if run is None else run.step.fixed,
@@ -121,6 +122,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         initial_temperature=temperatures(deck, deck.case.initial_temperature),
         static_loads=named_loads(deck) if run is None else {},
         mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
+        untyped=tuple(n for n in untyped_sets(deck, source.set_names) if n in sets and n in of_nodes),
     )
     return model, run
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -96,9 +97,8 @@ def _key(structure: Structure) -> str:
 
 def _nameless(model: Model) -> Model:
     """Without the names of nodes, elements and surfaces, and without loads."""
-    return replace(
-        model, source="", node_sets={}, element_sets={}, surfaces={}, unread=(), prestress=None, static_loads={}
-    )
+    names: dict[str, Any] = {"node_sets": {}, "element_sets": {}, "surfaces": {}, "untyped": ()}
+    return replace(model, source="", unread=(), prestress=None, static_loads={}, **names)
 
 
 def _outline(part: System) -> dict[str, FloatArray]:

@@ -22,6 +22,7 @@ from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.places import Places
 from creak.studies.prepare.eline_points import Pairs, pairs_of, places_or_pairs
+from creak.studies.prepare.pairs import sides_meant
 from creak.studies.prepare.tolerances import point_tolerances, points_of
 
 
@@ -82,7 +83,7 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
     """
     known = material_pairs(given)
     lines = [_line(given, name, True, known) for name in dict.fromkeys(contacts.group)]
-    operators = [contacts.without_force()] if contacts.m else []
+    operators, notes = [contacts.without_force()] if contacts.m else [], list[str]()
     for name, table in given.elines.items():
         if not table.drawn:
             _check_contact(given, name)
@@ -94,14 +95,17 @@ def make_elines(model: Model, given: Lines, contacts: GapOperator) -> Elines:
             )
         else:
             lines.append(_line(given, name, False, known))
-            operators.append(_drawn(model, given, name).without_force())
+            where, sides = given.places.where("eline", name), (table.secondary or "", table.main or "")
+            own, said = sides_meant(model, *sides, "node-to-surface", where)
+            notes += said
+            operators.append(_drawn(own, given, name).without_force())
     if not operators:
         return NO_ELINES
     points, frames = _with_frames(model, join(operators))
     at = model.nodes.coords[points.nodes_idx]
     found = point_tolerances(given, points_of(points, model))
     told = tuple(replace(line, tolerance=dict(found.source).get(line.name, "")) for line in lines)
-    return Elines(told, points, frames, at, found.below, given.percentile, found.notes)
+    return Elines(told, points, frames, at, found.below, given.percentile, (*notes, *found.notes))
 
 
 def _line(given: Lines, name: str, contact: bool, known: dict[str, MaterialPairTable]) -> Eline:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,30 @@ def contact_pair(model: Model, touching: Touching, name: str) -> ContactPair:
         contact_law(t, touching.places.where("contact", name)),
         press_fit=touching.press_fit,
     )
+
+
+def sides_meant(model: Model, secondary: str, main: str, method: str, where: str) -> tuple[Model, list[str]]:
+    """The model in which a secondary set whose numbers fit nodes and elements is one of nodes where the method takes
+    nodes, and notes of what is taken of such sets.
+
+    Parameters
+    ----------
+    where : of the table that names the two, for the notes.
+    """
+    notes, as_nodes = list[str](), method == "node-to-surface" and secondary.upper() != main.upper()
+    for key, name in (("secondary", secondary), ("main", main)):
+        if name.upper() not in model.untyped:
+            continue
+        nodes = as_nodes and key == "secondary"
+        notes.append(
+            f"{where} {key}: the numbers of {name!r} are those of nodes and of elements, and its "
+            f"{'nodes' if nodes else 'elements'} are taken; give the others a set of their own (SET3) if they are meant"
+        )
+        if nodes:
+            others = {n: rows for n, rows in model.element_sets.items() if n != name.upper()}
+            surfaces = {n: surface for n, surface in model.surfaces.items() if n != name.upper()}
+            model = replace(model, element_sets=others, surfaces=surfaces)
+    return model, notes
 
 
 def contact_law(table: ContactTable, where: str) -> ContactLaw:

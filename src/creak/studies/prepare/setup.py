@@ -53,7 +53,7 @@ from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice
+from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice, sides_meant
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
@@ -334,13 +334,14 @@ def contact_channels(model: Model, touching: Touching, store: Path | None = None
     operators: list[GapOperator] = []
     notes: list[str] = []
     for name, t in touching.contacts.items():
+        own, said = sides_meant(model, t.secondary, t.main, t.method, f"[contact.{name}]")
         try:
-            pair = contact_pair(model, touching, name)
-            operator, more = METHODS[t.method](model, pair, keep_in(store, f"contact_{file_stem(name)}"))
+            pair = contact_pair(own, touching, name)
+            operator, more = METHODS[t.method](own, pair, keep_in(store, f"contact_{file_stem(name)}"))
         except InputError as error:
             raise _in_file(touching.places, name, error) from error
         operators.append(operator)
-        notes.extend(map(Warned, [*more, *coarse_side(model, pair, operator)]))
+        notes += [*said, *map(Warned, [*more, *coarse_side(own, pair, operator)])]
     gaps = join(operators)
     return gaps, [*notes, *map(Warned, pressing_twice(gaps, touching))]
 

@@ -38,6 +38,11 @@ def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
     return {name: np.array(list(dict.fromkeys(rows)), dtype=np.int64) for name, rows in found.items() if rows}
 
 
+def untyped_sets(deck: Deck, names: dict[int, str]) -> list[str]:
+    """SET_<id> and name of SET1 and case control SETs, whose numbers may be those of grids or of elements."""
+    return [n for i in _id_sets(deck, ()) for n in (f"SET_{i}", plain_name(names[i]) if i in names else "") if n]
+
+
 def _grids_of(card: Card) -> list[range]:
     """Ids of a dof set: pairs of grid and dofs, or (ASET1) dofs and a list; SUPORT1 after its set number."""
     if card.name in ("ASET1", "BSET1", "CSET1"):
