@@ -11,11 +11,13 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.model.constraints import Constraint, Fixed
-from creak.model.materials import Section, Spring
+from creak.model.materials import NodalMatrices, Section, Spring
 from creak.model.mesh import ElementBlock, Model, Surface, some_of
 
 DIRECTION_TOLERANCE = 1e-15
 """Between unit vectors: directions pass through a normalisation, everything else is compared bit by bit."""
+TURNED_TOLERANCE = 1e-14
+"""Share of the largest number of a matrix: those of springs along turned axes are products of directions."""
 _PLACES = ("where", "source", "expansion")
 _FOR_WRITERS = ("plies", "bottom", "constants", "profile", "dimensions")
 """What sections keep of where their values came from."""
@@ -91,7 +93,9 @@ def _of_block(a: ElementBlock, b: ElementBlock, how: _How) -> Iterator[str]:
     title, values = _block_title(a), _How((), how.tolerance)
     for key in ("kind", "ids", "nodes_idx"):
         yield from _values(getattr(a, key), getattr(b, key), f"{title}, {key}", _How())
-    yield from _values(_section(a), _section(b), f"{title}, section", how)
+    matrices = isinstance(a.section, NodalMatrices)
+    turned = replace(how, tolerance=max(how.tolerance, TURNED_TOLERANCE)) if matrices else how
+    yield from _values(_section(a), _section(b), f"{title}, section", turned)
     yield from _values(a.own.thickness, b.own.thickness, f"{title}, thickness of their own", values)
     yield from _values(_arms(a), _arms(b), f"{title}, arms of their own", values)
     for key in ("axis1", "axis2"):

@@ -32,7 +32,7 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> No
 
     Raises
     ------
-    InputError : the model holds what creak does not read from Abaqus decks (lumped mass, springs along turned axes,
+    InputError : the model holds what creak does not read from Abaqus decks (lumped mass, masses along turned axes,
         axes that vary inside a section), ties, or keywords that were not read; named, and nothing is written.
     """
     stop_on_unread(model, ignore)

@@ -35,6 +35,11 @@ SECTION = "*BEAM SECTION, ELSET=B, MATERIAL=STEEL, SECTION="
 GENERAL = "*BEAM GENERAL SECTION, ELSET=B, DENSITY=7.85e-9"
 AXES = "*ORIENTATION, NAME=O\n 1., .3, 0., 0., 1., .1\n 3, 33.\n"
 MASSES = "*ELEMENT, TYPE=MASS, ELSET=M\n 1, 1\n 2, 3\n*MASS, ELSET=M{}\n"
+TURNED = (
+    f"{AXES}*ELEMENT, TYPE=SPRING2, ELSET=S\n 31, 1, 3\n*SPRING, ELSET=S, ORIENTATION=O\n 1, 2\n 5.\n"
+    "*ELEMENT, TYPE=SPRING1, ELSET=T\n 32, 1\n*SPRING, ELSET=T, ORIENTATION=O\n 5\n 70.\n"
+    "*ELEMENT, TYPE=DASHPOT2, ELSET=D\n 33, 1, 3\n 34, 3, 4\n*DASHPOT, ELSET=D, ORIENTATION=O\n 3, 3\n .2\n"
+)
 QUOTED = f"""*Part, name="Plate, 1"
 {PLATE}*Nset, nset="Left  side"
  5, 11
@@ -95,6 +100,7 @@ SAMPLES = {
     "springs": f"{ROD}{MASSES.format(', ALPHA=.3')} .1\n*ELEMENT, TYPE=SPRINGA, ELSET=S\n 31, 1, 3\n"
     "*SPRING, ELSET=S\n\n 45.6\n*ELEMENT, TYPE=DASHPOTA, ELSET=D\n 32, 1, 2\n*DASHPOT, ELSET=D\n\n .1\n"
     "*ELEMENT, TYPE=DASHPOT2, ELSET=E\n 33, 1, 2\n*DASHPOT, ELSET=E\n 1, 3\n .2\n",
+    "springs along turned axes": f"{ROD}{MASSES.format('')} .1\n{TURNED}",
     "bushing": f"{ROD}{MASSES.format('')} .1\n{AXES}*ELEMENT, TYPE=CONN3D2, ELSET=C\n 5, 1, 3\n"
     "*CONNECTOR SECTION, ELSET=C, BEHAVIOR=R\n Bushing,\n O,\n*CONNECTOR BEHAVIOR, NAME=R\n"
     "*CONNECTOR ELASTICITY, COMPONENT=2\n 3.3\n*CONNECTOR DAMPING, COMPONENT=5\n 7.7\n",
@@ -116,6 +122,21 @@ def test_written_decks_read_back_the_same(read, tmp_path, name):
     assert difference(model, copy, names=name != "two densities") == ""
     write_deck(copy, tmp_path / "again.inp")
     assert difference(copy, read_deck(tmp_path / "again.inp"), names=name != "two densities") == ""
+
+
+def test_a_written_spring_pulls_along_the_turned_axes(read, tmp_path):
+    """Axis 1 along (1, .3, 0) turned by 33 degrees about axis 3; dof 1 of node 1 against dof 2 of node 3."""
+    _, copy = written(read, SAMPLES["springs along turned axes"], tmp_path)
+    a = np.array([1.0, 0.3, 0.0]) / np.hypot(1.0, 0.3)
+    c = np.cross(a, [0.0, 1.0, 0.1])
+    b = np.cross(c / np.linalg.norm(c), a)
+    angle = np.radians(33.0)
+    g = np.zeros(12)
+    g[:3], g[6:9] = -(np.cos(angle) * a + np.sin(angle) * b), np.cos(angle) * b - np.sin(angle) * a
+    spring = next(x for x in copy.blocks if x.ids[0] == 31)
+    np.testing.assert_allclose(spring.section.stiffness, 5.0 * np.outer(g, g), rtol=0, atol=1e-13)
+    assert not spring.section.mass.any()
+    assert not spring.section.damping.any()
 
 
 @pytest.mark.parametrize("name", ["flat", "parts"])
@@ -161,9 +182,9 @@ def test_a_coupling_without_a_surface_gets_one(read, tmp_path):
 
 REFUSED = {
     "tie": (cut_plate((2, 2), (2, 2)), "tie 'SEAM'"),
-    "spring along turned axes": (
-        f"{ROD}{MASSES.format('')} .1\n{AXES}*ELEMENT, TYPE=SPRING1, ELSET=S\n 31, 1\n*SPRING, ELSET=S, ORIENTATION=O\n 1\n 5.\n",
-        "'S'",
+    "mass along turned axes": (
+        f"{ROD}{AXES}{MASSES.format(', TYPE=ANISOTROPIC, ORIENTATION=O')} 1., 2., 3.\n",
+        "a mass along turned axes",
     ),
     "axes that vary": (
         f"{PLATE}*ORIENTATION, NAME=O, SYSTEM=CYLINDRICAL\n 0., 0., 0., 0., 0., 1.\n 3\n"

@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted, vector
 from creak.formats.abaqus.write.sections import Materials, section_lines
+from creak.formats.abaqus.write.turned import turned_spring
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices, Section, ShellSection, Spring
@@ -76,6 +77,9 @@ def element_type(block: ElementBlock) -> str:
     InputError : there is none.
     """
     section = block.section
+    turned = turned_spring(section) if isinstance(section, NodalMatrices) else None
+    if turned is not None:
+        return _SPRINGS[f"spring{block.nodes_idx.shape[1]}"][1 if turned.spring.damping else 0]
     if block.kind in _SPRINGS and isinstance(section, Spring | AxialSpring):
         return _SPRINGS[block.kind][1 if section.damping and not section.stiffness else 0]
     if isinstance(section, BeamSection) and not section.shear_area1 and not section.shear_area2:
@@ -177,6 +181,9 @@ def _orientation(model: Model, blocks: list[int], out: Written, lines: list[str]
     """*ORIENTATION of the blocks' own axes; its name, or "" where they have none."""
     owns = [model.blocks[b].own for b in blocks]
     section = model.blocks[blocks[0]].section
+    turned = turned_spring(section) if isinstance(section, NodalMatrices) else None
+    if turned is not None:
+        return _axes(turned.axes[0], turned.axes[1], out, lines)
     if isinstance(section, BeamSection | Spring | AxialSpring | NodalMatrices | ShellSection) or owns[0].axis1 is None:
         return ""
     axes = [[a for a in (o.axis1, o.axis2) if a is not None] for o in owns]
@@ -185,6 +192,11 @@ def _orientation(model: Model, blocks: list[int], out: Written, lines: list[str]
         raise unwritable(f"section {section.name!r}", "the axes of its elements are not all the same")
     a = every[0, :3]
     b = every[0, 3:] if every.shape[1] == 6 else _across(a)
+    return _axes(a, b, out, lines)
+
+
+def _axes(a: FloatArray, b: FloatArray, out: Written, lines: list[str]) -> str:
+    """*ORIENTATION of axis 1 and another across it; its name."""
     out.n_orientations += 1
     name = f"AXES-{out.n_orientations}"
     lines += [f"*ORIENTATION, NAME={name}", f"{vector(a)}, {vector(b)}", "3, 0."]

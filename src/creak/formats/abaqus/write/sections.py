@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.formats.abaqus.sections.beam_shapes import WALL, shape_of
 from creak.formats.abaqus.write.names import listed, number, numbers, quoted, vector
+from creak.formats.abaqus.write.turned import turned_spring
 from creak.formats.deck.cross_section import CrossSection
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
@@ -129,8 +130,9 @@ def section_lines(section: Section, elset: str, materials: Materials, orientatio
     if isinstance(section, PointMass):
         return _point_mass(section, elset)
     if isinstance(section, NodalMatrices):
-        return _directed_mass(section, elset)
-    return _spring(section, elset)
+        turned = turned_spring(section)
+        return _directed_mass(section, elset) if turned is None else _spring(turned.spring, elset, also)
+    return _spring(section, elset, also)
 
 
 def _general_shell(section: GeneralShell, elset: str, materials: Materials, also: str) -> list[str]:
@@ -241,18 +243,19 @@ def _directed_mass(section: NodalMatrices, elset: str) -> list[str]:
     m = np.diag(section.mass)[:3]
     plain = section.mass.shape == (6, 6) and np.array_equal(section.mass, np.diag([*m, 0.0, 0.0, 0.0]))
     if not plain or section.stiffness.any() or section.damping.any():
-        raise unwritable(f"the matrices {section.name!r}", "they belong to a spring, dashpot or mass along turned axes")
+        why = "they are those of a mass along turned axes, or of more than one spring or dashpot"
+        raise unwritable(f"the matrices {section.name!r}", why)
     return [f"*MASS, ELSET={elset}, TYPE=ANISOTROPIC", vector(m)]
 
 
-def _spring(section: Spring | AxialSpring, elset: str) -> list[str]:
+def _spring(section: Spring | AxialSpring, elset: str, also: str) -> list[str]:
     if section.stiffness and section.damping:
         raise unwritable(f"spring {section.name!r}", "it damps as well; Abaqus has an element for each")
     keyword, value = ("DASHPOT", section.damping) if section.damping else ("SPRING", section.stiffness)
     dofs = ""
     if isinstance(section, Spring):
         dofs = f"{section.dof1}, {section.dof2}" if section.dof2 else f"{section.dof1}"
-    return [f"*{keyword}, ELSET={elset}", dofs, number(value)]
+    return [f"*{keyword}, ELSET={elset}{also}", dofs, number(value)]
 
 
 def _bushing(section: Bushing, elset: str, orientation: str) -> list[str]:
