@@ -69,6 +69,8 @@ class Event:
     """Number of the side of the contact: channels that push against each other are on different ones."""
     margin: float = math.inf
     """By how much a time without contact would have to differ for the event to be two, or one with its neighbour, s."""
+    unfinished: bool = False
+    """Whether it still presses at the last instant: end, duration and impulse are those up to there, and no more."""
 
     @property
     def key(self) -> EventKey:
@@ -98,7 +100,8 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     at the rate that it had while open. With contact damping the force vanishes before the gap is open again: the end is
     the first instant without force. Steps may be uneven.
 
-    A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`).
+    A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`). What
+    still presses when the run ends is `unfinished`.
 
     Low-passed peaks are those of the forces on an even axis that keeps their impulse (`signals.resampling`); where the
     steps around an event cannot hold `f_max` they are the raw ones.
@@ -229,6 +232,7 @@ def _event(
         force_place=_filtered_peak(history, active, first, last, f_max, force, together=True),
         touches=tuple((t.start, t.end) for t in chain),
         step=float(history.time[max(first, 1)] - history.time[max(first, 1) - 1]),
+        unfinished=bool(last + 1 == history.time.size),
     )
 
 

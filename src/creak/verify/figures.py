@@ -20,6 +20,8 @@ OF_PLACE = ("events", "impulse", "force", "closing_speed", "n5")
 """What is followed of every place, over the verification window, as summary.json names it."""
 TIMES = ("start", "duration")
 """Figures whose changes are absolute, s; those of the others are shares."""
+UNTIL_THE_END = ("duration", "impulse")
+"""Figures that are not known of an event that has not ended when the run does."""
 
 
 def figures_of(event: Event) -> dict[str, float]:

@@ -246,3 +246,18 @@ def test_an_event_between_two_samples_of_a_slow_low_pass_has_a_peak():
     t = 5e-5 * np.arange(8001)
     (event,) = find_events(history_of(t, dip(t), K * np.maximum(0.0, -dip(t))), stop(), 0.0, 0.5)
     assert 0.0 <= event.force_peak_filtered < 0.5 * event.force_peak
+
+
+def test_an_event_that_presses_at_the_last_instant_is_unfinished():
+    """A half sine of force cut after a quarter of its period: half of its impulse, K DEPTH 2 HALF / pi each."""
+    time = 1e-5 * np.arange(14001)
+    whole = dip(time)
+    force = K * np.maximum(-whole, 0.0)
+    (event,) = find_events(history_of(time, whole, force), stop())
+    assert not event.unfinished
+    n = int(np.searchsorted(time, START + HALF)) + 1
+    (cut,) = find_events(history_of(time[:n], whole[:n], force[:n]), stop())
+    assert cut.unfinished
+    assert cut.t_end == time[n - 1]
+    assert cut.impulse == pytest.approx(K * DEPTH * 2.0 * HALF / np.pi, rel=1e-2)
+    assert event.impulse == pytest.approx(2.0 * K * DEPTH * 2.0 * HALF / np.pi, rel=1e-3)

@@ -9,7 +9,16 @@ import numpy as np
 from creak.model.units import Units
 from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, share, tidy
-from creak.studies.converge.settling import BASE, OF_DURATION, SETTLED, Convergence, EventSettling, Outcome, Settling
+from creak.studies.converge.settling import (
+    BASE,
+    GOES_ON,
+    OF_DURATION,
+    SETTLED,
+    Convergence,
+    EventSettling,
+    Outcome,
+    Settling,
+)
 from creak.studies.converge.words import TOTALS, WORDS
 from creak.verify.figures import FIGURES, TIMES
 from creak.words import listed
@@ -175,6 +184,8 @@ def settled_rows(c: Convergence) -> list[list[str]]:
 
 
 def _short(e: EventSettling) -> str:
+    if not e.judged:
+        return GOES_ON
     return e.problem or ("settled" if e.settled else f"{sum(not f.settled for f in e.figures.values())} open")
 
 
@@ -199,12 +210,12 @@ def _change(f: Settling, value: float) -> str:
 
 def _marks(e: EventSettling) -> list[str]:
     each = (["", "", "settled" if f.settled else "open"] for f in e.figures.values())
-    return ["", *(x for three in each for x in three), "settled" if e.settled else "open"]
+    return ["", *(x for three in each for x in three), "settled" if e.settled else "open" if e.judged else ""]
 
 
 def _verdict(e: EventSettling) -> str:
-    if e.settled:
-        return "settled"
+    if e.settled or not e.judged:
+        return "settled" if e.settled else GOES_ON
     return f"not settled: {e.problem or ', '.join(WORDS[f.name] for f in e.figures.values() if not f.settled)}"
 
 

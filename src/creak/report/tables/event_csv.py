@@ -34,6 +34,7 @@ def event_csv(result: Findings, units: Units) -> str:
             f"impulse_{_unit(units.impulse)}",
             f"closing_speed_{_unit(units.speed)}",
             "micro_contacts",
+            "unfinished",
         ]
     )
     numbers = _matches(result)
@@ -70,4 +71,5 @@ def _row(name: str, e: Event, match: Any, result: Findings) -> list[Any]:
         *(f"{x:.9g}" for x in (e.t_start, e.t_peak, e.t_end)),
         *(f"{x:.9g}" for x in (e.force_place, e.force_peak_filtered, e.force_peak, e.impulse, e.closing_speed)),
         e.contacts,
+        "yes" if e.unfinished else "",
     ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from creak.model.units import Units
@@ -42,11 +44,18 @@ def event_table(result: Findings, units: Units) -> Table:
     head = ["time, s", "where", "Δt, ms", *three, *three, *two, *two, ""]
     rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
     flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
-    return Table(head, rows, 2, f"{FORCE}{_cut(len(lines))}", flags, groups)
+    shown = [e for pair in lines[:MOST_EVENTS] for e in pair if e is not None]
+    return Table(head, rows, 2, f"{FORCE}{_unfinished(shown)}{_cut(len(lines))}", flags, groups)
 
 
 def _cut(count: int) -> str:
     return f" The first {MOST_EVENTS} of {count} lines; summary.json holds all." if count > MOST_EVENTS else ""
+
+
+def _unfinished(shown: Sequence[Event]) -> str:
+    """What `>` says before a duration."""
+    said = " An event with > before its duration goes on when the run ends: its impulse is that up to there."
+    return said if any(e.unfinished for e in shown) else ""
 
 
 def _pair_row(a: Event | None, b: Event | None, result: Findings) -> list[str]:
@@ -77,10 +86,12 @@ def _cell(value: float | None, digits: int) -> str:
 
 
 def _duration(e: Event | None) -> str:
-    """Milliseconds; below one step they are not resolved."""
+    """Milliseconds; below one step they are not resolved, and where it goes on when the run ends they are more."""
     if e is None:
         return NONE
     length = e.t_end - e.t_start
+    if e.unfinished:
+        return f"> {number(1e3 * length, 2)}"
     return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
 
 
@@ -113,7 +124,7 @@ def _single_event_table(result: Findings, units: Units) -> Table:
         ]
         for e in events[:MOST_EVENTS]
     ]
-    return Table(head, rows, 2, f"{FORCE}{_cut(len(events))}")
+    return Table(head, rows, 2, f"{FORCE}{_unfinished(events[:MOST_EVENTS])}{_cut(len(events))}")
 
 
 def statistics_table(result: Findings, units: Units) -> Table:

@@ -159,9 +159,9 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     c = assess(outcomes, run.name, window, v.event_tolerance)
     if not all(_fits(t) for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
         return False
-    still = [e for e in c.events if not e.problem and all(map(_fits, e.figures.values()))]
-    total, held = (sum(e.event.impulse for e in some) for some in (c.events, still))
-    if held >= ENOUGH * total and sum(map(_moved, c.events)) <= SETTLED * total:
+    still = [e for e in c.judged if not e.problem and all(map(_fits, e.figures.values()))]
+    total, held = (sum(e.event.impulse for e in some) for some in (c.judged, still))
+    if held >= ENOUGH * total and sum(map(_moved, c.judged)) <= SETTLED * total:
         return True
     s = c.statistics["modes"]
     known = [d.alike for d in (s.force, s.impulse) if d is not None]
@@ -169,7 +169,9 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
 
 
 def is_proven(structure: Structure, events: Sequence[Event]) -> bool:
-    """Does the unreduced model change little (`PROOF`) in the events that carry 95 % of the impulse?"""
+    """Does the unreduced model change little (`PROOF`) in the events that carry 95 % of the impulse, unfinished ones
+    left out?"""
+    events = [e for e in events if not e.unfinished]
     still = [
         e
         for e in events

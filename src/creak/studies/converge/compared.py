@@ -11,6 +11,7 @@ from creak.studies.converge.settling import (
     BASE,
     ENOUGH,
     FINER,
+    GOES_ON,
     LAST_TWO,
     SCATTER,
     SETTLED,
@@ -24,7 +25,7 @@ from creak.studies.converge.settling import (
     limit,
 )
 from creak.verify.events import Event, events_in
-from creak.verify.figures import FIGURES, OF_PLACE, change
+from creak.verify.figures import FIGURES, OF_PLACE, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, compare_statistics
 from creak.verify.unreduced import Structure
@@ -107,8 +108,16 @@ def _events(
         same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
         problem = _problem(event, same, outcomes, tolerance)
         lasts = max(e.t_end - e.t_start for e in same.values())
+        cut = dict.fromkeys(UNTIL_THE_END, GOES_ON) if event.unfinished else {}
         figures = {
-            name: _settling(name, {run: of(e) for run, e in same.items()}, families, told, limit(name, lasts), problem)
+            name: _settling(
+                name,
+                {run: of(e) for run, e in same.items()},
+                families,
+                told,
+                limit(name, lasts),
+                cut.get(name, problem),
+            )
             for name, of in FIGURES.items()
         }
         found.append(EventSettling(event, problem, figures))
@@ -120,8 +129,9 @@ def _parted(events: tuple[EventSettling, ...]) -> bool:
 
     That changes nothing of the model, and in motion that can be followed next to nothing of the answer.
     """
-    parted = sum(bool(e.problem) or e.moved_in_time for e in events)
-    return len(events) >= MANY and parted > (1.0 - ENOUGH) * len(events)
+    judged = [e for e in events if e.judged]
+    parted = sum(bool(e.problem) or e.moved_in_time for e in judged)
+    return len(judged) >= MANY and parted > (1.0 - ENOUGH) * len(judged)
 
 
 def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:

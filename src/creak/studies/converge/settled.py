@@ -134,16 +134,16 @@ def _unproven(c: Convergence) -> str:
 
 
 def _of_repeats(c: Convergence) -> Verdict:
-    open_ones = [e for e in c.events if not e.settled]
+    open_ones, going_on = [e for e in c.judged if not e.settled], _going_on(c)
     whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
     if c.unlooked:
         return Verdict(UNSETTLED, c.unlooked)
     new = max((n for name, n in c.new.items() if c.outcomes[name].repeat.judged), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
-    few = (1.0 - ENOUGH) * len(c.events)
+    few = (1.0 - ENOUGH) * len(c.judged)
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
-        return Verdict(SETTLED, _exceptions(open_ones, c))
-    reasons = _reasons(c, open_ones, whole, new)
+        return Verdict(SETTLED, (*_exceptions(open_ones, c), *going_on))
+    reasons = (*_reasons(c, open_ones, whole, new), *going_on)
     if _statistics_hold(c, whole):
         return Verdict(
             STATISTICS,
@@ -181,6 +181,16 @@ def _shares(events: list[EventSettling], c: Convergence) -> tuple[float, float]:
     return force / hardest if hardest else 0.0, impulse / all_of_it if all_of_it else 0.0
 
 
+def _going_on(c: Convergence) -> tuple[str, ...]:
+    """The events that have not ended when the run does, in a sentence."""
+    found = [e.event for e in c.events if not e.judged]
+    if not found:
+        return ()
+    one = f"the event at {found[0].t_start:.4f} s goes on when the run ends and is"
+    many = f"{len(found)} events go on when the run ends and are"
+    return (f"{one if len(found) == 1 else many} left out: duration and impulse are only those up to there",)
+
+
 def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ...]:
     """The few events that have not settled, in a sentence: the hardest of them is told."""
     if not open_ones:
@@ -193,16 +203,16 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
     if are_faint(open_ones, c):
         force, impulse = _shares(open_ones, c)
         faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
-    return (f"{len(open_ones)} of {len(c.events)} events have not{faint}, the hardest of them the {said}",)
+    return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 
 
 def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settling], new: int) -> tuple[str, ...]:
     said = []
     if open_ones:
-        counts = {name: sum(not e.figures[name].settled for e in c.events) for name in FIGURES}
-        counts["two or one"] = sum(e.torn for e in c.events)
+        counts = {name: sum(not e.figures[name].settled for e in c.judged) for name in FIGURES}
+        counts["two or one"] = sum(e.torn for e in c.judged)
         parts = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items() if n)
-        said.append(f"{len(open_ones)} of {len(c.events)} events have not settled ({parts})")
+        said.append(f"{len(open_ones)} of {len(c.judged)} events have not settled ({parts})")
     if new:
         said.append(f"up to {new} events come and go from run to run")
     said += [

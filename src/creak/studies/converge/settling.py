@@ -45,6 +45,8 @@ over to the unreduced model, and the scatter of its statistical part."""
 REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
+GOES_ON = "goes on when the run ends"
+"""Why duration and impulse of an unfinished event are not known."""
 UNSEEN, LEAST = "unseen", {name: 5e-3 if name == "force" else 2e-3 for name in FIGURES}
 """Source of what no run sees, of each figure a share; of times a share of the event's duration. Found by coverage as
 well: a low-passed force hangs on the even axis that it is laid on, too."""
@@ -171,8 +173,9 @@ class Settling:
 
     @property
     def settled_to(self) -> float:
-        """Sum of the sources, which add (docs/trust.md); nan where one is not known, or where there is none."""
-        return float(sum(self.sources.values())) if self.sources else np.nan
+        """Sum of the sources, which add (docs/trust.md); nan where one is not known, or where there is none, and of
+        what goes on when the run ends."""
+        return float(sum(self.sources.values())) if self.sources and self.problem != GOES_ON else np.nan
 
     @property
     def worst(self) -> str:
@@ -207,8 +210,13 @@ class EventSettling:
         return self.event.margin <= self.figures["start"].settled_to
 
     @property
+    def judged(self) -> bool:
+        """Does it count for the verdict? Not where it goes on when the run ends."""
+        return not self.event.unfinished
+
+    @property
     def settled(self) -> bool:
-        return not self.torn and all(f.settled for f in self.figures.values())
+        return self.judged and not self.torn and all(f.settled for f in self.figures.values())
 
     @property
     def moved_in_time(self) -> bool:
@@ -292,6 +300,11 @@ class Convergence:
         """The run that is finest in time."""
         return FINER if self.exact else QUARTER
 
+    @cached_property
+    def judged(self) -> tuple[EventSettling, ...]:
+        """Events that have ended when the run does."""
+        return tuple(e for e in self.events if e.judged)
+
     def settled_events(self, name: str) -> int:
-        """How many events have a figure settled."""
-        return sum(e.figures[name].settled for e in self.events)
+        """How many of them have a figure settled."""
+        return sum(e.figures[name].settled for e in self.judged)

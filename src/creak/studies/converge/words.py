@@ -7,7 +7,17 @@ from typing import Any
 import numpy as np
 
 from creak.studies.converge.rubbing import rub_words, rubs_as_dict
-from creak.studies.converge.settling import BAND, SCATTER, SETTLED, UNREDUCED, WAYS, Convergence, Outcome, Settling
+from creak.studies.converge.settling import (
+    BAND,
+    GOES_ON,
+    SCATTER,
+    SETTLED,
+    UNREDUCED,
+    WAYS,
+    Convergence,
+    Outcome,
+    Settling,
+)
 from creak.verify.figures import FIGURES
 from creak.verify.statistics import Distance
 
@@ -50,17 +60,18 @@ def findings(c: Convergence) -> list[str]:
             f"{rate:.0f} events per second, of which single ones part from run to run as those of two exact solutions "
             "would: compare the runs by their distributions"
         )
-    if c.chaotic or 2 * sum(e.settled for e in c.events) < len(c.events):
+    if c.chaotic or 2 * sum(e.settled for e in c.judged) < len(c.judged):
         said += _distribution_words(c)
     return [*said, *c.notes]
 
 
 def _events_words(c: Convergence) -> str:
-    n = len(c.events)
+    n = len(c.judged)
     each = ", ".join(f"{WORDS[name]} {c.settled_events(name)}" for name in FIGURES)
-    absent = sum(bool(e.problem) for e in c.events)
+    absent = sum(bool(e.problem) for e in c.judged)
     tail = f"; {absent} of them are missing in at least one run" if absent else ""
-    whole = sum(e.settled for e in c.events)
+    tail += f"; {len(c.events) - n} more {GOES_ON.replace('goes', 'go')}" if n < len(c.events) else ""
+    whole = sum(e.settled for e in c.judged)
     return f"{whole} of {n} events are settled in every figure ({each}){tail}"
 
 
@@ -89,7 +100,7 @@ def _advice(family: str, force: float | None, impulse: float | None) -> str:
 
 
 def _median(c: Convergence, name: str, family: str) -> float | None:
-    changes = [abs(e.figures[name].changes[family]) for e in c.events]
+    changes = [abs(e.figures[name].changes[family]) for e in c.judged]
     known = [x for x in changes if np.isfinite(x)]
     return float(np.median(known)) if known else None
 
@@ -149,6 +160,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
                 "channel": e.event.channel,
                 "t_start": e.event.t_start,
                 "settled": e.settled,
+                "unfinished": e.event.unfinished,
                 "problem": e.problem,
                 "figures": {name: _settling_dict(f) for name, f in e.figures.items()},
             }

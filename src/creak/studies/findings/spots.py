@@ -7,7 +7,7 @@ from typing import Any
 from creak.studies.converge.settled import KEYS
 from creak.studies.findings.tree import Findings
 from creak.verify.events import Event
-from creak.verify.figures import TIMES
+from creak.verify.figures import TIMES, UNTIL_THE_END
 from creak.verify.rubbing import FIGURES
 from creak.verify.unreduced import RubSpot, Spot, Structure
 
@@ -60,4 +60,5 @@ def bars_of_reference(structure: Structure, event: Event) -> dict[str, float | N
     """How far an event of the unreduced model's own run hangs on its contact steps: s for times, shares else."""
     lasts = event.t_end - event.t_start
     bars = {name: x * (lasts if name in TIMES else 1.0) for name, x in structure.of_steps.items()}
-    return {key: bars.get(name) for name, key in KEYS.items()}
+    unknown = UNTIL_THE_END if event.unfinished else ()
+    return {key: None if name in unknown else bars.get(name) for name, key in KEYS.items()}

@@ -173,6 +173,7 @@ def _event(e: Event, model: Mesh) -> dict[str, Any]:
         "closing_speed": e.closing_speed,
         "contacts": e.contacts,
         "touches": e.touches,
+        "unfinished": e.unfinished,
     }
 
 

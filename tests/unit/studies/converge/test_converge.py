@@ -13,10 +13,13 @@ import pytest
 from creak.contact.laws.parameters import Curves
 from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
+from creak.model.units import UNITS
+from creak.report.tables.event_csv import event_csv
+from creak.report.tables.events import event_table
 from creak.studies.converge import repeats as module
 from creak.studies.converge.compared import assess
 from creak.studies.converge.repeats import converge, repeated_setup, scaled_contact
-from creak.studies.converge.settled import _of_convergence, is_chaotic
+from creak.studies.converge.settled import _of_convergence, _of_repeats, is_chaotic, settled_to
 from creak.studies.converge.settling import (
     BASE,
     HALF,
@@ -32,6 +35,7 @@ from creak.studies.converge.settling import (
 )
 from creak.studies.converge.words import as_dict, csv_rows, findings
 from creak.studies.file.reader import read_study
+from creak.studies.findings.gather import findings_of
 from creak.studies.findings.save import save_convergence
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import one_run as running
@@ -412,6 +416,43 @@ def test_faint_events_decide_nothing(faint, hard, word):
         assert verdict.reasons[0].startswith(
             "4 of 12 events have not (none above 5 % of the largest force, 2.4 % of the impulse), the hardest"
         )
+
+
+@pytest.mark.parametrize(("unfinished", "word"), [(True, "settled"), (False, "unsettled")], ids=["goes on", "ended"])
+def test_an_event_that_goes_on_when_the_run_ends_decides_nothing(unfinished, word):
+    """Its duration, cut there, is 1.64 times as long again with another step; it has no bar of that."""
+    hits = [event(float(t)) for t in range(4)]
+    last = [replace(event(9.999, impulse=1e-6, duration=x), unfinished=unfinished) for x in (1e-4, 2.64e-4)]
+    c = assess(outcomes(base=[*hits, last[0]], h2=[*hits, last[1]], h4=[*hits, last[0]]), "reduced", (0.0, 10.0), 0.01)
+    verdict = _of_repeats(c)
+    assert verdict.word == word
+    assert len(c.judged) == (4 if unfinished else 5)
+    bars = settled_to(c.events[-1])
+    assert [key for key, bar in bars.items() if bar is None] == (["duration", "impulse"] if unfinished else [])
+    said = "the event at 9.9990 s goes on when the run ends and is left out"
+    assert any(said in reason for reason in verdict.reasons) == unfinished
+    assert any("4 of 4 events are settled" in x and "1 more go on when" in x for x in findings(c)) == unfinished
+
+
+def test_the_answer_tells_that_an_event_goes_on(tmp_path):
+    """The mass presses for pi / omega = 31.3 ms: cut at 20 ms its impulse is F (1 - cos) / omega of F sin(omega t)."""
+    result = solved(tmp_path, STOP_STUDY.format(step=1e-5, end=0.02), STOP)
+    (e,) = result.runs["reference"].events
+    assert e.unfinished
+    force = 1e6 / OMEGA
+    assert e.impulse == pytest.approx(force * (1.0 - math.cos(0.02 * OMEGA)) / OMEGA, rel=1e-4)
+    c = converge(result, silent)
+    summary = summarised(result, c)
+    (told,) = summary["runs"]["reference"]["events"]
+    assert told["unfinished"] is True
+    assert told["settled_to"]["duration"] is None
+    assert told["settled_to"]["impulse"] is None
+    assert told["settled_to"]["t_start"] is not None
+    table = event_table(findings_of(result, c), UNITS["m-kg-s"])
+    assert table.rows[0][table.head.index("duration, ms")] == "> 20"
+    assert "goes on when the run ends" in table.note
+    (row,) = csv.DictReader(event_csv(findings_of(result, c), UNITS["m-kg-s"]).splitlines())
+    assert row["unfinished"] == "yes"
 
 
 def test_a_stiffness_that_the_study_gives_unsettles_nothing():
