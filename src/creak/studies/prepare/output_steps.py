@@ -9,6 +9,9 @@ from creak.errors import InputError
 from creak.studies.file.case import Course
 from creak.studies.warned import Warned
 
+SAME_END = 1e-6
+"""Share of its length by which a run may end beside the time that the study gives."""
+
 
 def check_outputs(course: Course, time: FloatArray, pairs: int) -> list[str]:
     """Refuse outputs that a run cannot have, before it is made; warnings of what they cannot show.
@@ -33,9 +36,10 @@ def check_outputs(course: Course, time: FloatArray, pairs: int) -> list[str]:
                 expected="several intervals in a run",
                 fix="Shorten it.",
             )
+    notes = _other_end(course, end)
     start, end = excitation_window(course, time)
     if not pairs:
-        return []
+        return notes
     if (end - start) / interval < 2.0 - 1e-6:
         raise InputError(
             f"interval = {interval:g} s leaves fewer than two outputs in the {end - start:g} s that are compared",
@@ -51,13 +55,23 @@ def check_outputs(course: Course, time: FloatArray, pairs: int) -> list[str]:
             fix="Raise it, or make the run longer.",
         )
     if table.interval is not None and interval > step and f_max > 0.5 / interval * (1.0 + 1e-9):
-        return [
-            Warned(
-                f"[output] interval = {interval:g} s holds frequencies up to {0.5 / interval:g} Hz: the spectra and "
-                f"their fit end there, below [verification] f_max = {f_max:g} Hz"
-            )
-        ]
-    return []
+        said = (
+            f"[output] interval = {interval:g} s holds frequencies up to {0.5 / interval:g} Hz: the spectra and "
+            f"their fit end there, below [verification] f_max = {f_max:g} Hz"
+        )
+        return [*notes, Warned(said)]
+    return notes
+
+
+def _other_end(course: Course, end: float) -> list[str]:
+    """Where the run ends, if not where the study says."""
+    over = end - course.end
+    if abs(over) <= SAME_END * course.end:
+        return []
+    return [
+        f"the run ends at {end:.7g} s, {abs(over):.2g} s {'after' if over > 0.0 else 'before'} [time] end: "
+        f"it is made of whole steps of {course.time.step:.4g} s"
+    ]
 
 
 def output_every(course: Course) -> int:
