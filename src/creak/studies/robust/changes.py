@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from creak.assembly.part import damps_by_itself
 from creak.assembly.system import System
 from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
@@ -22,8 +23,13 @@ OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
 
 
-def keeps_model(clips: Sequence[ClipTable], key: str) -> bool:
-    """Whether another value leaves the reduced model, its channels and the steps of the run as they are."""
+def keeps_model(setup: Setup, clips: Sequence[ClipTable], key: str) -> bool:
+    """Whether another value leaves the reduced model, its channels and the steps of the run as they are.
+
+    Parameters
+    ----------
+    clips : of the study, with the values that they take from the library.
+    """
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
@@ -31,7 +37,16 @@ def keeps_model(clips: Sequence[ClipTable], key: str) -> bool:
         return int(words[1]) < len(clips) and clips[int(words[1])].type not in ("bushing", None)
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
-    return key == "damping.modal" or words[0] in ("connector", "static")
+    if key == "damping.modal":
+        return _has_modal_damping(setup)
+    return words[0] in ("connector", "static")
+
+
+def _has_modal_damping(setup: Setup) -> bool:
+    """Whether all damping of the study is the share of critical that it gives: another one multiplies all of it."""
+    own = damps_by_itself(setup.model, setup.rayleigh, setup.override_damping)
+    dashpots = own or any(part.damping.extra is not None for part in setup.superelements)
+    return bool(setup.study.config.damping.modal) and not dashpots
 
 
 def tables_of(study: Study) -> dict[str, Any]:
@@ -54,12 +69,20 @@ def check_ends(study: Study, drawn: Drawn) -> None:
 
 def drawn_setup(setup: Setup, draw: Draw) -> Setup:
     """The setup, before its static start, by the numbers and fields of a draw."""
-    return varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
+    changed = varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
+    zeta = changed.study.config.damping.modal
+    return changed if zeta is None else replace(changed, modal=zeta)
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:
-    """A reduced System all of whose modes have another share of critical damping."""
-    by, sup = zeta / before, system.supports
-    assert system.damping.modal_values is not None
-    damping = replace(system.damping, modal_values=by * system.damping.modal_values)
+    """A reduced System all of whose damping is modal, with another share of critical.
+
+    Parameters
+    ----------
+    before : the share that it has, above 0.
+    """
+    by, sup, d = zeta / before, system.supports, system.damping
+    assert d.modal_values is not None
+    assert d.extra is None
+    damping = replace(d, beta=by * d.beta, modal_values=by * d.modal_values)
     return replace(system, damping=damping, supports=replace(sup, C_qs=by * sup.C_qs, C_ss=by * sup.C_ss))

@@ -178,7 +178,7 @@ def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Desig
     fields = fields_of(setup.contacts, setup.model.nodes.coords)
     given = tomllib.loads(study.text)
     causes = make_causes(config.scatter, data, given, fields, study.places, deviations_of(setup))
-    again = tuple(c.key for c in causes if not keeps_model(clips, c.key))
+    again = tuple(c.key for c in causes if not keeps_model(setup, clips, c.key))
     return Design(causes, whole_power(n), indices, config.scatter.seed), again
 
 

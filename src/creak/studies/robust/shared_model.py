@@ -44,7 +44,7 @@ FORETOLD = 3.0
 """Nothing touches for sure: it was not marched."""
 NOTHING = np.zeros(0, dtype=np.int64)
 TRIED = 8
-"""Draws of the load whose linear runs the pre-check looks at."""
+"""Draws of the load whose linear runs the pre-check looks at, and the one of least damping."""
 
 
 @dataclass(frozen=True)
@@ -101,12 +101,13 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
         return draws.lowest(linear)
     lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
+    least = min(range(len(draws)), key=lambda k: draws[k].values.get("damping.modal", np.inf), default=0)
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
             gap0 = changed_gaps(setup.contacts, touching, drawn_study(setup.study, of_gaps).touching, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
-        if loaded and k < TRIED and linear is not None:
+        if loaded and (k < TRIED or k == least) and linear is not None:
             other = started(drawn_setup(setup, draw), reference, silent)
             gaps = with_linear_gaps(other, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
@@ -285,6 +286,8 @@ def variant_of(model: SharedModel, draw: Draw) -> Variant:
     gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])
     zeta, before = setup.study.config.damping.modal, model.setup.study.config.damping.modal
     system = None
-    if zeta != before and zeta is not None and before is not None:
+    if zeta != before:
+        assert zeta is not None
+        assert before
         system = with_damping(model.system, zeta, before)
     return Variant(draw.number, gaps, setup.loads, system)

@@ -217,7 +217,8 @@ def test_measured_scatter_of_clips_is_one_word(tmp_path):
     rows = [("ageing", "one-side"), ("damping", "both-sides"), ("stiffness", "both-sides")]
     vary = "[scatter.vary]\n" + "".join(words.format(*row) for row in rows)
     vary += '"clip.1.stiffness" = { type = "clip-one-side" }\n'
-    study = clipped(tmp_path, clips + vary).study
+    setup = clipped(tmp_path, clips + vary)
+    study = setup.study
     found = clips_of(study.touching)
     data = {"clip": [clip.model_dump(mode="json") for clip in found]}
     causes = make_causes(study.config.scatter, data, {}, {}, study.places, {})
@@ -228,7 +229,7 @@ def test_measured_scatter_of_clips_is_one_word(tmp_path):
         assert values.std() / values.mean() == pytest.approx(share, rel=0.02)
         assert values.min() > 0.0
         assert "10.1177/0954406217721724" in (cause.of.source or "")
-        assert keeps_model(found, cause.key)
+        assert keeps_model(setup, found, cause.key)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,96 @@
+"""`creak robust`: what a drawn number makes of a run, against runs of studies that give it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.odds import DECK, STOPPED_BEAM
+
+import creak
+from creak.progress import silent
+from creak.studies.file.changes import with_changes
+from creak.studies.file.reader import read_study
+from creak.studies.models.reference import build_reference
+from creak.studies.prepare.setup import set_up
+from creak.studies.robust.draws import Draw
+from creak.studies.robust.findings import Robustness
+from creak.studies.robust.shared_model import lowest_of, shared_model, variant_of
+from creak.studies.run.precheck import with_linear_gaps
+from helpers_decks import STUDY, write_strips
+
+DASHPOT = "*ELEMENT, TYPE=DASHPOT1, ELSET=DASH\n9, 3\n*DASHPOT, ELSET=DASH\n3\n0.0003\n"
+
+
+def beam(folder: Path, vary: str, *changes: tuple[str, str], deck: str = DECK) -> Path:
+    """The stopped beam with other words in its study, and what scatters."""
+    text = STOPPED_BEAM
+    for before, after in changes:
+        assert before in text
+        text = text.replace(before, after)
+    (folder / "beam.inp").write_text(deck, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(f"{text}[scatter.vary]\n{vary}\n", encoding="utf-8")
+    return path
+
+
+def impulses(found: Robustness, *numbers: int) -> list[tuple[float, float]]:
+    """Of some draws, and of the run of the study that gives their numbers: the impulse of all channels."""
+    study, pairs = found.draws.setup.study, []
+    for k in numbers:
+        changed = with_changes(study, {**found.draws.drawn.draw(k).values, "reference.run": False})
+        run = creak.run(changed, converge=False, record=False).runs["reduced"]
+        pairs.append((float(found.draws.impulse[k].sum()), sum(event.impulse for event in run.events)))
+    return pairs
+
+
+DAMPED = '"damping.modal" = { type = "uniform", low = 0.05, high = 0.4 }'
+GIVEN = "[damping]\nmodal = 0.02\n"
+
+
+@pytest.mark.parametrize(
+    ("given", "deck", "again"),
+    [
+        ("", DECK, True),
+        ("[damping]\nmodal = 0.0\n", DECK, True),
+        (GIVEN, DECK + DASHPOT, True),
+        (GIVEN, DECK, False),
+    ],
+    ids=["none", "zero", "beside a dashpot", "modal"],
+)
+def test_drawn_modal_damping_is_that_of_a_run(tmp_path, given, deck, again):
+    """Whatever damping the study itself has."""
+    path = beam(tmp_path, DAMPED, (GIVEN, given), ("upper = 10.0", "upper = 7.0"), deck=deck)
+    found = creak.robust(path, 4, indices=False, threads=1)
+    assert found.draws.reduced_again == (("damping.modal",) if again else ())
+    for drawn, run in impulses(found, 0, 3):
+        assert drawn == pytest.approx(run, rel=1e-6)
+    assert np.ptp(found.draws.impulse) > 0.1 * found.draws.impulse.max() > 0.0
+
+
+def test_another_modal_damping_holds_beyond_the_modes_too(tmp_path):
+    """Reduced as a whole, what lies beyond the modes is damped in proportion to its stiffness."""
+    path = beam(tmp_path, DAMPED, ("f_max = 20000", 'method = "gap-modes"\nf_max = 1000'))
+    study, draw = read_study(path), Draw(0, {"damping.modal": 0.1}, {})
+    made = shared_model(set_up(study), [draw], silent)
+    system, own = (
+        variant_of(made, draw).system,
+        shared_model(set_up(with_changes(study, draw.values)), [], silent).system,
+    )
+    assert own.damping.beta > 0.0
+    drawn, asked = (s.damping.beta * s.K.diagonal() + s.damping.other(np.ones(s.n)) for s in (system, own))
+    assert drawn == pytest.approx(asked, rel=1e-12)
+
+
+def test_less_damping_brings_gaps_nearer_in_the_pre_check(tmp_path):
+    """The draw of least damping is looked at, wherever it stands."""
+    study = read_study(write_strips(tmp_path, None, f"{STUDY}[damping]\nmodal = 0.1\n"))
+    setup, values = set_up(study), [0.1] * 10 + [0.01, 0.1]
+    reference = with_linear_gaps(setup, build_reference(setup, silent), silent)
+    draws = [Draw(k, {"damping.modal": zeta}, {}) for k, zeta in enumerate(values)]
+    other = set_up(with_changes(study, {"damping.modal": 0.01}))
+    least = with_linear_gaps(other, build_reference(other, silent), silent).linear_gaps
+    expected = np.minimum(least - reference.linear_gaps, 0.0)
+    assert expected.min() < -0.01
+    assert lowest_of(setup, reference, draws) == pytest.approx(expected, abs=1e-9)
