@@ -126,6 +126,12 @@ class GapOperator:
         zero = np.zeros(self.m)
         return replace(self, stiffness=zero, damping=zero, curves=None, friction=None, preload=None, held=None)
 
+    def moves_as(self, other: GapOperator) -> bool:
+        """Whether the channels of another one follow the same motion: only their numbers may differ."""
+        same = self.G.shape == other.G.shape and np.array_equal(self.labels, other.labels)
+        pairs = zip((self.G, *self.tangents), (other.G, *other.tangents), strict=True)
+        return same and all(a is b or (a != b).nnz == 0 for a, b in pairs)
+
     @cached_property
     def retained_nodes(self) -> IntArray:
         """Node rows whose motion the channels need."""

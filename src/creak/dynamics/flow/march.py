@@ -175,6 +175,7 @@ class FlowRun:
         """
         before = self.gaps
         same = np.array_equal(gaps.resting, before.resting) and gaps.presses == before.presses
+        same = same and gaps.moves_as(before)
         same = same and gaps.has_dampers == before.has_dampers and np.array_equal(gaps.laws.rubs, before.laws.rubs)
         if not same or system is not None or loads.time.size != self.loads.time.size:
             return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of, self._solver)

@@ -10,6 +10,7 @@ import numpy as np
 
 from creak.assembly.part import damps_by_itself
 from creak.assembly.system import System
+from creak.errors import InputError
 from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
@@ -18,6 +19,9 @@ from creak.studies.prepare.varied import varied
 from creak.studies.robust.draws import Draw, Drawn
 
 OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
+OF_CONNECTOR = ("lower", "upper", "stiffness", "damping", "preload")
+OF_CLIP = ("stiffness", "table", "damping", "lower", "upper", "gap", "pull_out", "ageing")
+"""Numbers that leave nodes and directions as they are."""
 TABLES = ("contact", "connector", "clip", "excitation", "damping", "static")
 OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
@@ -34,12 +38,15 @@ def keeps_model(setup: Setup, clips: Sequence[ClipTable], key: str) -> bool:
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
     if words[0] == "clip" and len(words) > 2 and words[1].isdigit():
-        return int(words[1]) < len(clips) and clips[int(words[1])].type not in ("bushing", None)
+        held = int(words[1]) < len(clips) and clips[int(words[1])].type not in ("bushing", None)
+        return held and words[2] in OF_CLIP
+    if words[0] == "connector":
+        return words[-1] in OF_CONNECTOR
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
     if key == "damping.modal":
         return _has_modal_damping(setup)
-    return words[0] in ("connector", "static")
+    return words[0] == "static"
 
 
 def _has_modal_damping(setup: Setup) -> bool:
@@ -68,8 +75,19 @@ def check_ends(study: Study, drawn: Drawn) -> None:
 
 
 def drawn_setup(setup: Setup, draw: Draw) -> Setup:
-    """The setup, before its static start, by the numbers and fields of a draw."""
+    """The setup, before its static start, by the numbers and fields of a draw.
+
+    Raises
+    ------
+    InputError : connectors or clips that lie elsewhere, or look in another direction: numbers that change the model.
+    """
     changed = varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
+    if not changed.connectors.moves_as(setup.connectors):
+        raise InputError(
+            f"draw {draw.number} moves a connector or clip, or turns it round, on a model reduced without that",
+            where=setup.study.places.where("scatter"),
+            expected=f"of a clip {', '.join(OF_CLIP)}, of a connector {', '.join(OF_CONNECTOR)}",
+        )
     zeta = changed.study.config.damping.modal
     return changed if zeta is None else replace(changed, modal=zeta)
 

@@ -26,6 +26,8 @@ KEPT = 0.99
 SEEDS = 2**31
 FURTHER = 1
 """Stream of the seed for draws that are foretold alone."""
+LIMITS = ("lower", "upper")
+"""Of a connector or clip: each is a stop of its own."""
 BLOCK = 4_000_000
 """Numbers worked on at a time."""
 ROUND_OFF = 1e-9
@@ -230,6 +232,7 @@ def make_causes(
             causes.append(_field(key, of, at, fields, where, deviations.get(key)))
             continue
         _check_key(key, data, where)
+        _check_limit(key, data, where)
         nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
         causes.append(Cause(key, of, nominal, slice(at, at + 1)))
         _check_range(causes[-1], where)
@@ -242,6 +245,19 @@ def _check_key(key: str, data: Any, where: str) -> None:
         if isinstance(data, Mapping) and word not in data:
             raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, data))
         data = value_at(data, word)
+
+
+def _check_limit(key: str, data: Any, where: str) -> None:
+    """Raise InputError for a limit of a connector or clip that the study does not give."""
+    row, _, word = key.rpartition(".")
+    of_place = row.startswith(("connector.", "clip.")) and word in LIMITS
+    if of_place and value_at(data, row) is not None and value_at(data, key) is None:
+        raise InputError(
+            f"{key} is not given in the study: without it there is no such stop",
+            where=where,
+            expected="a number there, about which it scatters or which a draw replaces",
+            fix="Give it there.",
+        )
 
 
 def _nominal(key: str, of: Distribution, given: Any, value: Any, where: str) -> float:

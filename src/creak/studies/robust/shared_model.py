@@ -248,8 +248,26 @@ def places_of(channels: GapOperator) -> tuple[str, ...]:
 
 
 def _kept(model: SharedModel, channels: GapOperator) -> IntArray:
-    """Rows of the model's channels among all of the study."""
+    """Rows of the model's channels among all of the study: by name, or in turn where a place has other nodes there.
+
+    Raises
+    ------
+    InputError : a place with another number of channels than in the study.
+    """
     place = {name: k for k, name in enumerate(channels.names)}
+    own = join([model.setup.contacts, model.setup.connectors])
+    for group in places_of(own):
+        rows, every = np.flatnonzero(channels.of_groups({group})), np.flatnonzero(own.of_groups({group})).tolist()
+        names = [own.names[k] for k in every]
+        if place.keys() >= {*names}:
+            continue
+        if len(names) != rows.size:
+            raise InputError(
+                f"{group} has {len(names)} channels in some draws and {rows.size} in the study",
+                where=model.setup.study.places.where("scatter"),
+                expected="draws that leave the number of channels as it is: figures are told of each",
+            )
+        place.update(zip(names, rows.tolist(), strict=True))
     return np.array([place[name] for name in model.gaps.names])
 
 

@@ -9,6 +9,7 @@ import pytest
 from benchmarks.odds import DECK, STOPPED_BEAM
 
 import creak
+from creak.errors import InputError
 from creak.progress import silent
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
@@ -41,7 +42,7 @@ def impulses(found: Robustness, *numbers: int) -> list[tuple[float, float]]:
     for k in numbers:
         changed = with_changes(study, {**found.draws.drawn.draw(k).values, "reference.run": False})
         run = creak.run(changed, converge=False, record=False).runs["reduced"]
-        pairs.append((float(found.draws.impulse[k].sum()), sum(event.impulse for event in run.events)))
+        pairs.append((float(found.draws.figures[k, :, 1].sum()), sum(event.impulse for event in run.events)))
     return pairs
 
 
@@ -94,3 +95,77 @@ def test_less_damping_brings_gaps_nearer_in_the_pre_check(tmp_path):
     expected = np.minimum(least - reference.linear_gaps, 0.0)
     assert expected.min() < -0.01
     assert lowest_of(setup, reference, draws) == pytest.approx(expected, abs=1e-9)
+
+
+STOP = '[[clip]]\nname = "seat"\ntype = "stop"\nnodes = "TIP"\naxis = [0.3, 0, 1.0]\ngap = 7.0\nstiffness = 40.0\n'
+"""Touches at the load of the beam's study."""
+AT_POINT = STOP.replace('nodes = "TIP"', 'at = [[200.0, 0.0, 0.0]]\nparts = "BEAM"\nwithin = 60.0').replace(
+    "7.0", "3.0"
+)
+AT_POINTS = AT_POINT.replace("[[200.0, 0.0, 0.0]]", "[[200.0, 0.0, 0.0], [150.0, 0.0, 0.0]]")
+PULL_OUT = STOP.replace('"stop"', '"pull-out"').replace("gap = 7.0", "pull_out = 0.5")
+SPAN = '{{ type = "uniform", low = {}, high = {} }}'
+OF_CLIPS = {
+    "direction": (STOP, "clip.0.axis.1", SPAN.format(-1.0, 1.0), True),
+    "place": (AT_POINT, "clip.0.at.0.0", SPAN.format(100.0, 200.0), True),
+    "gap": (STOP, "clip.0.gap", SPAN.format(5.0, 8.0), False),
+    "stiffness": (STOP, "clip.0.stiffness", SPAN.format(20.0, 80.0), False),
+    "damping": (STOP, "clip.0.damping", SPAN.format(0.0, 0.05), False),
+    "ageing": (STOP, "clip.0.ageing", SPAN.format(0.5, 2.0), False),
+    "table": (
+        STOP.replace("stiffness = 40.0", "table = [[0, 0], [1, 40], [2, 120]]"),
+        "clip.0.table.1.1",
+        SPAN.format(20.0, 60.0),
+        False,
+    ),
+    "limit": (
+        STOP.replace('"stop"', '"play"').replace("gap = 7.0", "upper = 7.0\nlower = -1.0"),
+        "clip.0.upper",
+        SPAN.format(5.0, 8.0),
+        False,
+    ),
+    "pull-out": (PULL_OUT, "clip.0.pull_out", SPAN.format(0.05, 0.9), False),
+}
+
+
+@pytest.mark.parametrize("case", OF_CLIPS)
+def test_drawn_numbers_of_a_clip_are_those_of_a_run(tmp_path, case):
+    """Those that move it or turn it round have a model of their own."""
+    clip, key, of, again = OF_CLIPS[case]
+    path = beam(tmp_path, f'"{key}" = {of}', ("upper = 10.0", "upper = 30.0"), ("[reduction]", f"{clip}[reduction]"))
+    found = creak.robust(path, 4, indices=False, threads=1)
+    assert found.draws.reduced_again == ((key,) if again else ())
+    for drawn, run in impulses(found, 0, 3):
+        assert drawn == pytest.approx(run, rel=1e-6)
+    every = found.draws.figures[:, :, 1].sum(axis=1)
+    assert np.ptp(every) > 1e-3 * every.max() > 0.0
+
+
+def test_a_clip_that_moves_to_other_nodes_keeps_its_rows(tmp_path):
+    """Its channels are named after their nodes: those of a draw stand for the study's own, in turn."""
+    deck = DECK.replace("2, 2, 3\n*NSET", "2, 2, 4\n3, 4, 3\n*NSET").replace("\n3, 200", "\n4, 150., 0., 0.\n3, 200")
+    vary, changes = f'"clip.0.at.1.0" = {SPAN.format(60.0, 110.0)}', ("[reduction]", f"{AT_POINTS}[reduction]")
+    path = beam(tmp_path, vary, ("upper = 10.0", "upper = 30.0"), changes, deck=deck)
+    found = creak.robust(path, 4, indices=False, threads=1)
+    assert found.draws.channels.names[-2:] == ("seat:upper:3", "seat:upper:4")
+    for drawn, run in impulses(found, 0, 3):
+        assert drawn == pytest.approx(run, rel=1e-6)
+    assert found.draws.impulse[:, -2:].any()
+
+
+def test_a_clip_turned_round_on_the_model_of_another_is_refused(tmp_path):
+    """And channels in another direction share no arrays of a run."""
+    path = beam(tmp_path, f'"clip.0.gap" = {SPAN.format(5, 8)}', ("[reduction]", f"{STOP}[reduction]"))
+    setup = set_up(read_study(path))
+    made, turned = shared_model(setup, [], silent), {"clip.0.axis": [0.3, 1.0, 1.0]}
+    with pytest.raises(InputError, match="draw 5 moves a connector or clip, or turns it round"):
+        variant_of(made, Draw(5, turned, {}))
+    gaps = set_up(with_changes(setup.study, turned)).connectors
+    again = made.base.again(gaps, setup.loads)
+    assert abs(again.on.rows - made.base.on.rows).max() > 0.1
+
+
+def test_a_limit_that_the_study_does_not_give_is_no_number_to_draw(tmp_path):
+    path = beam(tmp_path, f'"connector.0.lower" = {SPAN.format(-9, -8)}')
+    with pytest.raises(InputError, match=r"connector\.0\.lower is not given in the study: without it there is no such"):
+        creak.robust(path, 4)
