@@ -50,9 +50,9 @@ def scattered(folder: Path, mesh_size: float) -> Study:
 def make_draws(study: Study, count: int) -> tuple[SharedModel, list[Draw], job.GapOperator]:
     """The model and its draws."""
     setup = set_up(study)
-    c, fields = study.config, job.fields_of(setup.contacts, setup.model.nodes.coords)
+    c, fields = study.config, job.fields_of(setup.contacts, setup.model.nodes)
     data, given = c.model_dump(mode="json", by_alias=True), tomllib.loads(study.text)
-    causes = make_causes(c.scatter, data, given, fields, study.places)
+    causes = make_causes(c.scatter, data, given, fields, study.places, {})
     unit = np.random.default_rng(1).random((count, causes[-1].columns.stop))
     draws = [Draw(k, {}, {"flange": field}) for k, field in enumerate(causes[0].values(unit))]
     channels = job.join([setup.contacts, setup.connectors])

@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.play import play_channels
+from creak.model.mesh import Nodes
 from creak.studies.design.clips import with_clips
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable
@@ -54,7 +55,8 @@ def varied(
         own = setup.contacts.select(_of(setup.contacts, n))
         if own.friction is None and contact_law(touching.contacts[n], "").friction.static > 0.0:
             own = _rubbing(setup, given, touching, n, own)
-        pieces.append(_contact(own, n, given, touching, fields.get(n), factors.get(n, 1.0)))
+        nearest = at_nearest_wall(own, setup.model.nodes)
+        pieces.append(_contact(own, nearest, n, given, touching, fields.get(n), factors.get(n, 1.0)))
     if pieces:
         changed = replace(changed, contacts=_put(setup.contacts, pieces))
     if any(getattr(before, name) != getattr(now, name) for name in OF_CONTACT):
@@ -79,32 +81,44 @@ def _put(whole: GapOperator, pieces: Sequence[GapOperator]) -> GapOperator:
     return joined.select(np.array([place[name] for name in whole.names], dtype=np.int64))
 
 
-def changed_gaps(
-    contacts: GapOperator, before: Touching, now: Touching, fields: Mapping[str, FloatArray]
-) -> FloatArray:
+def at_nearest_wall(contacts: GapOperator, nodes: Nodes) -> BoolArray:
+    """(m,) channels to the wall that the clearance of their contact holds for; those to further ones are NAME:2."""
+    named = zip(contacts.names, contacts.group, contacts.nodes_idx.tolist(), strict=True)
+    return np.array([name == f"{group}:{nodes.label(node)}" for name, group, node in named], dtype=bool)
+
+
+def changed_gaps(setup: Setup, now: Touching, fields: Mapping[str, FloatArray]) -> FloatArray:
     """(m,) gaps of the contacts' channels as `varied` makes them, without the rest of it.
 
     Parameters
     ----------
     fields : as for `varied`.
     """
+    contacts, before = setup.contacts, setup.study.touching
     gap0 = contacts.gap0.copy()
     for name, new in now.contacts.items():
         old = before.contacts[name]
         if new != old or name in fields:
             own = _of(contacts, name)
-            gap0[own] = _gaps(old, new, fields.get(name), gap0[own], press_fit=now.press_fit)
+            nearest = at_nearest_wall(contacts.select(own), setup.model.nodes)
+            gap0[own] = _gaps(old, new, fields.get(name), gap0[own], nearest, press_fit=now.press_fit)
     return gap0
 
 
 def _gaps(
-    old: ContactTable, new: ContactTable, field: FloatArray | None, gap0: FloatArray, *, press_fit: bool
+    old: ContactTable,
+    new: ContactTable,
+    field: FloatArray | None,
+    gap0: FloatArray,
+    nearest: BoolArray,
+    *,
+    press_fit: bool,
 ) -> FloatArray:
-    """(m,) gaps of one contact by other numbers, given those that it has."""
+    """(m,) gaps of one contact by other numbers, given those that it has; a clearance holds for the nearest wall."""
     if field is not None:
         gap0 = field
     elif isinstance(new.clearance, int | float) and new.clearance != old.clearance:
-        gap0 = np.full(gap0.size, float(new.clearance))
+        gap0 = np.where(nearest, float(new.clearance), gap0)
     return gap0 if press_fit else np.maximum(gap0, 0.0)
 
 
@@ -118,11 +132,17 @@ def _rubbing(setup: Setup, before: Touching, now: Touching, name: str, own: GapO
 
 
 def _contact(
-    piece: GapOperator, name: str, before: Touching, now: Touching, field: FloatArray | None, factor: float
+    piece: GapOperator,
+    nearest: BoolArray,
+    name: str,
+    before: Touching,
+    now: Touching,
+    field: FloatArray | None,
+    factor: float,
 ) -> GapOperator:
     """The channels of one contact by the numbers of another study."""
     old, new = before.contacts[name], now.contacts[name]
-    gap0 = _gaps(old, new, field, piece.gap0, press_fit=now.press_fit)
+    gap0 = _gaps(old, new, field, piece.gap0, nearest, press_fit=now.press_fit)
     piece = replace(piece, gap0=gap0, stiffness=factor * piece.stiffness)
     if new == old:
         return piece

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import norm, qmc
 
-from creak.arrays import FloatArray
+from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
 from creak.studies.design.clip_library import clip_scatter
 from creak.studies.file.changes import value_at
@@ -32,6 +32,18 @@ BLOCK = 4_000_000
 """Numbers worked on at a time."""
 ROUND_OFF = 1e-9
 """Of a gap: by so much its tolerance may be larger."""
+
+
+class ContactGaps(NamedTuple):
+    """The channels of a contact, whose gaps may be a field."""
+
+    names: tuple[str, ...]
+    places: FloatArray
+    """(m, 3)"""
+    gaps: FloatArray
+    """(m,)"""
+    nearest: BoolArray
+    """(m,) to the nearest wall, for which a clearance holds."""
 
 
 @dataclass(frozen=True)
@@ -200,7 +212,7 @@ def make_causes(
     table: ScatterTable,
     data: Mapping[str, Any],
     given: Mapping[str, Any],
-    fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
+    fields: Mapping[str, ContactGaps],
     places: Places,
     deviations: Mapping[str, FloatArray],
 ) -> tuple[Cause, ...]:
@@ -209,7 +221,7 @@ def make_causes(
     Parameters
     ----------
     data : tables of the study with their defaults. given : as they were written.
-    fields : contact -> names (m,), places (m, 3) and gaps (m,) of its channels. deviations : key of a field whose
+    fields : contact -> its channels. deviations : key of a field whose
         tolerances a table has -> standard deviation (m,) of these gaps.
 
     Raises
@@ -301,7 +313,7 @@ def _field(
     key: str,
     of: Distribution,
     at: int,
-    fields: dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]],
+    fields: Mapping[str, ContactGaps],
     where: str,
     deviation: FloatArray | None,
 ) -> Cause:
@@ -312,8 +324,8 @@ def _field(
         )
     if words[1] not in fields:
         raise InputError(f"the study has no [contact.{words[1]}]", where=where, fix=suggest(words[1], fields))
-    names, places, gaps = fields[words[1]]
-    mean = gaps if of.mean is None else np.full(gaps.size, of.mean)
+    names, places, gaps, nearest = fields[words[1]]
+    mean = gaps if of.mean is None else np.where(nearest, of.mean, gaps)
     sigma = np.full(gaps.size, of.deviation) if deviation is None else deviation
     if of.low is None:
         _no_negative_gap(float((mean - SIGMAS * sigma).min(initial=np.inf)), float(mean.max(initial=0.0)), where)

@@ -14,6 +14,7 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
+from creak.model.mesh import Nodes
 from creak.progress import Progress, silent
 from creak.studies.design.clip_library import clips_of
 from creak.studies.file.identity import other_files_sha256
@@ -21,9 +22,10 @@ from creak.studies.file.reader import Study
 from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
+from creak.studies.prepare.varied import at_nearest_wall
 from creak.studies.robust.batches import batches, march_batches
 from creak.studies.robust.changes import check_ends, drawn_study, keeps_model
-from creak.studies.robust.draws import Design, Draw, Drawn, make_causes, whole_power
+from creak.studies.robust.draws import ContactGaps, Design, Draw, Drawn, make_causes, whole_power
 from creak.studies.robust.further import Further, further_draws, keep, kept, told_of
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import (
@@ -175,7 +177,7 @@ def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Desig
     config, clips = study.config, clips_of(study.touching)
     data = config.model_dump(mode="json", by_alias=True)
     data["clip"] = [clip.model_dump(mode="json") for clip in clips]
-    fields = fields_of(setup.contacts, setup.model.nodes.coords)
+    fields = fields_of(setup.contacts, setup.model.nodes)
     given = tomllib.loads(study.text)
     causes = make_causes(config.scatter, data, given, fields, study.places, deviations_of(setup))
     again = tuple(c.key for c in causes if not keeps_model(setup, clips, c.key))
@@ -270,13 +272,13 @@ def _models(study: Study, draws: Sequence[Draw], missing: Set[int], again: Seque
     return models
 
 
-def fields_of(contacts: GapOperator, coords: FloatArray) -> dict[str, tuple[tuple[str, ...], FloatArray, FloatArray]]:
-    """Contact -> names, places and gaps of its channels."""
-    group, found = np.array(contacts.group, dtype=object), {}
+def fields_of(contacts: GapOperator, nodes: Nodes) -> dict[str, ContactGaps]:
+    """Contact -> its channels."""
+    group, nearest, found = np.array(contacts.group, dtype=object), at_nearest_wall(contacts, nodes), {}
     for name in dict.fromkeys(contacts.group):
         own = np.flatnonzero(group == name)
         names = tuple(contacts.names[k] for k in own.tolist())
-        found[name] = names, coords[contacts.nodes_idx[own]], contacts.gap0[own]
+        found[name] = ContactGaps(names, nodes.coords[contacts.nodes_idx[own]], contacts.gap0[own], nearest[own])
     return found
 
 

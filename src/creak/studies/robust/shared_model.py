@@ -99,13 +99,13 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
     linear = reference.linear_gaps
     if isinstance(draws, Plain):
         return draws.lowest(linear)
-    lowest, touching = np.zeros(setup.contacts.m), setup.study.touching
+    lowest = np.zeros(setup.contacts.m)
     loaded = any(not key.startswith(("contact.", "connector.", "clip.")) for d in draws for key in d.values)
     least = min(range(len(draws)), key=lambda k: draws[k].values.get("damping.modal", np.inf), default=0)
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
-            gap0 = changed_gaps(setup.contacts, touching, drawn_study(setup.study, of_gaps).touching, draw.fields)
+            gap0 = changed_gaps(setup, drawn_study(setup.study, of_gaps).touching, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and (k < TRIED or k == least) and linear is not None:
             other = started(drawn_setup(setup, draw), reference, silent)

@@ -158,9 +158,9 @@ def test_a_field_of_gaps_scatters_by_the_table(folder):
     setup = made(folder, "point,minus\ntip,0.24\ntip:13,0.12\n", field)
     spread = deviations_of(setup)
     config = setup.study.config
-    fields = fields_of(setup.contacts, setup.model.nodes.coords)
+    fields = fields_of(setup.contacts, setup.model.nodes)
     (cause,) = make_causes(config.scatter, {}, {}, fields, setup.study.places, spread)
-    names, _, gaps = fields["tip"]
+    names, _, gaps, _ = fields["tip"]
     expected = np.where(np.array(names) == "tip:13", 0.04, 0.08)
     assert cause.shapes is not None
     np.testing.assert_allclose(np.linalg.norm(cause.shapes, axis=1), expected)
