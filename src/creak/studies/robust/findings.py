@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.studies.robust.draws import whole_power
+from creak.studies.robust.changes import drawn_setup
+from creak.studies.robust.draws import Draw, whole_power
 from creak.studies.robust.further import NOW, depth, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
@@ -19,6 +20,8 @@ from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_in
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
+OF_GAPS = ("contact.", "connector.", "clip.")
+"""What the gaps of channels depend on."""
 ENOUGH, FEW, MORE = 10, 0.1, 64
 """Draws that rattle, below which more are advised where at most this share has to be marched, and how many times as
 many."""
@@ -39,7 +42,7 @@ class Need:
     high: float
     """Bounds of 95 %; infinite where the draws are too few."""
     gap: float | None
-    """The study's gap with the shift, where it is one number."""
+    """That in the middle of what scatters with the shift, where it is one number."""
 
 
 @dataclass(frozen=True)
@@ -113,7 +116,8 @@ def find(draws: Draws) -> Robustness:
     well = draws.state[:n] != FAILED
     impulse = draws.impulse[:n][well]
     totals = _totals(draws)
-    places = tuple(_of_place(draws, k, well) for k in range(len(draws.places)))
+    gaps = _middle_gaps(draws)
+    places = tuple(_of_place(draws, k, well, gaps) for k in range(len(draws.places)))
     indices: dict[str, dict[str, Index]] = {}
     like = _forecasts(draws)
     for name, column in totals.items() if design.indices else ():
@@ -166,7 +170,7 @@ def _totals(draws: Draws) -> dict[str, FloatArray]:
     return dict(zip(SHOWN, columns, strict=True))
 
 
-def _of_place(draws: Draws, k: int, well: BoolArray) -> PlaceFindings:
+def _of_place(draws: Draws, k: int, well: BoolArray, gaps: FloatArray) -> PlaceFindings:
     n, name = draws.design.n, draws.places[k]
     figures, slack = draws.figures[:n][well][:, k], draws.slack[:n][well][:, k]
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
@@ -175,7 +179,7 @@ def _of_place(draws: Draws, k: int, well: BoolArray) -> PlaceFindings:
         slack = slack if draws.further is None else draws.further.slack[: draws.further.design.n, k]
         target = draws.setup.study.config.scatter.target
         shift, low, high = shift_needed(slack[:, NOW], target)
-        need = Need(target, shift, low, high, _gap_with(draws, name, shift))
+        need = Need(target, shift, low, high, _gap_with(gaps[draws.channels.of_groups({name})], shift))
         fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
     rattle = _rattle(draws, draws.figures[:n, k, 0] > 0.0, well, k)
     return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility)
@@ -192,13 +196,20 @@ def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) ->
     return with_forecast(hit[well], here, further.forecast(place), further.rows[done], events[done] > 0.0)
 
 
-def _gap_with(draws: Draws, name: str, shift: float) -> float | None:
-    own = np.array([group == name for group in draws.channels.group])
-    field = next((c for c in draws.design.causes if c.mean is not None and c.contact == name), None)
-    gaps = draws.channels.gap0[own] if field is None or field.mean is None else field.mean
-    drawn = next((c for c in draws.design.causes if c.key == f"contact.{name}.clearance" and c.mean is None), None)
-    if drawn is not None:
-        gaps = drawn.values(np.full((1, drawn.columns.stop), 0.5))
+def _middle_gaps(draws: Draws) -> FloatArray:
+    """(m,) gaps of all channels, each cause in the middle of its distribution."""
+    values, fields = dict[str, Any](), dict[str, FloatArray]()
+    for cause in draws.design.causes:
+        if cause.mean is not None:
+            fields[cause.contact] = cause.mean
+        elif cause.key.startswith(OF_GAPS) and cause.key not in draws.reduced_again and not cause.is_factor:
+            values[cause.key] = cause.number(cause.values(np.full((1, cause.columns.stop), 0.5))[0])
+    setup = drawn_setup(draws.setup, Draw(0, values, fields))
+    return np.concatenate([setup.contacts.gap0, setup.connectors.gap0])
+
+
+def _gap_with(gaps: FloatArray, shift: float) -> float | None:
+    """The gap of a place with the shift; None: its channels (m,) have more than one."""
     return float(gaps.mean()) + shift if gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) else None
 
 

@@ -1,0 +1,56 @@
+"""The gap that a place has to have, where the middle of its distribution is not the number of the study."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from benchmarks.odds import DECK, STOPPED_BEAM, reach
+from scipy.stats import norm
+
+import creak
+
+LOAD, SIGMA, SHARE = 0.7, 1.5, 0.05
+STOP = '[[clip]]\nname = "seat"\ntype = "{}"\nnodes = "TIP"\naxis = [0, 0, 1]\nstiffness = 40.0\n{}\n'
+NORMAL = '{{ type = "normal", mean = {}, sigma = 1.5 }}'
+
+
+def beam(folder: Path, vary: str, clip: str = "", upper: float = 20.0) -> Path:
+    text = STOPPED_BEAM.replace("upper = 10.0", f"upper = {upper}")
+    (folder / "beam.inp").write_text(DECK, encoding="utf-8")
+    path = folder / "study.toml"
+    path.write_text(f"{text}{clip}[scatter.vary]\n{vary}\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("key", "clip", "place"),
+    [
+        ("connector.0.upper", "", "stop"),
+        ("clip.0.gap", STOP.format("stop", "gap = 14.0"), "seat"),
+        ("clip.0.upper", STOP.format("play", "upper = 14.0"), "seat"),
+    ],
+)
+def test_needed_gap_is_that_of_the_distribution(tmp_path, key, clip, place):
+    """The quantile of a normal distribution behind the largest motion: all of it may grow until SHARE of it is hit."""
+    path = beam(tmp_path, f'"{key}" = {NORMAL.format(9.0)}', clip, upper=30.0 if clip else 20.0)
+    found = creak.robust(path, 64, indices=False, threads=1)
+    needed = LOAD * reach(path) + SIGMA * norm.isf(SHARE)
+    own = next(p for p in found.places if p.name == place)
+    assert own.need.gap == pytest.approx(9.0 + own.need.shift)
+    assert own.need.gap == pytest.approx(needed, abs=0.1)
+
+
+def test_middles_of_two_limits_that_differ_are_no_single_gap(tmp_path):
+    """The study says 14 to both sides, the draws 9 to one of them."""
+    clip = STOP.format("play", "lower = -14.0\nupper = 14.0")
+    vary = f'"clip.0.upper" = {NORMAL.format(9.0)}'
+    found = creak.robust(beam(tmp_path, vary, clip, upper=30.0), 8, indices=False, threads=1)
+    stop, seat = found.places
+    assert stop.need.gap == pytest.approx(30.0 + stop.need.shift)
+    assert seat.need.gap is None
+    both = f'{vary}\n"clip.0.lower" = {NORMAL.format(-9.0)}'
+    found = creak.robust(beam(tmp_path, both, clip, upper=30.0), 8, indices=False, threads=1)
+    assert found.places[1].need.gap == pytest.approx(9.0 + found.places[1].need.shift)
+    assert np.isfinite(found.places[1].need.shift)
