@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations, product
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
 OF_CONNECTOR = ("lower", "upper", "stiffness", "damping", "preload")
 OF_CLIP = ("stiffness", "table", "damping", "lower", "upper", "gap", "pull_out", "ageing")
 """Numbers that leave nodes and directions as they are."""
+TOUCHING = ("contact", "connector", "clip")
 TABLES = ("contact", "connector", "clip", "excitation", "damping", "static")
 OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
@@ -66,12 +68,40 @@ def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
     return with_changes(study, values) if values else study
 
 
-def check_ends(study: Study, drawn: Drawn) -> None:
-    """Raise InputError where the lowest or highest numbers of draws are what a study may not say."""
+def check_ends(setup: Setup, drawn: Drawn) -> None:
+    """Raise InputError where draws may reach what a study may not say.
+
+    That is tried with the lowest and highest numbers of each two of a table, and of each alone, all others in their
+    middle, and with all of them lowest, or highest.
+    """
     pairs = zip(drawn.causes, drawn.numbers, strict=True)
     numbers = [(c, v) for c, v in pairs if v is not None and not c.is_factor]
-    for end in (np.min, np.max):
-        drawn_study(study, {c.key: c.number(end(v)) for c, v in numbers})
+    low, middle, high = ({c.key: c.number(at(v)) for c, v in numbers} for at in (np.min, np.median, np.max))
+    for one, other in combinations(middle, 2):
+        if one.split(".")[:2] == other.split(".")[:2]:
+            for a, b in product((low, high), repeat=2):
+                _check_end(setup, {**middle, one: a[one], other: b[other]}, (one, other))
+    for key in middle:
+        for end in (low, high):
+            _check_end(setup, {**middle, key: end[key]}, (key,))
+    for end in (low, high):
+        _check_end(setup, end, ())
+
+
+def _check_end(setup: Setup, values: Mapping[str, Any], keys: Sequence[str]) -> None:
+    """Raise InputError for numbers that a study may not say; `keys`: those that are tried together."""
+    places = setup.study.places
+    try:
+        study = drawn_study(setup.study, values)
+        varied(setup, {name: getattr(study.config, name) for name in TOUCHING})
+    except InputError as error:
+        together = " beside ".join(f"{key} = {values[key]:.4g}" for key in keys)
+        raise InputError(
+            f"draws may reach {together or 'what no study may say'}: {error.what}",
+            where=places.where("scatter", "vary", *(keys if len(keys) == 1 else ())),
+            expected=error.expected or "distributions of which each draw is a study",
+            fix="Give them ends, low and high, or make them narrower.",
+        ) from error
 
 
 def drawn_setup(setup: Setup, draw: Draw) -> Setup:

@@ -14,7 +14,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
 from creak.formats.stored.record_log import log_path, read_records, record_log
-from creak.studies.file.reader import Study
+from creak.studies.prepare.setup import Setup
 from creak.studies.robust.changes import check_ends
 from creak.studies.robust.draws import Design, Drawn
 from creak.studies.robust.linear import FACTORS
@@ -65,7 +65,7 @@ def depth(slack: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(-slack[:, :, NOW], 0.0).sum(axis=1))
 
 
-def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOperator) -> tuple[Drawn, Design] | None:
+def further_draws(setup: Setup, design: Design, drawn: Drawn, channels: GapOperator) -> tuple[Drawn, Design] | None:
     """`drawn` and more behind it, and the design of these; None: they would tell little more, or reach what no study
     may say."""
     runs = design.total / design.n
@@ -77,7 +77,7 @@ def further_draws(study: Study, design: Design, drawn: Drawn, channels: GapOpera
     more = design.further(n)
     found = Drawn.at(design.causes, np.concatenate([drawn.points, more.points()]))
     try:
-        check_ends(study, found)
+        check_ends(setup, found)
     except InputError:
         return None
     return found, more

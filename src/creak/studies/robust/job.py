@@ -108,7 +108,7 @@ def run_draws(
     channels = join([setup.contacts, setup.connectors])
     design, again = _design(study, setup, n, indices=indices)
     drawn = Drawn.at(design.causes, design.points())
-    check_ends(study, drawn)
+    check_ends(setup, drawn)
     places = places_of(channels)
     width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
     made_from = _made_from(setup, design)
@@ -116,7 +116,7 @@ def run_draws(
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken = sum(k < design.total for k in found)
     notes = list[str]()
-    beyond = None if again else further_draws(study, design, drawn, channels)
+    beyond = None if again else further_draws(setup, design, drawn, channels)
     further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
     wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())

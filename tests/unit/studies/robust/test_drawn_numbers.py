@@ -15,7 +15,9 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
-from creak.studies.robust.draws import Draw
+from creak.studies.robust import job
+from creak.studies.robust.changes import check_ends
+from creak.studies.robust.draws import Draw, Drawn, make_causes
 from creak.studies.robust.findings import Robustness
 from creak.studies.robust.shared_model import lowest_of, shared_model, variant_of
 from creak.studies.run.precheck import with_linear_gaps
@@ -169,3 +171,50 @@ def test_a_limit_that_the_study_does_not_give_is_no_number_to_draw(tmp_path):
     path = beam(tmp_path, f'"connector.0.lower" = {SPAN.format(-9, -8)}')
     with pytest.raises(InputError, match=r"connector\.0\.lower is not given in the study: without it there is no such"):
         creak.robust(path, 4)
+
+
+def test_limits_that_may_cross_are_refused_before_any_draw(tmp_path, monkeypatch):
+    """The highest lower limit against the lowest upper one; both lowest, or highest, are in order."""
+    vary = '"connector.0.upper" = {}\n"connector.0.lower" = {}'
+    both = ("upper = 10.0", "upper = 3.0\nlower = -3.0")
+    monkeypatch.setattr(job, "shared_model", None)
+    with pytest.raises(InputError, match=r"lower = 0\.\d+ lies above upper = -0\.\d+") as found:
+        creak.robust(beam(tmp_path, vary.format(SPAN.format(-1, 2), SPAN.format(-2, 1)), both), 16)
+    assert "[scatter.vary]: draws may reach connector.0.upper = -0." in str(found.value)
+    assert "beside connector.0.lower = 0." in str(found.value)
+    alone = '"connector.0.upper" = ' + SPAN.format(-4, 3)
+    with pytest.raises(InputError, match=r"lower = -3\.0 lies above upper = -3\.\d+") as found:
+        creak.robust(beam(tmp_path, alone, both), 16)
+    assert "[scatter.vary.connector.0.upper]: draws may reach connector.0.upper = -3." in str(found.value)
+
+
+@pytest.mark.parametrize(
+    ("static", "kinetic"), [((0.3, 0.9), (0.2, 0.5)), ((0.2, 0.6), (0.3, 0.5))], ids=["across", "lowest"]
+)
+def test_friction_that_may_be_higher_in_motion_is_refused_before_any_draw(tmp_path, monkeypatch, static, kinetic):
+    text = STUDY.replace("step = 5e-4\n", "").replace(
+        'method = "surface-to-surface"', "friction = { static = 0.3, kinetic = 0.2, decay = 10.0 }"
+    )
+    spans = {"static": static, "kinetic": kinetic, "decay": (5.0, 20.0)}
+    vary = [f'"contact.tip.friction.{word}" = {SPAN.format(*span)}' for word, span in spans.items()]
+    path = write_strips(tmp_path, None, "\n".join([text, "[scatter.vary]", *vary]))
+    monkeypatch.setattr(job, "shared_model", None)
+    with pytest.raises(InputError, match=r"kinetic = 0\.\d+ is above static = 0\.\d+") as found:
+        creak.robust(path, 16)
+    assert "[scatter.vary]: draws may reach contact.tip.friction.static = 0." in str(found.value)
+
+
+def test_numbers_that_go_together_in_every_draw_may_leave_those_of_the_study(tmp_path):
+    """Kinetic friction above the study's static one, whose draws lie higher still."""
+    text = STUDY.replace("step = 5e-4\n", "").replace(
+        'method = "surface-to-surface"', "friction = { static = 0.3, kinetic = 0.2, decay = 10.0 }"
+    )
+    vary = "\n".join(
+        f'"contact.tip.friction.{word}" = {SPAN.format(*span)}'
+        for word, span in {"static": (0.8, 0.9), "kinetic": (0.5, 0.6), "decay": (5.0, 20.0)}.items()
+    )
+    setup = set_up(read_study(write_strips(tmp_path, None, f"{text}\n[scatter.vary]\n{vary}\n")))
+    fields = job.fields_of(setup.contacts, setup.model.nodes)
+    data = setup.study.config.model_dump(mode="json", by_alias=True)
+    causes = make_causes(setup.study.config.scatter, data, {}, fields, setup.study.places, {})
+    check_ends(setup, Drawn.at(causes, np.random.default_rng(1).random((16, 3))))

@@ -363,7 +363,7 @@ REFUSED = {
     "not a seed": ('"connector.0.upper" = { type = "seed" }', "is no seed"),
     "leaves its range": (
         '"connector.0.stiffness" = { type = "normal", sigma = 60 }',
-        "the change connector.0.stiffness",
+        r"\[scatter.vary.connector.0.stiffness\]: draws may reach connector.0.stiffness = -",
     ),
 }
 
