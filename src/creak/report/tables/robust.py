@@ -15,6 +15,9 @@ from creak.studies.robust.findings import SHOWN, Robustness
 from creak.studies.robust.shared_model import FAILED
 from creak.verify.odds import Odds
 
+WHOLE = 1e-9
+"""Of a run, that may be missing from all of it."""
+
 
 def odds_words(odds: Odds) -> str:
     """`12 % (8 to 17)`."""
@@ -65,7 +68,7 @@ def sentence(found: Robustness) -> str:
     if found.rattle.foretold and d.further is not None:
         tried = f" ({d.further.rows.size} of these were marched to see how well)" if d.further.rows.size else ""
         more = f" and {found.rattle.foretold} more that motion without contact foretells{tried}"
-    text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}"
+    text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}{_window_words(found)}"
     totals = {
         key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()
     }
@@ -78,6 +81,15 @@ def sentence(found: Robustness) -> str:
     before = f", {some} from before" if d.taken else ""
     few = "" if d.marched == d.design.total else f", of which {d.marched} had to be marched"
     return f"{text}; {d.design.total} runs{few}{before}"
+
+
+def _window_words(found: Robustness) -> str:
+    """What of each run counts, where that is not all of it."""
+    setup = found.draws.setup
+    (start, end), last = setup.marching.window, float(setup.loads.time[-1])
+    if start <= 0.0 and end >= last * (1.0 - WHOLE):
+        return ""
+    return f" (what touches from {start:.4g} to {end:.4g} s of {last:.4g} s counts)"
 
 
 def write_draws(found: Robustness, path: Path) -> None:

@@ -92,6 +92,7 @@ class Robustness:
             "seed": d.design.seed,
             "reduced_again": list(d.reduced_again),
             "causes": [{"key": c.key, "type": c.of.type, "nominal": _known(c.nominal)} for c in d.design.causes],
+            "window": list(d.setup.marching.window),
             "rattle": asdict(self.rattle),
             "places": [_place(p) for p in self.places],
             "factors": list(FACTORS),
