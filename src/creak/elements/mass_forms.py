@@ -62,9 +62,8 @@ def linear_shell_mass(x: FloatArray, section: ShellSection | GeneralShell, own: 
         shapes = quad4_geometry.shape(points)
         along_r, along_s = quad4_geometry.tangents(x, points)
         weights = np.linalg.norm(np.cross(along_r, along_s), axis=2) * share
-    if own.thickness is not None:
-        weights = weights * (own.thickness @ shapes.T)
-    products = areal_mass(section)[0] * np.einsum("ng,gi,gj->nij", weights, shapes, shapes, optimize=True)
+    density = areal_mass(section, 1.0 if own.thickness is None else own.thickness @ shapes.T)[0]
+    products = np.einsum("ng,gi,gj->nij", weights * density, shapes, shapes, optimize=True)
     out = np.zeros((n, k, 6, k, 6))
     for dof in range(3):
         out[:, :, dof, :, dof] = products

@@ -49,9 +49,9 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     share = density * np.diff(z) / max(mass, 1e-300)
     alpha, beta = (float(share @ np.array([getattr(p.material, key) for p in plies])) for key in ("alpha", "beta"))
     middle = GeneralShell(
-        name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass + added_mass, moment, inertia, total, 0.0, alpha, beta
+        name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass, moment, inertia, total, 0.0, alpha, beta
     )
-    middle = replace(middle, expansion=_expansion(plies, z))
+    middle = replace(middle, expansion=_expansion(plies, z), area_mass=added_mass)
     return replace(shifted(middle, offset), plies=tuple(plies), bottom=z0)
 
 
@@ -92,6 +92,7 @@ def shifted(shell: GeneralShell, height: float) -> GeneralShell:
         shell.alpha,
         shell.beta,
         expansion=None if heat is None else replace(heat, moment=heat.moment + h * heat.force),
+        area_mass=shell.area_mass,
     )
 
 

@@ -91,6 +91,9 @@ class ShellSection:
     name: str
     material: Material
     thickness: float
+    area_mass: float = 0.0
+    """Further mass per area, through the thickness as the material is; elements with a thickness of their own have no
+    more of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,7 +122,7 @@ class GeneralShell:
     thickness: float = 0.0
     """For contact."""
     offset: float = 0.0
-    """Height z of the middle surface, for contact."""
+    """Height z of the middle surface, for contact and `area_mass`."""
     alpha: float = 0.0
     """Mass-proportional damping, 1/s."""
     beta: float = 0.0
@@ -132,6 +135,8 @@ class GeneralShell:
     """Of elements of a rigid body, which have neither mass nor strain: its stiffness is for contact alone."""
     expansion: ShellExpansion | None = None
     """None: heat does not strain it."""
+    area_mass: float = 0.0
+    """Further mass per area on the middle surface; elements with a thickness of their own have no more of it."""
 
     @property
     def is_membrane(self) -> bool:

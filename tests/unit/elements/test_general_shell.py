@@ -97,6 +97,24 @@ def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind, measured):
 
 
 @BOTH
+@pytest.mark.parametrize("ratio", [1.0, 2.0])
+def test_a_mass_per_area_moves_with_the_middle_of_a_shell_and_stays_as_it_is_where_the_shell_is_thicker(kind, ratio):
+    """A sheet of m = rho t A and inertia m t^2/12 at height c, and a film of M = a A in its middle; t and c with the
+    thickness of the elements."""
+    mesh = rectangle(4, 3, 2.0, 1.5, kind)
+    t, c, a = 0.1 * ratio, 0.3 * ratio, 500.0
+    section = replace(homogeneous_shell("S", STEEL, 0.1, 0.3), area_mass=a)
+    own = Own(thickness=np.full(mesh.elements.shape, ratio))
+    M = mesh.assemble(KINDS[kind].mass(mesh.coords[mesh.elements], section, own)).toarray()
+    R = rigid_modes(mesh.coords)
+    body = R.T @ M @ R
+    m, film = 7800.0 * t * 3.0, a * 3.0
+    assert body[:3, :3] == pytest.approx((m + film) * np.eye(3), abs=1e-9 * m)
+    assert (body[0, 4], body[1, 3]) == pytest.approx(((m + film) * c, -(m + film) * c), rel=1e-9)
+    assert body[3, 3] == pytest.approx((m + film) * (1.5**2 / 3 + c**2) + m * t**2 / 12, rel=1e-9)
+
+
+@BOTH
 def test_material_direction_turns_the_section(kind):
     """A ply at 30 degrees from x is a ply at 0 degrees from the direction at 30 degrees."""
     x = rectangle(1, 1, 1.0, 0.7, kind)

@@ -157,6 +157,33 @@ def test_nonstructural_mass(read: Reader, units: str, value: float, mass: float)
     assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx(plain + mass)
 
 
+@pytest.mark.parametrize(
+    ("given", "thickness"),
+    [
+        ("NODAL THICKNESS\n 1.\n*NODAL THICKNESS\n 5, 1.\n 2, 3.\n 9, 3.\n 11, 1.", 2.0),
+        (
+            "SHELL THICKNESS=D\n 1.\n*DISTRIBUTION TABLE, NAME=T\n LENGTH\n"
+            "*DISTRIBUTION, NAME=D, LOCATION=ELEMENT, TABLE=T\n , 1.\n 70, 2.5",
+            2.5,
+        ),
+    ],
+)
+@pytest.mark.parametrize(
+    ("units", "value", "per_thickness"),
+    [("TOTAL MASS", 160e-9, 0.0), ("MASS PER AREA", 2e-9, 0.0), ("MASS PER VOLUME", 2e-9, 1.0)],
+)
+@pytest.mark.parametrize("material", ["STEEL", "STEEL, OFFSET=SPOS"])
+def test_nonstructural_mass_of_shells_with_a_thickness_of_their_own(
+    read: Reader, given: str, thickness: float, units: str, value: float, per_thickness: float, material: str
+) -> None:
+    """rho t A and the mass itself: 2e-9 on an area of 80."""
+    section = f"*SHELL SECTION, ELSET=P, MATERIAL={material}, {given}\n{STEEL}"
+    model = read(f"{PLATE}{section}*NONSTRUCTURAL MASS, ELSET=P, UNITS={units}\n {value}\n")
+    added = 160e-9 * (thickness if per_thickness else 1.0)
+    mass = 7.85e-9 * 80.0 * thickness + added
+    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx(mass)
+
+
 def test_nonstructural_mass_on_some_elements_keeps_their_directions(read: Reader) -> None:
     more = (
         "*NODE\n 21, 0., 16.\n 22, 10., 16.\n*ELEMENT, TYPE=S4, ELSET=P\n 71, 11, 9, 22, 21\n*ELSET, ELSET=ONE\n 71\n"

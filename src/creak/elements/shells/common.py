@@ -80,10 +80,9 @@ def shell_mass(
     (n, 6 n_node, 6 n_node), node by node (ux, uy, uz, rx, ry, rz).
     """
     n, n_node, _ = coords.shape
-    density, inertia, centre = areal_mass(section)
-    ratio = 1.0 if own.thickness is None else own.thickness @ shapes.T
+    density, inertia, centre = areal_mass(section, 1.0 if own.thickness is None else own.thickness @ shapes.T)
     if is_membrane(section):
-        inertia, centre, edge_shapes = 0.0, 0.0, np.zeros_like(edge_shapes)
+        inertia, centre, edge_shapes = np.zeros_like(inertia), np.zeros_like(centre), np.zeros_like(edge_shapes)
     moment_arm = 0.125 * np.cross(normal[:, None], np.roll(coords, -1, axis=1) - coords)
     per_edge = edge_shapes[None, :, :, None] * moment_arm[:, None]
     per_node = np.roll(per_edge, 1, axis=2) - per_edge
@@ -91,16 +90,16 @@ def shell_mass(
     for axis in range(3):
         operator[:, :, axis, :, axis] = shapes
         operator[:, :, axis, :, 3:] = normal[:, None, axis, None, None] * per_node
-    if centre:
+    if centre.any():
         turn = np.cross(np.eye(3), normal[:, None, :])
-        height = centre * np.broadcast_to(ratio, weights.shape)
+        height = np.broadcast_to(centre, weights.shape)
         per_point = height[:, :, None, None, None] * shapes[:, :, None, None] * turn[:, None, None]
         operator[:, :, :, :, 3:] += per_point.transpose(0, 1, 4, 2, 3)
     flat = operator.reshape(n, len(shapes), 3, 6 * n_node)
-    out = weighted_gram(flat, density * np.eye(3), weights * ratio).reshape(n, n_node, 6, n_node, 6)
-    products = np.einsum("ng,gi,gj->nij", weights * ratio**3, shapes, shapes, optimize=True)
+    out = weighted_gram(flat, np.eye(3), weights * density).reshape(n, n_node, 6, n_node, 6)
+    products = np.einsum("ng,gi,gj->nij", weights * inertia, shapes, shapes, optimize=True)
     turning = np.eye(3) - (1.0 - spin) * normal[:, :, None] * normal[:, None]
-    out[:, :, 3:, :, 3:] += inertia * products[:, :, None, :, None] * turning[:, None, :, None]
+    out[:, :, 3:, :, 3:] += products[:, :, None, :, None] * turning[:, None, :, None]
     return out.reshape(n, 6 * n_node, 6 * n_node)
 
 

@@ -49,13 +49,20 @@ class Rigidity:
         return np.concatenate([top, bottom], axis=-2)
 
 
-def areal_mass(section: ShellSection | GeneralShell) -> tuple[float, float, float]:
-    """Mass per area, rotary inertia per area about the centre of mass, and the height of that centre."""
+def areal_mass(
+    section: ShellSection | GeneralShell, ratio: FloatArray | float = 1.0
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass per area, rotary inertia per area about the centre of mass, and the height of that centre, where the section
+    is stretched in thickness by `ratio`; each has its shape."""
+    r, added = np.asarray(ratio, dtype=np.float64), section.area_mass
     if isinstance(section, ShellSection):
-        density = section.material.density * section.thickness
-        return density, density * section.thickness**2 / 12.0, 0.0
-    centre = section.first_moment / section.mass if section.mass else 0.0
-    return section.mass, section.rotary_inertia - centre * section.first_moment, centre
+        mass = section.material.density * section.thickness * r + added
+        return mass, mass * (section.thickness * r) ** 2 / 12.0, np.zeros_like(r)
+    mass = section.mass * r + added
+    moment = section.first_moment * r**2 + added * section.offset * r
+    inertia = section.rotary_inertia * r**3 + added * (section.offset * r) ** 2
+    centre = moment / np.where(mass > 0.0, mass, 1.0)
+    return mass, inertia - centre * moment, centre
 
 
 def bending_stiffness(section: ShellSection | GeneralShell) -> tuple[float, float]:

@@ -147,5 +147,5 @@ def _but_coarse(skin: Skin, figure: FloatArray) -> float:
 
 def _bending(section: ShellSection | GeneralShell) -> float:
     """D / m, the smaller of both directions, length^4 / time^2."""
-    mass, stiffness = areal_mass(section)[0], min(bending_stiffness(section))
+    mass, stiffness = float(areal_mass(section)[0]), min(bending_stiffness(section))
     return stiffness / mass if mass > 0.0 else math.inf

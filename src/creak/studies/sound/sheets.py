@@ -101,7 +101,7 @@ def sheets_of(model: Model, skin: Skin, metre: float) -> Sheets:
         section = block.section
         if block.kind not in SHELL_FACETS or not isinstance(section, ShellSection | GeneralShell):
             continue
-        mass, (D1, D2) = areal_mass(section)[0], bending_stiffness(section)
+        mass, (D1, D2) = float(areal_mass(section)[0]), bending_stiffness(section)
         rigid = isinstance(section, GeneralShell) and section.rigid
         if rigid or is_membrane(section) or mass <= 0.0 or min(D1, D2) <= 0.0:
             continue
@@ -109,7 +109,7 @@ def sheets_of(model: Model, skin: Skin, metre: float) -> Sheets:
         area = facet_areas(corners).sum(axis=1)
         thick = np.ones(area.size) if block.own.thickness is None else block.own.thickness.mean(axis=1)
         # D in N m where mass is in kg: force times length is mass length^2 / s^2.
-        D, m = np.sqrt(D1 * D2) * metre**2 * thick**3, mass / metre**2 * thick
+        D, m = np.sqrt(D1 * D2) * metre**2 * thick**3, areal_mass(section, thick)[0] / metre**2
         for column in block.nodes_idx.T:
             np.add.at(whole, column, area)
             np.add.at(D_sum, column, area * D)

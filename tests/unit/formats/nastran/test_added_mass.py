@@ -48,6 +48,29 @@ def test_spread_by_area(tmp_path):
     assert mass(tmp_path, "NSML1,1,PSHELL,7.,1,2\n") == pytest.approx((7.0, 1.0))
 
 
+@pytest.mark.parametrize("form", ["", "PARAM,COUPMASS,1\n"])
+@pytest.mark.parametrize(
+    ("own", "nsm", "card"),
+    [
+        ("2.,2.,2.,2.", ".3", ""),
+        ("1.,2.,3.,2.", ".3", ""),
+        ("2.,2.,2.,2.", "", "NSM1,1,PSHELL,.3,ALL\n"),
+        ("1.,3.,3.,1.", "", "NSML1,1,PSHELL,2.4,1\n"),
+    ],
+)
+@pytest.mark.parametrize("bending", ["1", "2"])
+def test_elements_with_a_thickness_of_their_own(tmp_path, form, own, nsm, card, bending):
+    """(rho t + NSM) A with the mean thickness 2 of the element, not the 1 of PSHELL: (.1 2 + .3) 8."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,4.,0.,0.\nGRID,3,,4.,2.,0.\nGRID,4,,0.,2.,0.\n"
+        f"CQUAD4,1,1,1,2,3,4\n,,,{own}\nPSHELL,1,1,1.,{bending},,1,,{nsm}\nMAT1,1,1.+5,,.3,.1\nMAT1,2,1.+4,,.3,.1\n{form}"
+    )
+    model = read(tmp_path, bulk + card, "NSM = 1\n" if card else "")
+    assert rigid_mass(model)[0, 0] == pytest.approx((0.1 * 2.0 + 0.3) * 8.0)
+    write_nastran(model, tmp_path / "copy.bdf")
+    assert rigid_mass(read_nastran(tmp_path / "copy.bdf")) == pytest.approx(rigid_mass(model), rel=1e-9, abs=1e-9)
+
+
 def test_not_taken(tmp_path):
     """Without NSM in the case control Nastran adds nothing; bulk data alone takes the only set."""
     cards = "NSM1,3,PSHELL,.25,1\n"

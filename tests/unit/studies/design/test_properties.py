@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from creak.assembly.part import Rayleigh, part_system
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.model.materials import Bushing, GeneralShell, PointMass, Spring
@@ -76,6 +77,16 @@ def test_a_strip_twice_as_thick_and_four_times_as_soft_is_as_high(tmp_path):
     assert first_frequency(study_of(tmp_path, tables)) == pytest.approx(first, rel=1e-3)
     heavy = "[material.STEEL]\ndensity = 31.4e-9\n"
     assert first_frequency(study_of(tmp_path, heavy)) == pytest.approx(0.5 * first, rel=1e-9)
+
+
+@pytest.mark.parametrize("added", ["TOTAL MASS\n2.4e-6", "MASS PER AREA\n1e-9"])
+def test_a_thicker_plate_has_no_more_nonstructural_mass(tmp_path, added):
+    """rho t A and the mass itself; its density is the material's, and the study may change it."""
+    mass = f"*NONSTRUCTURAL MASS, ELSET=S, UNITS={added}\n"
+    tables = "[section.S]\nthickness = 2.0\n[material.STEEL]\ndensity = 8e-9\n"
+    study = study_of(tmp_path, tables, mass)
+    model = linear_structure(study, read_model(study.places.sibling("strip.inp"))).model
+    assert part_system(model, 0, Rayleigh(0.0, 0.0)).stats.mass == pytest.approx((8e-9 * 2.0 + 1e-9) * 120.0 * 20.0)
 
 
 def test_a_laminate_has_a_factor(tmp_path):

@@ -31,9 +31,10 @@ UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
 def with_added_mass(
     deck: Outline, elements: Elements, names: Registry, assigned: Assigned, coords: FloatArray
 ) -> Assigned:
-    """Sections with the mass of every *NONSTRUCTURAL MASS, each as a higher density of its elements.
+    """Sections with the mass of every *NONSTRUCTURAL MASS: as a higher density, of shells as a mass per area.
 
-    TOTAL MASS is spread in proportion to the elements' mass, or to their volume (DISTRIBUTION=VOLUME PROPORTIONAL).
+    TOTAL MASS is spread in proportion to the elements' mass, or to their volume (DISTRIBUTION=VOLUME PROPORTIONAL):
+    on shells of unlike thickness as a density.
 
     Raises
     ------
@@ -73,6 +74,8 @@ def _added(
             more = value * density(section) if proportional else value
         else:
             more = value / _per_volume(block, units, section)
+        even = isinstance(section, ShellSection) and (s not in own or own[s].thickness is None)
+        by_area = units == "MASS PER AREA" or (units == "TOTAL MASS" and even)
         mine = rows[section_of == s]
         every = np.flatnonzero(section_idx == s)
         if s in own:
@@ -80,7 +83,7 @@ def _added(
             own[len(sections)] = old.take(np.searchsorted(every, mine))
             own[s] = old.take(np.flatnonzero(~np.isin(every, mine)))
         section_idx[mine] = len(sections)
-        sections.append(denser(section, more))
+        sections.append(_heavier_by_area(section, more) if by_area else denser(section, more))
     return replace(assigned, sections=tuple(sections), section_idx=section_idx, own=own)
 
 
@@ -91,6 +94,12 @@ def density(section: Section) -> float:
     if isinstance(section, BeamSection):
         return section.material.density + section.line_mass / section.area
     return section.material.density if isinstance(section, Structural) else 0.0
+
+
+def _heavier_by_area(section: Section, more: float) -> Section:
+    """The shell with a further mass per area of `more` times its thickness."""
+    assert isinstance(section, ShellSection | GeneralShell)
+    return replace(section, area_mass=section.area_mass + more * section.thickness)
 
 
 def denser(section: Section, more: float) -> Section:
@@ -127,11 +136,13 @@ def _per_volume(block: Block, units: str, section: Section) -> float:
 
 
 def _volumes(rows: IntArray, elements: Elements, assigned: Assigned, coords: FloatArray) -> FloatArray:
-    """(n,) volumes of structural elements."""
+    """(n,) volumes of structural elements, shells with the thickness of their own."""
     out = np.zeros(rows.size)
     kinds = np.array([t.kind for t in TYPES])[elements.type_idx[rows]]
     for kind in np.unique(kinds):
         for s in np.unique(assigned.section_idx[rows[kinds == kind]]).tolist():
             mine = np.flatnonzero((kinds == kind) & (assigned.section_idx[rows] == s))
-            out[mine] = element_volumes(str(kind), elements.nodes_idx[rows[mine]], coords, assigned.sections[s])
+            thickness = assigned.own_of(rows[mine]).thickness
+            nodes_idx = elements.nodes_idx[rows[mine]]
+            out[mine] = element_volumes(str(kind), nodes_idx, coords, assigned.sections[s], thickness)
     return out

@@ -114,12 +114,9 @@ def section_lines(section: Section, elset: str, materials: Materials, orientatio
         return _bushing(section, elset, orientation)
     elset = quoted(elset)
     also = f", ORIENTATION={orientation}" if orientation else ""
-    if isinstance(section, ShellSection):
+    if isinstance(section, ShellSection | GeneralShell):
         also += ", NODAL THICKNESS" if at_nodes else ""
-        head = f"*SHELL SECTION, ELSET={elset}, MATERIAL={quoted(materials.name(section.material))}{also}"
-        return [head, number(section.thickness)]
-    if isinstance(section, GeneralShell):
-        return _general_shell(section, elset, materials, also + (", NODAL THICKNESS" if at_nodes else ""))
+        return [*_shell(section, elset, materials, also), *_area_mass(section, elset)]
     if isinstance(section, BeamSection):
         return _beam(section, elset, materials)
     if isinstance(section, TrussSection):
@@ -133,6 +130,19 @@ def section_lines(section: Section, elset: str, materials: Materials, orientatio
         turned = turned_spring(section)
         return _directed_mass(section, elset) if turned is None else _spring(turned.spring, elset, also)
     return _spring(section, elset, also)
+
+
+def _shell(section: ShellSection | GeneralShell, elset: str, materials: Materials, also: str) -> list[str]:
+    if isinstance(section, GeneralShell):
+        return _general_shell(section, elset, materials, also)
+    head = f"*SHELL SECTION, ELSET={elset}, MATERIAL={quoted(materials.name(section.material))}{also}"
+    return [head, number(section.thickness)]
+
+
+def _area_mass(section: ShellSection | GeneralShell, elset: str) -> list[str]:
+    if not section.area_mass:
+        return []
+    return [f"*NONSTRUCTURAL MASS, ELSET={elset}, UNITS=MASS PER AREA", number(section.area_mass)]
 
 
 def _general_shell(section: GeneralShell, elset: str, materials: Materials, also: str) -> list[str]:

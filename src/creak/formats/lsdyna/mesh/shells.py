@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -121,7 +121,7 @@ def _add(
         material, added = properties.material(part), cards[1].real(5)
         if added < 0.0:
             raise cards[1].wrong(5, "MAREA, a mass per area of zero or more")
-        sections[key] = ShellSection(part.name, replace(material, density=material.density + added / base), base)
+        sections[key] = ShellSection(part.name, material, base, added)
     own: dict[str, FloatArray] = {}
     if not (thickness == base).all():
         own["thickness"] = thickness / base

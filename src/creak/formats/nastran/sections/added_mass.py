@@ -137,11 +137,11 @@ def _split(deck: Deck, more: dict[int, float]) -> None:
 
 def _heavier(section: Section, value: float) -> Section:
     """The section with a further mass per area or length."""
-    if isinstance(section, GeneralShell):
-        return replace(section, mass=section.mass + value)
+    if isinstance(section, ShellSection | GeneralShell):
+        return replace(section, area_mass=section.area_mass + value)
     if isinstance(section, BeamSection):
         return replace(section, line_mass=section.line_mass + value)
-    if isinstance(section, ShellSection | TrussSection):
-        size = section.thickness if isinstance(section, ShellSection) else section.area
-        return replace(section, material=replace(section.material, density=section.material.density + value / size))
+    if isinstance(section, TrussSection):
+        density = section.material.density + value / section.area
+        return replace(section, material=replace(section.material, density=density))
     return section

@@ -107,7 +107,7 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
     base = sheet_of(materials, first, card)
     plain = mids[1] == mids[0] and mids[2] > 0 and mids[3] == 0 and bending == 1.0 and abs(shear - 5.0 / 6.0) < 1e-4
     if plain and isinstance(base, Material) and mids[2] == mids[0]:
-        return ShellSection(name, replace(base, density=base.density + nsm / t), t)
+        return ShellSection(name, base, t, nsm)
     return _moduli(deck, card, materials, mids, t, bending, shear, nsm)
 
 
@@ -153,11 +153,10 @@ def _moduli(
             changes=False,
             what="PSHELL without MID1 or MID2",
         )
-    rotary = base.density * t**3 / 12.0 if sheets[1] else 0.0
-    mass, heat = base.density * t + nsm, _expansion(t, sheets[0], sheets[3])
-    return GeneralShell(
-        f"PSHELL {card.integer(0)}", A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta, expansion=heat
-    )
+    mass, rotary = base.density * t, base.density * t**3 / 12.0
+    heat = _expansion(t, sheets[0], sheets[3])
+    made = GeneralShell(f"PSHELL {card.integer(0)}", A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta)
+    return replace(made, expansion=heat, area_mass=nsm)
 
 
 def _expansion(t: float, membrane: AnyMaterial | None, coupling: AnyMaterial | None) -> ShellExpansion | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
@@ -12,7 +13,9 @@ from creak.arrays import FloatArray
 from creak.formats.deck.equations import ZERO
 from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.sections.shells import is_directed
+from creak.formats.nastran.write.materials import SAME
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
+from creak.model.laminates import laminate
 from creak.model.materials import (
     AnisotropicMaterial,
     AxialSpring,
@@ -25,6 +28,7 @@ from creak.model.materials import (
     Spring,
 )
 from creak.model.mesh import ElementBlock, Model, Own
+from creak.model.shell_facets import SHELL_FACETS
 
 ALONG_X = 1.7e-3
 """Sine of the angle to x below which a normal leaves no direction of x in the surface (0.1 degree)."""
@@ -41,7 +45,7 @@ def equivalent(model: Model) -> Model:
     ------
     InputError : a beam whose shear centre is not its centroid.
     """
-    made: dict[tuple[int, str], Section] = {}
+    made: dict[tuple[object, ...], Section] = {}
     blocks = tuple(_shared(b, _block(b, model.nodes.coords[b.nodes_idx]), made) for b in model.blocks)
     sets = {
         name: np.array(list(dict.fromkeys(rows.tolist())), dtype=np.int64) for name, rows in model.node_sets.items()
@@ -58,17 +62,18 @@ def equivalent(model: Model) -> Model:
     )
 
 
-def _shared(old: ElementBlock, new: ElementBlock, made: dict[tuple[int, str], Section]) -> ElementBlock:
+def _shared(old: ElementBlock, new: ElementBlock, made: dict[tuple[object, ...], Section]) -> ElementBlock:
     """Blocks that shared a section go on to share one."""
-    return replace(new, section=made.setdefault((id(old.section), new.kind[:4]), new.section))
+    kind = "shell" if new.kind in SHELL_FACETS else new.kind[:4]
+    return replace(new, section=made.setdefault((id(old.section), kind, old.own.thickness is None), new.section))
 
 
 def _block(block: ElementBlock, x: FloatArray) -> ElementBlock:
     section, own = block.section, block.own
     if isinstance(section, ShellSection | GeneralShell):
         axis = _shell_axis(own, x) if is_directed(section) else None
-        if isinstance(section, GeneralShell) and not section.thickness:
-            block = replace(block, section=replace(section, thickness=1.0))
+        if isinstance(section, GeneralShell):
+            block = _general_shell(block, section if section.thickness else replace(section, thickness=1.0))
         return replace(block, own=Own(axis, None, own.thickness, own.arms))
     if isinstance(section, BeamSection):
         return _beam(block, section, x if own.arms is None else x + own.arms)
@@ -87,6 +92,39 @@ def _block(block: ElementBlock, x: FloatArray) -> ElementBlock:
     if isinstance(section, Spring) and block.kind == "spring1":
         return replace(block, section=replace(section, dof2=0))
     return block
+
+
+def _general_shell(block: ElementBlock, section: GeneralShell) -> ElementBlock:
+    """Of PSHELL the rotary inertia is that of its mass; of membranes none counts, and NSM has none."""
+    block, t = replace(block, section=section), section.thickness
+    if by_plies(block) or section.offset:
+        return block
+    if section.is_membrane:
+        return replace(block, section=replace(section, rotary_inertia=section.mass * t**2 / 12.0))
+    mass = section.rotary_inertia * 12.0 / t**2
+    rest = section.mass - mass
+    if rest <= SAME * section.mass or block.own.thickness is not None:
+        return block
+    return replace(block, section=replace(section, mass=mass, area_mass=section.area_mass + rest))
+
+
+def by_plies(block: ElementBlock) -> bool:
+    """Whether plies say all of a general shell, as on PCOMP; else it is written by its matrices."""
+    section = block.section
+    assert isinstance(section, GeneralShell)
+    if not section.plies or block.own.thickness is not None:
+        return False
+    return _same(section, laminate("", section.plies, section.bottom))
+
+
+def _same(a: GeneralShell, b: GeneralShell) -> bool:
+    matrices = [(a.A, b.A), (a.B, b.B), (a.D, b.D), (a.S, b.S)]
+    sizes = [np.abs(a.A).max(), math.sqrt(np.abs(a.A).max() * np.abs(a.D).max()), np.abs(a.D).max(), np.abs(a.S).max()]
+    mass = [(a.mass, b.mass), (a.first_moment, b.first_moment), (a.rotary_inertia, b.rotary_inertia)]
+    scales = [a.mass, a.mass * a.thickness, a.mass * a.thickness**2]
+    return all(np.abs(x - y).max() <= SAME * s for (x, y), s in zip(matrices, sizes, strict=True)) and all(
+        abs(x - y) <= SAME * s for (x, y), s in zip(mass, scales, strict=True)
+    )
 
 
 def _shell_axis(own: Own, x: FloatArray) -> FloatArray:

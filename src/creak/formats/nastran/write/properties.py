@@ -13,10 +13,9 @@ from creak.arrays import FloatArray
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.mesh.solids import NETWORKS
-from creak.formats.nastran.write.equivalent import is_rod
+from creak.formats.nastran.write.equivalent import by_plies, is_rod
 from creak.formats.nastran.write.fields import Field, card
 from creak.formats.nastran.write.materials import SAME, Materials
-from creak.model.laminates import laminate
 from creak.model.materials import (
     AxialSpring,
     BeamSection,
@@ -93,9 +92,11 @@ def _fields(block: ElementBlock, materials: Materials, axes: int) -> tuple[str, 
     section = block.section
     if isinstance(section, ShellSection):
         mid = materials.sheet_id(section.material)
-        return "PSHELL", [mid, section.thickness, mid, None, mid]
+        return "PSHELL", [mid, section.thickness, mid, None, mid, None, section.area_mass or None]
     if isinstance(section, GeneralShell):
-        return _general_shell(section, materials, block.own.thickness is not None)
+        if by_plies(block):
+            return "PCOMP", _plies(section, materials)
+        return "PSHELL", _by_matrices(section, materials)
     if isinstance(section, SolidSection):
         points, scheme = NETWORKS.get(block.kind) or (None, None)
         return "PSOLID", [materials.id_of(section.material), axes, points, None, scheme]
@@ -109,32 +110,11 @@ def _fields(block: ElementBlock, materials: Materials, axes: int) -> tuple[str, 
     return "PBUSH", _bushing(section)
 
 
-def _general_shell(section: GeneralShell, materials: Materials, by_node: bool) -> tuple[str, list[Field]]:
-    """Of plies where they say all, else by matrices."""
-    if section.plies and not by_node:
-        bare = laminate("", section.plies, section.bottom)
-        added = section.mass - bare.mass
-        added = added if abs(added) > SAME * section.mass else 0.0
-        if added >= 0.0 and _same(section, laminate("", section.plies, section.bottom, added)):
-            return "PCOMP", _plies(section, materials, added)
-    return "PSHELL", _by_matrices(section, materials)
-
-
-def _same(a: GeneralShell, b: GeneralShell) -> bool:
-    matrices = [(a.A, b.A), (a.B, b.B), (a.D, b.D), (a.S, b.S)]
-    sizes = [np.abs(a.A).max(), math.sqrt(np.abs(a.A).max() * np.abs(a.D).max()), np.abs(a.D).max(), np.abs(a.S).max()]
-    mass = [(a.mass, b.mass), (a.first_moment, b.first_moment), (a.rotary_inertia, b.rotary_inertia)]
-    scales = [a.mass, a.mass * a.thickness, a.mass * a.thickness**2]
-    return all(np.abs(x - y).max() <= SAME * s for (x, y), s in zip(matrices, sizes, strict=True)) and all(
-        abs(x - y) <= SAME * s for (x, y), s in zip(mass, scales, strict=True)
-    )
-
-
-def _plies(section: GeneralShell, materials: Materials, added: float) -> list[Field]:
+def _plies(section: GeneralShell, materials: Materials) -> list[Field]:
     total = sum(p.thickness for p in section.plies)
     bottom = None if section.bottom == -0.5 * total else section.bottom
     heat = section.expansion
-    fields: list[Field] = [bottom, added or None, None, None, heat.reference if heat else None, None, None]
+    fields: list[Field] = [bottom, section.area_mass or None, None, None, heat.reference if heat else None, None, None]
     for p in section.plies:
         degrees = inverted(math.radians, p.angle, math.degrees(p.angle))
         fields += [materials.sheet_id(p.material), p.thickness, degrees, None]
@@ -145,13 +125,11 @@ def _by_matrices(section: GeneralShell, materials: Materials) -> list[Field]:
     """MAT2 each: N = T G1 e - T^2 G4 k, M = -T^2 G4 e + T^3/12 G2 k, Q = T G3 gamma, k = de/dz."""
     t = section.thickness
     rotary = section.rotary_inertia * 12.0 / t**3
-    rest = section.mass - rotary * t
     if section.offset or abs(section.first_moment) > SAME * section.mass * t:
         why = "PSHELL has no offset; its middle surface lies beside the nodes, and no plies say how"
         raise unwritable(f"shell section {section.name!r}", why)
-    if rest < -1e-9 * section.mass:
-        raise unwritable(f"shell section {section.name!r}", "its rotary inertia is more than that of its mass")
-    rest = max(rest, 0.0) if abs(rest) > SAME * section.mass else 0.0
+    if abs(section.mass - rotary * t) > SAME * section.mass:
+        raise unwritable(f"shell section {section.name!r}", "its rotary inertia is not that of its mass")
     mids: list[Field] = [
         materials.matrix_id(section.A / t, rotary, section),
         t,
@@ -159,7 +137,7 @@ def _by_matrices(section: GeneralShell, materials: Materials) -> list[Field]:
         None,
         materials.matrix_id(section.S / t, rotary, section),
         1.0,
-        rest or None,
+        section.area_mass or None,
         None,
         None,
     ]

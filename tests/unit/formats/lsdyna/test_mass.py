@@ -1,0 +1,24 @@
+"""Mass of shells with a thickness of their own, of beams and trusses, by closed form."""
+
+from __future__ import annotations
+
+import pytest
+
+from creak.formats.lsdyna.reader import read_lsdyna
+from helpers_nastran import rigid_mass
+
+NODES = "*NODE\n1,0.,0.,0.\n2,4.,0.,0.\n3,4.,2.,0.\n4,0.,2.,0.\n"
+STEEL = "*MAT_ELASTIC\n1,.1,2.1e5,.3\n"
+
+
+def mass(folder, text):
+    path = folder / "deck.k"
+    path.write_text(f"*KEYWORD\n{NODES}{text}{STEEL}*END\n", encoding="utf-8")
+    return rigid_mass(read_lsdyna(path))[0, 0]
+
+
+@pytest.mark.parametrize("own", ["2.,2.,2.,2.", "1.,2.,3.,2."])
+def test_a_mass_per_area_is_that_of_the_section_whatever_the_thickness(tmp_path, own):
+    """(rho t + MAREA) A with the mean thickness 2 of the element, not T1 = 1."""
+    text = f"*ELEMENT_SHELL_THICKNESS\n1,1,1,2,3,4\n{own}\n*PART\nplate\n1,1,1\n*SECTION_SHELL\n1,16\n1.,1.,1.,1.,,.3\n"
+    assert mass(tmp_path, text) == pytest.approx((0.1 * 2.0 + 0.3) * 8.0)
