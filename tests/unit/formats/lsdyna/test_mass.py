@@ -22,3 +22,11 @@ def test_a_mass_per_area_is_that_of_the_section_whatever_the_thickness(tmp_path,
     """(rho t + MAREA) A with the mean thickness 2 of the element, not T1 = 1."""
     text = f"*ELEMENT_SHELL_THICKNESS\n1,1,1,2,3,4\n{own}\n*PART\nplate\n1,1,1\n*SECTION_SHELL\n1,16\n1.,1.,1.,1.,,.3\n"
     assert mass(tmp_path, text) == pytest.approx((0.1 * 2.0 + 0.3) * 8.0)
+
+
+@pytest.mark.parametrize("option", ["THICKNESS", "BETA", "MCID"])
+def test_thicknesses_of_an_element_stand_before_its_angle_or_system(tmp_path, option):
+    """The same line with all three options: rho t A with t = 2, not T1 = 1; blank and zero leave the section's."""
+    text = f"*ELEMENT_SHELL_{option}\n1,1,1,2,3,4\n2.,2.,2.,2.,0\n*PART\nplate\n1,1,1\n*SECTION_SHELL\n1,16\n1.\n"
+    assert mass(tmp_path, text) == pytest.approx(0.1 * 2.0 * 8.0)
+    assert mass(tmp_path, text.replace("2.,2.,2.,2.,0", "0.,,,,30")) == pytest.approx(0.1 * 8.0)

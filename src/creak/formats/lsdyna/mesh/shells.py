@@ -77,7 +77,7 @@ def _shells_of(named: Named) -> list[_Shell]:
         if "OFFSET" in options:
             offset = _line(block, lines, i).real(0)
             i += 1
-        found.append(_Shell(card, own if "THICKNESS" in options else None, middle, offset))
+        found.append(_Shell(card, own, middle, offset))
     return found
 
 
