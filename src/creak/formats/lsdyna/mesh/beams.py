@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -80,12 +81,14 @@ def _section(cards: tuple[Card, ...], part: PartCard, properties: Properties) ->
     form, material = first.integer(1) or 1, properties.material(part)
     if second.text(0).upper().startswith("SECTION"):
         raise second.wrong(0, "numbers", "Write the area and moments of the standard section in its place.")
+    added = _line_mass(properties.deck, first, form)
     if form == TRUSS:
-        if not second.real(0) > 0.0:
+        area = second.real(0)
+        if not area > 0.0:
             raise second.wrong(0, "an area above 0")
-        return TrussSection(part.name, material, second.real(0))
+        return TrussSection(part.name, replace(material, density=material.density + added / area), area)
     if form in RESULTANT:
-        return _resultant(first, second, part.name, material)
+        return _resultant(first, second, part.name, material, added)
     if form not in INTEGRATED:
         raise first.wrong(1, "ELFORM 1, 2, 3, 4, 5, 9, 11 or 13", "creak does not read this kind of beam.")
     shape = _shape(first, second, form)
@@ -101,11 +104,23 @@ def _section(cards: tuple[Card, ...], part: PartCard, properties: Properties) ->
         radius=shape.radius,
         shear_area1=shape.shear_factor * shape.area,
         shear_area2=shape.shear_factor * shape.area,
-        line_mass=first.real(6),
+        line_mass=added,
     )
 
 
-def _resultant(first: Card, second: Card, name: str, material: Material) -> BeamSection:
+def _line_mass(deck: Deck, first: Card, form: int) -> float:
+    """NSM, a mass per length; LS-DYNA leaves out that of spot welds."""
+    added = first.real(6)
+    if added < 0.0:
+        raise first.wrong(6, "NSM, a mass per length of zero or more")
+    if form == WELD and added:
+        why = "spot weld beams have no nonstructural mass, in LS-DYNA neither"
+        deck.note(first.where, "*SECTION_BEAM, NSM", why, changes=False)
+        return 0.0
+    return added
+
+
+def _resultant(first: Card, second: Card, name: str, material: Material, added: float) -> BeamSection:
     """A, ISS, ITT, J, SA (0: rigid in shear), IST."""
     area, i_ss, i_tt, torsion, shear, i_st = (second.real(i) for i in range(6))
     if not (area > 0.0 and i_ss > 0.0 and i_tt > 0.0 and i_ss * i_tt > i_st**2) or shear < 0.0:
@@ -125,7 +140,7 @@ def _resultant(first: Card, second: Card, name: str, material: Material) -> Beam
         shear_area1=shear,
         shear_area2=shear,
         angle=angle,
-        line_mass=first.real(6),
+        line_mass=added,
     )
 
 
