@@ -100,11 +100,9 @@ def _couplings(together: list[list[Body]], supported: set[int]) -> tuple[list[Co
 def _nodal_bodies(deck: Deck, sets: Sets) -> Iterator[Body]:
     """PID, CID, NSID, PNODE, IPRT, DRFLAG, RRFLAG; with _SPC a line of CMO, CON1, CON2."""
     for named in deck.named("CONSTRAINED_NODAL_RIGID_BODY"):
-        cards = [named.block.card(line) for line in named.lines]
         size = 2 if "SPC" in named.options else 1
-        if not cards or len(cards) % size:
-            raise named.block.cut_off(f"{size} line(s) for each body")
-        for card, *more in (cards[i : i + size] for i in range(0, len(cards), size)):
+        for lines in named.block.records(size, f"{size} line(s) for each body", skip=int(named.titled)):
+            card, *more = (named.block.card(line) for line in lines)
             pid = card.defined(0, "p")
             for i, what in ((5, "DRFLAG"), (6, "RRFLAG")):
                 if card.integer(i):

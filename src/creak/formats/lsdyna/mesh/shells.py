@@ -61,9 +61,9 @@ def read_shells(deck: Deck, properties: Properties, transforms: Transforms) -> N
 def _shells_of(named: Named) -> list[_Shell]:
     """Elements, each on a line that those of the options follow."""
     block, options = named.block, named.options
-    lines = [line for line in block.lines if line.text.strip()] if not options else list(block.lines)
+    lines = [line for line in block.lines if line.text.strip()] if not options else list(block.filled)
     found, i = [], 0
-    while i < len(lines):
+    while i < (len(block.lines) if options else len(lines)):
         card = block.card(lines[i], EIGHTS)
         i += 1
         own = middle = None

@@ -68,18 +68,17 @@ def read_laws(deck: Deck) -> dict[int, Law]:
 
 
 def records(block: Block, n_lines: int, *, titled: bool) -> Iterator[tuple[str, tuple[Line, ...]]]:
-    """Title and lines of each record of a keyword that may hold several.
+    """Title and lines of each record of a keyword that may hold several; the last lines of a single one may be missing.
 
     Raises
     ------
     InputError : no data, or a number of lines that makes no whole records.
     """
     size = n_lines + titled
-    if len(block.lines) <= titled or (len(block.lines) > size and len(block.lines) % size):
-        lines = f"{size} lines" if size > 1 else "a line"
-        raise block.cut_off(f"{lines} for each of them{', the title first' if titled else ''}")
-    for i in range(0, len(block.lines), size):
-        chunk = block.lines[i : i + size]
+    lines = f"{size} lines" if size > 1 else "a line"
+    expected = f"{lines} for each of them{', the title first' if titled else ''}"
+    single = titled < len(block.lines) <= size
+    for chunk in [block.filled[:size]] if single else block.records(size, expected):
         yield (chunk[0].text.strip() if titled else ""), chunk[titled:]
 
 

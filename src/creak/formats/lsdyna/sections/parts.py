@@ -128,17 +128,15 @@ def read_properties(deck: Deck, laws: dict[int, Law], unread: Iterable[Block]) -
 def _parts_of(named: Named) -> list[PartCard]:
     """A title and a line of ids each; with _CONTACT a further line that is about contact alone."""
     size = 3 if "CONTACT" in named.options else 2
-    lines = named.block.lines
-    if not lines or len(lines) % size:
-        raise named.block.cut_off(f"{size} lines for each part, the title first")
-    return [PartCard(named.block.card(lines[i + 1]), lines[i].text.strip()) for i in range(0, len(lines), size)]
+    found = named.block.records(size, f"{size} lines for each part, the title first")
+    return [PartCard(named.block.card(lines[1]), lines[0].text.strip()) for lines in found]
 
 
 def _sections_of(keyword: str, named: Named) -> list[SectionCards]:
     """Records of one line (solids) or two; angles of layers (ICOMP) follow those of shells."""
     size, found = 1 if keyword == "SECTION_SOLID" else 2, []
-    lines, i = named.block.lines, 0
-    while i < len(lines):
+    lines, i = named.block.filled, 0
+    while i < len(named.block.lines):
         i += named.titled
         cards = tuple(named.block.card(line) for line in lines[i : i + size])
         if len(cards) < size:

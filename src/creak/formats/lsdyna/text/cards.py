@@ -44,6 +44,13 @@ class Block:
     wide: bool = False
     """Whether fields of 8 columns have 10 (I10=Y)."""
     shift: Shift = field(default=Shift(), repr=False)
+    blank: tuple[Line, ...] = ()
+    """Blank lines at the end: cards of defaults where a record is not whole without them, else nothing."""
+
+    @property
+    def filled(self) -> tuple[Line, ...]:
+        """The data lines and the blank ones at the end, for records that begin in the former."""
+        return self.lines + self.blank
 
     def card(self, line: Line, widths: tuple[int, ...] = TENS) -> Card:
         """A line in its fields.
@@ -69,10 +76,22 @@ class Block:
             at += columns
         return Card(self.name, tuple(fields), line.where, self.shift)
 
+    def records(self, size: int, expected: str, skip: int = 0) -> list[tuple[Line, ...]]:
+        """The lines after the first `skip` in records of `size`.
+
+        Raises
+        ------
+        InputError : there is none, or the last one is not whole.
+        """
+        found = [self.filled[i : i + size] for i in range(skip, len(self.lines), size)]
+        if not found or len(found[-1]) < size:
+            raise self.cut_off(expected)
+        return found
+
     def cut_off(self, expected: str) -> InputError:
         """The error for a keyword with too few lines."""
         return InputError(
-            f"*{self.name} has {len(self.lines)} data lines",
+            f"*{self.name} has {len(self.filled)} data lines",
             where=self.where,
             expected=expected,
             fix="Is the deck cut off? Blank lines count as cards, comments ($) do not.",

@@ -112,9 +112,9 @@ def _split(path: Path, lines: list[str], form: _Format) -> list[Block]:
         if name == "KEYWORD":
             form = _Format(bool(_LONG.search(head)), bool(_WIDE.search(head)))
         own = {"+": _Format(True), "-": _Format(), "%": _Format(wide=True)}.get(head[-1:], form)
-        while data and not data[-1].text:
-            data.pop()
-        blocks.append(Block(name.rstrip("+-%"), where, tuple(data), own.long, own.wide))
+        n = max((i for i, line in enumerate(data, start=1) if line.text), default=0)
+        block = Block(name.rstrip("+-%"), where, tuple(data[:n]), own.long, own.wide, blank=tuple(data[n:]))
+        blocks.append(block)
     return blocks
 
 
