@@ -156,6 +156,31 @@ def test_elements_of_an_unread_material_are_left_out_by_name(tmp_path):
     stop_on_unread(model, ["MAT_HONEYCOMB"])
 
 
+@pytest.mark.parametrize(
+    ("keyword", "why"),
+    [
+        ("*MAT_ADD_EROSION\n1,0,.3\n\n", "nothing that is added to it"),
+        ("*MAT_ADD_DAMAGE_GISSMO_TITLE\ntorn\n1,0,.3\n", "nothing that is added to it"),
+        ("*MAT_THERMAL_ISOTROPIC\n1,7.8e-9\n4.5e8,50.\n", "creak has no heat"),
+        ("*MAT_T01\n1,7.8e-9\n4.5e8,50.\n", ""),
+        ("*MAT_HONEYCOMB\n1,1.e-9,10.,.0\n", "no part that has elements uses it"),
+    ],
+)
+def test_what_is_added_to_a_material_that_is_read_leaves_its_elements(tmp_path, keyword, why):
+    """It has the id of the material, or one of another kind."""
+    model = read(tmp_path, WHOLE + keyword)
+    assert [b.kind for b in model.blocks] == ["quad4"]
+    (found,) = model.unread
+    assert (found.keyword, found.changes_answer) == (keyword.split("\n")[0], False)
+    assert why in found.why
+
+
+def test_what_is_added_to_a_material_that_is_not_read_is_not_that_material(tmp_path):
+    text = WHOLE.replace("*MAT_ELASTIC\n1,7.8e-9,2.1e5,.3\n", "*MAT_HONEYCOMB\n1,1.e-9\n*MAT_ADD_EROSION\n1,0,.3\n")
+    model = read(tmp_path, text)
+    assert [u.keyword for u in model.unread if u.changes_answer] == ["*MAT_HONEYCOMB"]
+
+
 def test_the_decks_own_analysis_is_refused(tmp_path):
     read(tmp_path, WHOLE)
     with pytest.raises(InputError, match=r"creak new deck\.k --out study\.toml"):

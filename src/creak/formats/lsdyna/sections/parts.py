@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -10,6 +11,8 @@ from creak.formats.lsdyna.text.cards import Block, Card
 from creak.formats.lsdyna.text.deck import Deck, Named, once, referred
 from creak.model.materials import Material
 
+_NO_LAW = re.compile(r"MAT_(ADD|THERMAL)_|MAT_T\d")
+"""Failure, damage and the like, with the id of the material they are added to; thermal laws, under a TMID."""
 SECTIONS = ("SECTION_SHELL", "SECTION_SOLID", "SECTION_BEAM", "SECTION_DISCRETE")
 
 
@@ -122,7 +125,8 @@ def read_properties(deck: Deck, laws: dict[int, Law], unread: Iterable[Block]) -
                 first = sections[identifier].cards[0].where if identifier in sections else ""
                 once(sections, identifier, "section", first, found.cards[0])
                 sections[identifier] = found
-    return Properties(deck, parts, sections, laws, dict(_unread_ids(unread)))
+    unknown = {key: keyword for key, keyword in _unread_ids(unread) if key[0] != "MAT" or key[1] not in laws}
+    return Properties(deck, parts, sections, laws, unknown)
 
 
 def _parts_of(named: Named) -> list[PartCard]:
@@ -149,7 +153,10 @@ def _sections_of(keyword: str, named: Named) -> list[SectionCards]:
 
 
 def _unread_ids(blocks: Iterable[Block]) -> Iterable[tuple[tuple[str, int], str]]:
+    """Sections and materials of parts; not what is added to a material, and carries its id, nor what has another id."""
     for block in blocks:
+        if _NO_LAW.match(block.name):
+            continue
         what = block.name.split("_")[0]
         at = 1 if block.name.endswith("_TITLE") else 0
         if what not in ("SECTION", "MAT") or len(block.lines) <= at:

@@ -67,6 +67,7 @@ _HARMLESS = {
     "modes have no damping, and a study has [damping]": "DAMPING",
     "nothing that creak reads uses it": "DEFINE, SET, EOS, TRANSLATE, PERTURBATION, FREQUENCY, TERMINATION",
     "creak has no heat": "MAT_THERMAL, INITIAL_TEMPERATURE",
+    "creak takes the elastic constants of a material, and nothing that is added to it": "MAT_ADD",
     "no part that has elements uses it": "MAT, SECTION, INTEGRATION",
 }
 _CHANGES = {
