@@ -206,7 +206,7 @@ def _check(out: Path, matrices: str | None, mass: str | None) -> None:
 
 
 def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
-    """A deck by its ending; returns what is called otherwise in it."""
+    """A deck by its ending; returns what is called otherwise in it, or lost."""
     from creak.formats.abaqus.writer import write_deck
     from creak.formats.deck.catalogue import stop_on_unread
     from creak.formats.nastran.writer import write_nastran
@@ -214,8 +214,7 @@ def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
     if is_nastran(out):
         stop_on_unread(model, ignore)
         return write_nastran(model, out)
-    write_deck(model, out, ignore)
-    return ()
+    return write_deck(model, out, ignore)
 
 
 def _write_matrices(model: Model, out: Path, name: str) -> list[Path]:

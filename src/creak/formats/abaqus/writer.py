@@ -9,6 +9,7 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write.conditions import condition_lines, constraint_lines, set_lines, surface_lines
+from creak.formats.abaqus.write.directions import by_direction, without_surfaces
 from creak.formats.abaqus.write.elements import Written, element_lines
 from creak.formats.abaqus.write.names import ROOT, Scopes, quoted, vector
 from creak.formats.deck.catalogue import stop_on_unread
@@ -17,18 +18,22 @@ from creak.model.comparison import difference
 from creak.model.mesh import Model
 
 
-def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> None:
+def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tuple[str, ...]:
     """Write the model data of a Model as an Abaqus deck, and read it back: the file appears only if nothing is lost.
 
     Flat, or one *PART and *INSTANCE for each instance, in global coordinates. Numbers have all their digits. Reading
     gives the same model back, as `model.comparison.difference` sees it, names of sections and materials aside:
     couplings that belong to no surface of the model get node surfaces `_COUPLING-n`, sections that belong to no
-    element set `_SECTION-n`, a second material of one name a number. Element types are those of the formulation (S4R
-    becomes S4).
+    element set `_SECTION-n`, a second material of one name a number. Beams whose axis 1 no third node gives have a
+    section for each direction. Element types are those of the formulation (S4R becomes S4).
 
     Parameters
     ----------
     ignore : keywords of `Model.unread` that may be left out although they change the answer.
+
+    Returns
+    -------
+    What is lost because it bears on contact only.
 
     Raises
     ------
@@ -42,8 +47,10 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> No
             where=model.source,
             fix="Accept another mass with --mass consistent (the answer changes with it).",
         )
+    model, notes = without_surfaces(by_direction(model))
     text = "\n".join(deck_lines(model)) + "\n"
     write_checked(path, text, lambda copy: _lost(model, copy), kind="an Abaqus", source=model.source)
+    return tuple(notes)
 
 
 def deck_lines(model: Model) -> list[str]:

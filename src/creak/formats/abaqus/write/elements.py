@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.formats.abaqus.write.directions import third_nodes
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted, vector
 from creak.formats.abaqus.write.sections import Materials, section_lines
 from creak.formats.abaqus.write.turned import turned_spring
@@ -96,28 +97,13 @@ def element_type(block: ElementBlock) -> str:
 
 def _elements(model: Model, block: ElementBlock, scopes: Scopes, scope: int) -> list[str]:
     lines = [f"*ELEMENT, TYPE={element_type(block)}"]
-    third = _third_nodes(model, block)
+    third = third_nodes(model.nodes.coords, block)
     for k, (label, row) in enumerate(zip(block.ids.tolist(), block.nodes_idx, strict=True)):
         tokens = scopes.nodes(row, scope) + ([scopes.node(third[k], scope)] if third and third[k] >= 0 else [])
         fields = [str(label), *tokens]
         starts = range(0, len(fields), PER_LINE)
         lines += [", ".join(fields[k : k + PER_LINE]) + ("," if k + PER_LINE < len(fields) else "") for k in starts]
     return lines
-
-
-def _third_nodes(model: Model, block: ElementBlock) -> list[int]:
-    """Nodes that give beams an axis 1 of their own, -1 where the section gives it; empty where it always does."""
-    axes = block.own.axis1
-    if axes is None or not isinstance(block.section, BeamSection):
-        return []
-    start = model.nodes.coords[block.nodes_idx[:, 0]]
-    result = []
-    for origin, axis in zip(start, axes, strict=True):
-        found = np.flatnonzero((model.nodes.coords - origin == axis).all(axis=1))
-        if not found.size and not np.array_equal(axis, block.section.axis1):
-            raise unwritable(f"beam section {block.section.name!r}", "its elements have axes that no third node gives")
-        result.append(int(found[0]) if found.size else -1)
-    return result
 
 
 def _rows(model: Model, blocks: list[int]) -> IntArray:
@@ -128,11 +114,12 @@ def _rows(model: Model, blocks: list[int]) -> IntArray:
 
 def _merged(model: Model, scopes: Scopes, groups: dict[tuple[int, int], list[int]]) -> list[list[int]]:
     """Blocks of one section; sections of one name that make up its element set go together (B31 with B33)."""
-    result: dict[tuple[int, str, int], list[int]] = {}
+    result: dict[tuple[object, ...], list[int]] = {}
     for (scope, key), blocks in groups.items():
         section = model.blocks[blocks[0]].section
         shared = isinstance(section, BeamSection | Spring | AxialSpring) and not _set_of(model, scopes, blocks)
-        result.setdefault((scope, section.name, 0 if shared else key), []).extend(blocks)
+        axis = section.axis1 if isinstance(section, BeamSection) else None
+        result.setdefault((scope, section.name, axis, 0 if shared else key), []).extend(blocks)
     merged: list[list[int]] = []
     for blocks in result.values():
         one = len({id(model.blocks[b].section) for b in blocks}) == 1

@@ -177,7 +177,10 @@ def _shear_lines(S: FloatArray) -> list[str]:
 def _beam(section: BeamSection, elset: str, materials: Materials) -> list[str]:
     """By its shape where the shape says all, else by area and second moments."""
     if section.line_mass or section.twist_inertia is not None:
-        raise unwritable(f"beam section {section.name!r}", "it has mass per length or a twist inertia of its own")
+        why = "it has mass per length or a twist inertia of its own"
+        if section.twist_inertia == 0.0 and not section.line_mass:
+            why = "it has no inertia about its axis, as CBAR, and Abaqus's beams have rho (I11 + I22), as CBEAM"
+        raise unwritable(f"beam section {section.name!r}", why)
     shape = shape_of(section.profile, section.dimensions)
     offset = None if shape is None else _offset(section, shape)
     if shape is not None and offset is not None:
