@@ -83,6 +83,15 @@ def test_the_whole_deck_is_read(tmp_path):
     assert model.unread == ()
 
 
+@pytest.mark.parametrize(("first", "second"), [("0,0", "4,7"), ("4,7", "0,0"), ("4,0", "0,7"), ("4,7", "4,7")])
+def test_a_node_that_is_there_twice_is_held_by_both_cards(tmp_path, first, second):
+    """TC 4: x and y; RC 7: all rotations."""
+    text = WHOLE.replace("2,1.,0.,0.\n", f"2,1.,0.,0.,{first}\n").replace(SHELL, f"*NODE\n2,1.,0.,0.,{second}\n{SHELL}")
+    model = read(tmp_path, text)
+    assert model.nodes.ids.tolist() == list(range(1, 9))
+    assert {(int(n), d) for f in model.fixed for n in f.nodes_idx for d in f.dofs} == {(1, d) for d in (1, 2, 4, 5, 6)}
+
+
 @pytest.mark.parametrize(
     ("text", "line", "said"),
     [

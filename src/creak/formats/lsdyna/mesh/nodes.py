@@ -17,7 +17,8 @@ DIRECTIONS: tuple[tuple[int, ...], ...] = ((), (1,), (2,), (3,), (1, 2), (2, 3),
 
 
 def read_nodes(deck: Deck, transforms: Transforms) -> list[tuple[int, tuple[int, ...], str]]:
-    """Fill the deck's nodes; returns node row, dofs that it holds, and where.
+    """Fill the deck's nodes; returns node row, dofs that it holds, and where. Of a node that is there twice both cards
+    hold.
 
     Raises
     ------
@@ -33,16 +34,15 @@ def read_nodes(deck: Deck, transforms: Transforms) -> list[tuple[int, tuple[int,
                     f"node {label} has coordinates too large to compute with", where=card.where, fix="Correct them."
                 )
             row = nodes.row_of.setdefault(label, len(nodes.ids))
-            if row < len(nodes.ids):
-                if not np.array_equal(nodes.coords[row], place):
-                    raise InputError(
-                        f"node {label} is defined twice, in different places",
-                        where=card.where,
-                        fix="Give one of them another id, or the included file an offset (*INCLUDE_TRANSFORM).",
-                    )
-                continue
-            nodes.ids.append(label)
-            nodes.coords.append(place)
+            if row == len(nodes.ids):
+                nodes.ids.append(label)
+                nodes.coords.append(place)
+            elif not np.array_equal(nodes.coords[row], place):
+                raise InputError(
+                    f"node {label} is defined twice, in different places",
+                    where=card.where,
+                    fix="Give one of them another id, or the included file an offset (*INCLUDE_TRANSFORM).",
+                )
             dofs = (*directions(card, 4), *(3 + d for d in directions(card, 5)))
             if dofs:
                 held.append((row, dofs, card.where))
