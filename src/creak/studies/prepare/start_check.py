@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -182,11 +183,13 @@ def _margin(model: Model, touching: Touching, precheck: PrecheckTable) -> list[s
 
 
 def _massless(model: Model) -> list[str]:
-    """Materials of many elements without a density, as Nastran takes them."""
+    """Materials of many elements without a density, as Nastran takes them, and without a mass per area or length."""
+    bare = [b for b in model.blocks if not any(getattr(b.section, k, 0.0) for k in ("area_mass", "line_mass"))]
+    many = {m.name for m in materials(model)}
     return [
         f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
-        for m in materials(model)
-        if m.modulus > 0.0 and m.density == 0.0
+        for m in materials(replace(model, blocks=tuple(bare)))
+        if m.name in many and m.modulus > 0.0 and m.density == 0.0
     ]
 
 
