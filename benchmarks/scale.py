@@ -19,6 +19,7 @@ from creak.linalg.memory import GB, free_bytes
 from creak.studies.file.reader import read_study
 from creak.studies.models.health import check
 from creak.studies.models.reduced import Reduced, reduce_model
+from creak.studies.models.saved import Store
 from creak.studies.models.superelements import save_superelement, with_modes_of_file
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.one_run import march_run
@@ -108,7 +109,7 @@ def measure(folder: Path, f_max: float, log: Log) -> None:
         log.line(f"{name}: saved and checked")
         return with_modes_of_file(setup.band, reduced, path)
 
-    model = reduce_model(setup, reference, gaps, log, store, made)
+    model = reduce_model(setup, reference, gaps, log, Store(store), made)
     log.line(f"run: {model.retained} retained, {model.modes} modes, {model.system.n} unknowns")
     run = march_run("reduced", setup.marching, setup.observed(gaps), model, gaps, log)
     log.line(f"done: {len(run.events)} events, largest force {run.history.force.max(initial=0.0):.3f}")

@@ -23,6 +23,7 @@ from benchmarks.door import silent
 from benchmarks.stamp import stamp
 from creak.studies.evaluate import evaluate
 from creak.studies.file.reader import Study, read_study
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.one_run import march_run
 from creak_thesis.door import write_door
@@ -67,7 +68,7 @@ def changed(study: Study, amplitude: float, seed: int) -> Study:
 def case(name: str, study: Study, until: float | None, store: Path) -> dict[str, Any]:
     """What creak tells of a run, beside the unreduced model."""
     began = time.process_time()
-    result = evaluate(set_up(study), silent, superelements=store, keep="last")
+    result = evaluate(set_up(study), silent, store=Store(store, "last"))
     found, told = result.found, json.loads(json.dumps(result.summary, default=str))["runs"]["reduced"]
     creak_s, v = time.process_time() - began, study.config.verification
     setup = found.setup

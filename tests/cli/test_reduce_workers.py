@@ -12,8 +12,10 @@ import pytest
 from creak.assembly.system import to_dense
 from creak.errors import NumericalError
 from creak.formats.stored.superelement import read_superelement_file
+from creak.studies.models import part_jobs as part_jobs_module
 from creak.studies.models import superelements
-from creak.studies.models.part_jobs import part_jobs
+from creak.studies.models.part_jobs import Saved, part_jobs
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.precheck import ready
 from creak.studies.tasks import workers
@@ -96,12 +98,63 @@ def test_a_part_that_fails_does_not_lose_the_others(creak, study, tmp_path, monk
     assert here == [2, 1]
 
 
+def figures(folder):
+    """What the run found, without times and what it was made by."""
+    told = json.loads((folder / "summary.json").read_text())
+    return [[e[key] for key in ("t_start", "t_end", "impulse")] for e in told["runs"]["reduced"]["events"]], told
+
+
+def test_a_run_has_its_parts_reduced_by_workers(creak, study, tmp_path, here, monkeypatch):
+    """Each f_max that "auto" tries is a job for each part; what comes out is what one process finds."""
+    text = study.read_text().replace("f_max = 3000", 'f_max = "auto"').replace("step = 5e-4\n", "")
+    study.write_text(text.replace('run = "whole"', 'run = "none"'))
+    alone = creak("run", study, "--out", tmp_path / "one", "--no-keep", "--no-converge", "--quiet")
+    raised: list[tuple[str, int]] = []
+    real = part_jobs_module.run_part
+
+    def counted(job):
+        raised.append((job.name, job.raised))
+        return real(job)
+
+    monkeypatch.setattr(part_jobs_module, "run_part", counted)
+    many = creak("run", study, "--out", tmp_path / "many", "--workers", "3", "--no-converge", "--quiet")
+    assert (alone.status, many.status) == (0, 0)
+    assert here == [3]
+    (one, _), (other, told) = figures(tmp_path / "one"), figures(tmp_path / "many")
+    assert one
+    np.testing.assert_allclose(other, one, rtol=1e-6)
+    stages = told["runs"]["reduced"]["stages"]
+    assert len(stages) > 1
+    assert sorted(raised) == sorted((part, k) for part in ("LOWER", "UPPER") for k in range(len(stages) - 1))
+    assert all("reduced here" not in note for note in told["notes"])
+
+
+def test_what_a_worker_cannot_reduce_the_run_reduces(creak, study, tmp_path, here, monkeypatch):
+    monkeypatch.setattr(part_jobs_module, "run_part", lambda job: Saved(None, None, "it died"))
+    said = creak("run", study, "--out", tmp_path / "out", "--workers", "2", "--no-converge")
+    assert said.status == 0
+    notes = [n for n in figures(tmp_path / "out")[1]["notes"] if n.startswith("superelement UPPER: reduced here")]
+    assert [n.endswith("for the worker could not: it died") for n in notes] == [True]
+
+
+def test_a_method_without_superelements_has_nothing_for_workers(creak, study):
+    said = creak("run", study, "--workers", "2", "--set", "reduction.method=gap-modes", "--quiet")
+    assert said.status == 2
+    assert "method = 'gap-modes' makes no superelements" in said.words
+
+
+def test_workers_need_a_place_to_hand_over(creak, study):
+    said = creak("run", study, "--workers", "2", "--no-keep", "--quiet")
+    assert said.status == 2
+    assert "workers with --no-keep; expected a study whose superelements are kept" in said.words
+
+
 def test_a_worker_that_finds_another_deck_says_so(study, tmp_path):
     """Or another version of creak: all that the superelement depends on is compared before it is made."""
     from creak.studies.file.reader import read_study
 
     setup, reference, gaps, _ = ready(set_up(read_study(study)), lambda *_: None)
-    jobs = part_jobs(setup, reference, gaps, tmp_path / "out")
+    jobs = part_jobs(setup, reference, gaps, Store(tmp_path / "out"))
     assert sorted(job.name for job in jobs) == ["LOWER", "UPPER"]
     deck = tmp_path / "strips.inp"
     deck.write_text(deck.read_text().replace("210000", "200000"), encoding="utf-8")

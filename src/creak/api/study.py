@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from creak.studies.evaluate import Changes
     from creak.studies.prepare.setup import Setup
     from creak.studies.run.checkpoint import Checkpoints
+    from creak.studies.tasks.queue import Runner
 
 
 def read_study(path: str | Path) -> Study:
@@ -167,6 +168,8 @@ def run_setup(
     keep: bool = False,
     checkpoints: Checkpoints | None = None,
     first: Callable[[Result], object] | None = None,
+    runner: Runner | None = None,
+    ignore: Sequence[str] = (),
 ) -> Result:
     """Run what `set_up` made, parameters as `run`, and sum it up; nothing is warned of: look at the Result.
 
@@ -175,6 +178,7 @@ def run_setup(
     keep : save superelements in their folder, where that is there, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
     first : gets the run before it is repeated and explained, to save it. What fails after it is told as a warning.
+    runner : workers who reduce the parts into the folder of superelements, with `ignore` as `set_up` had it.
 
     Raises
     ------
@@ -182,15 +186,17 @@ def run_setup(
         factorisation failed.
     """
     from creak.studies.evaluate import evaluate
+    from creak.studies.file.identity import store_of
+    from creak.studies.models.saved import Store
 
+    folder = store_of(setup.study) if superelements is None else Path(superelements)
     found = evaluate(
         setup,
         progress if progress is not None else silent,
-        superelements=None if superelements is None else Path(superelements),
+        store=Store(folder, "last" if keep else "nothing", runner, tuple(ignore)),
         converge=converge,
         record=record,
         changes=changes,
-        keep="last" if keep else "nothing",
         checkpoints=checkpoints,
         first=None if first is None else lambda so_far: first(Result.of(so_far)),
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +13,9 @@ from creak.cli.output import Output
 from creak.errors import InputError
 
 if TYPE_CHECKING:
+    from creak.studies.file.places import Places
     from creak.studies.tasks.cluster import Certificates
+    from creak.studies.tasks.queue import Runner
 
 SCHEDULER = typer.Option(
     None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
@@ -58,6 +62,16 @@ def checked_certificates(
     return certificates
 
 
+@contextmanager
+def workers_of(scheduler: str | None, count: int, certificates: Certificates) -> Iterator[Runner]:
+    """The cluster of a scheduler, or else so many workers of this machine."""
+    from creak.studies.tasks.cluster import running_cluster
+    from creak.studies.tasks.workers import local_workers
+
+    with local_workers(count) if scheduler is None else running_cluster(scheduler, certificates) as runner:
+        yield runner
+
+
 def check_cluster(scheduler: str | None, output: Output) -> None:
     """Raise InputError where dask is missing for a scheduler; warn of one that is open to others."""
     from creak.studies.tasks.cluster import need_distributed, open_to_others
@@ -69,4 +83,15 @@ def check_cluster(scheduler: str | None, output: Output) -> None:
         output.warn(
             f"the scheduler {scheduler} is open: whoever reaches it, or its workers, can run code as their owner; "
             "use certificates and tls://, see docs/sweeps.md"
+        )
+
+
+def check_method(method: str, places: Places) -> None:
+    """Raise InputError where a study's method of reduction makes no superelements."""
+    if method not in ("craig-bampton", "guyan"):
+        raise InputError(
+            f"method = {method!r} makes no superelements",
+            where=places.where("reduction", "method"),
+            expected='"craig-bampton" or "guyan"',
+            fix="`creak run` by itself takes any method.",
         )

@@ -9,7 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
+from creak.cli.cluster import (
+    SCHEDULER,
+    TLS_CA_FILE,
+    TLS_CERT,
+    TLS_KEY,
+    check_cluster,
+    check_method,
+    checked_certificates,
+    workers_of,
+)
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
 from creak.cli.run import changed_study
@@ -18,7 +27,6 @@ from creak.errors import CreakError, InputError, NumericalError, suggest
 if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.reduction.health import Health
-    from creak.studies.file.places import Places
     from creak.studies.models.part_jobs import PartJob
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.superelements import Reduced
@@ -69,7 +77,7 @@ def reduce(
     certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
     study = changed_study(study_file, changes)
-    _check_method(study.config.reduction.method, study.places)
+    check_method(study.config.reduction.method, study.places)
     folder = out if out is not None else store_of(study)
     writable_folder(folder)
     told: set[str] = set()
@@ -102,16 +110,6 @@ def _check_formats(export: Sequence[str]) -> None:
         raise InputError(f"unknown format {unknown[0]!r}", expected=expected, fix=fix)
 
 
-def _check_method(method: str, places: Places) -> None:
-    if method not in ("craig-bampton", "guyan"):
-        raise InputError(
-            f"method = {method!r} makes no superelements",
-            where=places.where("reduction", "method"),
-            expected='"craig-bampton" or "guyan"',
-            fix="`creak run` reduces the whole assembly with it.",
-        )
-
-
 @dataclass(frozen=True)
 class Distribution:
     """Where the parts are reduced; in this process where nothing is said."""
@@ -132,7 +130,7 @@ def _reduced(
     from creak.studies.models.health import check
     from creak.studies.models.part_jobs import part_jobs
     from creak.studies.models.reduced import reduce_model
-    from creak.studies.models.saved import is_saved
+    from creak.studies.models.saved import Store, is_saved
     from creak.studies.models.superelements import save_superelement, with_modes_of_file
     from creak.studies.run.precheck import ready
 
@@ -159,10 +157,10 @@ def _reduced(
     try:
         fresh = set[str]()
         if distribution.workers is not None or distribution.scheduler is not None:
-            jobs = part_jobs(setup, reference, gaps, folder, distribution.ignore)
+            jobs = part_jobs(setup, reference, gaps, Store(folder, ignore=distribution.ignore))
             found = _elsewhere(jobs, output, distribution)
             fresh, checks = set(found), checks | found
-        return _told(reduce_model(setup, reference, gaps, output.progress, folder, made), fresh), checks, notes
+        return _told(reduce_model(setup, reference, gaps, output.progress, Store(folder), made), fresh), checks, notes
     except CreakError:
         if checks:
             output.warn(f"saved: {', '.join(checks)}. The same command goes on from there")
@@ -183,8 +181,8 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distributi
     ------
     NumericalError : a part could not be reduced; the others are saved.
     """
-    from creak.studies.tasks.cluster import Certificates, running_cluster
-    from creak.studies.tasks.workers import local_workers
+    from creak.studies.models.part_jobs import IN_WORKERS
+    from creak.studies.tasks.cluster import Certificates
 
     if not jobs:
         return {}
@@ -192,10 +190,10 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distributi
     failed: dict[str, str] = {}
     address, given = distribution.scheduler, distribution.certificates or Certificates()
     count = min(distribution.workers or 1, len(jobs))
-    output.progress("reduce the parts in workers", 0, len(jobs))
-    with running_cluster(address, given) if address is not None else local_workers(count) as runner:
+    output.progress(IN_WORKERS, 0, len(jobs))
+    with workers_of(address, count, given) as runner:
         for done, (name, saved) in enumerate(runner(jobs), start=1):
-            output.progress("reduce the parts in workers", done, len(jobs))
+            output.progress(IN_WORKERS, done, len(jobs))
             if saved.error:
                 failed[name] = saved.error
             tell_notes(output, saved.notes, set())

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
 
+from creak.cli.cluster import (
+    SCHEDULER,
+    TLS_CA_FILE,
+    TLS_CERT,
+    TLS_KEY,
+    check_cluster,
+    check_method,
+    checked_certificates,
+    workers_of,
+)
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
-from creak.errors import NumericalError, Unreliable
+from creak.errors import InputError, NumericalError, Unreliable
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
@@ -84,6 +95,16 @@ def run(
         help="A first look: rougher contact, no repeated runs, no unreduced model. The verdict then says that nothing "
         "was checked, unless nothing can touch.",
     ),
+    workers: int | None = typer.Option(
+        None,
+        "--workers",
+        min=1,
+        help="Reduce the parts in so many processes, which share the cores; default: in this one.",
+    ),
+    scheduler: str | None = SCHEDULER,
+    tls_ca_file: Path | None = TLS_CA_FILE,
+    tls_cert: Path | None = TLS_CERT,
+    tls_key: Path | None = TLS_KEY,
     show: bool = typer.Option(False, "--open", help="Open report.html in the browser at the end."),
     quiet: bool = QUIET,
     verbose: bool = VERBOSE,
@@ -108,6 +129,7 @@ def run(
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 
+    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
@@ -120,10 +142,20 @@ def run(
         refuse_other_study(folder, study_file.name)
     told: set[str] = set()
     checkpoints, beside = Checkpoints(folder), None if is_deck(study_file) else study_file.parent / STORE
-    with Output(quiet, verbose, as_json) as output:
+    spread = workers is not None or scheduler is not None
+    if spread and (not keep or beside is None):
+        raise InputError(
+            f"workers with {'--no-keep' if beside else 'a deck of its own'}",
+            expected="a study whose superelements are kept: workers hand over what they reduce in that folder",
+        )
+    with Output(quiet, verbose, as_json) as output, ExitStack() as pool:
+        check_cluster(scheduler, output)
+        runner = pool.enter_context(workers_of(scheduler, workers or 1, certificates)) if spread else None
         with output.progress as progress, opened(superelements or beside if keep else None):
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)
+            if spread:
+                check_method(setup.study.config.reduction.method, setup.study.places)
             check_folder(folder)  # once more: what has been read meanwhile stays
             setup_detail(output, setup)
             tell_setup(output, setup, told)
@@ -137,6 +169,8 @@ def run(
                 keep=keep,
                 checkpoints=checkpoints,
                 first=lambda so_far: so_far.save(folder, 0.0),
+                runner=runner,
+                ignore=ignore,
             )
             progress("write results", 0, 2)
             page = None

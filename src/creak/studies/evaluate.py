@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from creak.linalg.threads import one_blas_thread
@@ -14,7 +13,7 @@ from creak.studies.file.identity import store_of
 from creak.studies.findings.gather import findings_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.models.superelements import Keep
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.job import ReferenceRun, StudyResult, run_study
@@ -54,11 +53,10 @@ def evaluate(
     setup: Setup,
     progress: Progress,
     *,
-    superelements: Path | None = None,
+    store: Store | None = None,
     converge: bool | None = None,
     record: bool = True,
     changes: Changes = "none",
-    keep: Keep = "nothing",
     checkpoints: Checkpoints | None = None,
     reference_run: ReferenceRun | None = None,
     first: Callable[[Evaluation], object] | None = None,
@@ -70,9 +68,8 @@ def evaluate(
 
     Parameters
     ----------
-    superelements : folder of saved ones; None: beside the study.
+    store : of superelements; None: those saved beside the study are taken, and none are kept.
     converge, record, changes : as `creak.run` has them.
-    keep : what stays in their folder of those that are made, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
     reference_run : makes the run of the unreduced model, or takes a saved one.
     first : gets the run as soon as it is there, before anything is told of it: to keep it.
@@ -82,14 +79,14 @@ def evaluate(
     InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
         factorisation failed.
     """
-    store = store_of(setup.study) if superelements is None else superelements
+    store = store or Store(store_of(setup.study))
     from creak.studies.converge.auto_band import settle
     from creak.studies.spots.beside import beside_unreduced, events_beside
 
     proof, said_of_proof = setup.study.config.proof, list[str]()
     prove = None if proof == "none" else partial(events_beside, notes=said_of_proof)
-    options: dict[str, Any] = {"record": record, "keep": keep, "checkpoints": checkpoints}
-    raising = partial(settle, prove=prove, store=store, keep=keep)
+    options: dict[str, Any] = {"record": record, "checkpoints": checkpoints}
+    raising = partial(settle, prove=prove, store=store)
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
     found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else raising)
 

@@ -18,6 +18,7 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference, in_modes
+from creak.studies.models.saved import Store
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import set_up
@@ -34,7 +35,7 @@ def silent(*_):
 def outcome(study, store):
     """All motion and forces of a run, what it told, and the model that it marched."""
     setup, reference, gaps, notes = ready(set_up(study, store=store), silent, store)
-    reduced = reduce_model(setup, reference, gaps, silent, store)
+    reduced = reduce_model(setup, reference, gaps, silent, Store(store))
     history = march_run("reduced", setup.marching, setup.observed(gaps), reduced, gaps, silent).history
     assert history.force.any()
     arrays = [history.time, history.gap, history.force, history.displacement, history.energy, reference.modes.omega2]
@@ -90,7 +91,7 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     monkeypatch.setattr(surface_to_surface, "_searched", lambda *a: pytest.fail("searched"))
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)
-        reduced = reduce_model(setup, reference, gaps, silent, store)
+        reduced = reduce_model(setup, reference, gaps, silent, Store(store))
         run = FlowRun(reduced.system, gaps, setup.loads, setup.marching.resolution, setup.watched, 1, None, None)
         assert run.model.rows.shape[0] == gaps.m > 0
         assert not any(is_made(part) for part in reference.parts), change

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
@@ -24,7 +23,7 @@ from creak.studies.converge.settling import (
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.models.superelements import Keep
+from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.run.job import March, ReducedRun
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
@@ -60,8 +59,7 @@ def settle(
     progress: Progress,
     *,
     prove: Prove | None = None,
-    store: Path | None = None,
-    keep: Keep = "nothing",
+    store: Store = NO_STORE,
 ) -> ReducedRun:
     """Raise f_max by half until the run with more modes, and the unreduced model, find what the run found.
 
@@ -73,7 +71,7 @@ def settle(
     first : of the first f_max.
     march : makes the run of a model.
     prove : lets the unreduced model march through events of a run; None: it is not asked.
-    store, keep : as `reduce_model`.
+    store : as `reduce_model`.
     """
     v, at = first.setup.study.config.verification, first
     stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
@@ -81,7 +79,7 @@ def settle(
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
-            more = with_more_modes(at.setup, reference, at.gaps, at.reduced, progress, store)
+            more = with_more_modes(at.setup, reference, at.gaps, at.reduced, progress, store.folder)
         except OutOfMemory as error:
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
@@ -100,7 +98,9 @@ def settle(
         why = "" if enough else _too_much(following.band.f_max, more, reckoned)
         if not (enough or why) and again.stopped is None:
             try:
-                reduced = more if more.complete else raised_model(following, reference, more, progress, store, keep)
+                reduced = more
+                if not more.complete:
+                    reduced = raised_model(following, reference, at.gaps, more, progress, store)
             except OutOfMemory as error:
                 why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
         if enough or why or again.stopped is not None:

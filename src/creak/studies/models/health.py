@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
@@ -15,7 +16,6 @@ from creak.formats.stored.solved import as_numbers, as_text
 from creak.model.mesh import Nodes
 from creak.progress import Progress
 from creak.reduction.health import Health, health
-from creak.studies.models.reduced import ReducedModel
 from creak.studies.models.superelements import Reduced
 from creak.studies.prepare.reduction import Band
 from creak.studies.solved import solved
@@ -26,7 +26,7 @@ and as long a search as a small reduction."""
 
 
 def checked(
-    model: ReducedModel,
+    superelements: Sequence[Reduced],
     nodes: Nodes,
     band: Band,
     progress: Progress,
@@ -43,8 +43,8 @@ def checked(
     own_modes : compare free modes with those of the unreduced part; default: for parts up to `OWN_MODES_LIMIT` dofs.
     """
     out = {}
-    count = len(model.superelements)
-    for k, r in enumerate(model.superelements):
+    count = len(superelements)
+    for k, r in enumerate(superelements):
         progress("check superelements", k, count)
         out[r.system.name] = _kept(r, nodes, band, store, own_modes)
         r.inside.release()

@@ -1,10 +1,13 @@
-"""Parts of a study as jobs: each is reduced by a worker, which saves it beside the others."""
+"""Parts of a study as jobs: each is reduced by a worker, which saves it beside the others.
+
+For `creak reduce` a worker looks at the superelement's health too. For a run it keeps what the run itself would keep.
+"""
 
 from __future__ import annotations
 
 import socket
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -12,15 +15,16 @@ from creak.arrays import IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
 from creak.digest import digest
 from creak.errors import CreakError, InputError, unforeseen
-from creak.progress import silent
+from creak.progress import Progress, silent
 from creak.reduction.health import Health
 from creak.studies.file.reader import Study
-from creak.studies.models.health import check
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.models.saved import is_saved
+from creak.studies.models.saved import Keep, Store, is_kept, is_saved
 from creak.studies.models.substructures import Substructure, part_alone, partition
 from creak.studies.models.superelements import made_from, reduce_substructure, save_superelement
 from creak.studies.prepare.setup import Setup, set_up
+
+IN_WORKERS = "reduce the parts in workers"
 
 
 @dataclass(frozen=True)
@@ -50,6 +54,10 @@ class PartJob:
     """What the worker has to find too."""
     folder: Path
     ignore: tuple[str, ...]
+    keep: Keep = "nothing"
+    """What stays of it for a run; "nothing": it is saved as `creak reduce` does."""
+    raised: int = 0
+    """How often f_max was."""
     reference: Path | None = None
 
     def run(self) -> Saved:
@@ -57,39 +65,64 @@ class PartJob:
 
     def lost(self, why: str, start: float) -> Saved:
         """Its file where that is there, else `why`."""
-        saved = is_saved(self.folder, self.name, self.made_from)
+        saved = self.keep == "nothing" and is_saved(self.folder, self.name, self.made_from)
         return Saved(None, None) if saved else Saved(None, None, why)
 
 
-def part_jobs(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, folder: Path, ignore: Sequence[str] = ()
-) -> list[PartJob]:
+def part_jobs(setup: Setup, reference: ReferenceModel, gaps: GapOperator, store: Store) -> list[PartJob]:
     """A job for each part that is to be reduced and whose file is not there yet, the largest first.
 
     Raises
     ------
     InputError : as `partition`.
     """
-    folder, study, jobs = folder.resolve(), setup.study.from_anywhere(), []
-    reduction = setup.reduction
+    if store.folder is None:
+        raise ValueError("workers hand over what they reduce in a folder")
+    folder, study, jobs = store.folder.resolve(), setup.study.from_anywhere(), []
+    reduction, there = setup.reduction, is_saved if store.keep == "nothing" else is_kept
     cut = partition(setup.structure, reduction, setup.exterior, reference, gaps)
     for number, sub in enumerate(cut.substructures):
         wanted = made_from(reduction, sub)
-        if not sub.stays and not is_saved(folder, sub.part.name, wanted):
+        if not sub.stays and not there(folder, sub.part.name, wanted):
             name, given = sub.part.name, (study, number, gaps, sub.boundary, sub.shape, wanted, folder)
-            jobs.append((sub.part.n, PartJob(name, digest(wanted), *given, tuple(ignore))))
+            job = PartJob(name, digest(wanted), *given, store.ignore, store.keep, setup.raised)
+            jobs.append((sub.part.n, job))
     return [job for _, job in sorted(jobs, key=lambda pair: -pair[0])]
+
+
+def reduce_elsewhere(
+    setup: Setup, reference: ReferenceModel, gaps: GapOperator, store: Store, progress: Progress
+) -> list[str]:
+    """Have the workers of a store, where it has some, reduce what is not there yet; notes for people.
+
+    What a worker could not reduce, whoever waits for it does by itself.
+    """
+    jobs = [] if store.runner is None else part_jobs(setup, reference, gaps, store)
+    notes = list[str]()
+    if store.runner is None or not jobs:
+        return notes
+    progress(IN_WORKERS, 0, len(jobs))
+    for done, (name, saved) in enumerate(store.runner(jobs), start=1):
+        progress(IN_WORKERS, done, len(jobs))
+        notes += [f"superelement {name}: reduced here, for the worker could not: {saved.error}"] if saved.error else []
+        notes += saved.notes
+    return notes
 
 
 def run_part(job: PartJob) -> Saved:
     """Reduce a part, check and save it; errors become part of the outcome."""
     try:
-        setup = set_up(job.study, job.ignore)
+        setup = replace(set_up(job.study, job.ignore), raised=job.raised)
         model, reduction = setup.model, setup.reduction
         part = part_alone(setup.structure, reduction, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)
         _same(job, made_from(reduction, sub))
-        reduced, notes = reduce_substructure(model, reduction, setup.exterior, sub, job.folder, silent)
+        store = Store(job.folder, job.keep)
+        reduced, notes = reduce_substructure(model, reduction, setup.exterior, sub, store, silent)
+        if job.keep != "nothing":
+            return Saved(None, None, notes=tuple(notes))
+        from creak.studies.models.health import check  # a run does not wait for it
+
         health, about = None, dict[str, Any](deck=str(model.source))
         try:
             health = check(reduced, model.nodes, reduction.band.excited)

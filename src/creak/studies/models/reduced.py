@@ -27,11 +27,12 @@ from creak.reduction.interface.characteristic import second_level
 from creak.reduction.modal import ModalDamping, support_motion
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
+from creak.studies.models.part_jobs import reduce_elsewhere
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
+from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
     KEPT,
-    Keep,
     Reduced,
     raised_once,
     reduce_substructure,
@@ -122,17 +123,14 @@ def reduce_model(
     reference: ReferenceModel,
     gaps: GapOperator,
     progress: Progress,
-    store: Path | None = None,
+    store: Store = NO_STORE,
     made: Callable[[Reduced], Reduced] | None = None,
-    *,
-    keep: Keep = "nothing",
 ) -> ReducedModel:
     """Reduce as [reduction] says.
 
     Parameters
     ----------
-    store : folder of saved superelements to take unchanged ones from.
-    keep : what stays there of those that are made.
+    store : of saved superelements, from which unchanged ones are taken.
     made : is handed every superelement as soon as it is there, its factor included, and returns what is kept of it.
         With it a part that cannot be reduced does not keep the others from it: the first one's error comes at the end.
 
@@ -150,12 +148,13 @@ def reduce_model(
         static = static_shapes(setup.loads, reference, reduction)
         whole = _whole(setup.model, reference, gaps, found, band.kept_modes(found.omega2), static)
         return _with_times(whole, wall, cpu)
-    cut, superelements, notes, failed = partition(structure, reduction, exterior, reference, gaps), [], [], []
+    cut, superelements, failed = partition(structure, reduction, exterior, reference, gaps), [], []
+    notes = reduce_elsewhere(setup, reference, gaps, store, progress)
     for sub in cut.substructures:
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress, keep)
+            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress)
         except CreakError as error:
             if made is None:
                 raise
@@ -169,7 +168,7 @@ def reduce_model(
     if failed:
         raise failed[0]
     _check_modes(reduction, superelements)
-    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store)
+    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store.folder)
     return _with_times(replace(together, notes=notes), wall, cpu)
 
 
@@ -258,7 +257,7 @@ def with_more_modes(
         parts = []
         for sub in cut.substructures:
             if not sub.stays:
-                parts.append(reduce_substructure(setup.model, reduction, exterior, sub, None, progress)[0])
+                parts.append(reduce_substructure(setup.model, reduction, exterior, sub, NO_STORE, progress)[0])
                 parts[-1].inside.release(above=KEPT)
     every = [with_all_modes(part) for part in parts]
     together = coupled_again(structure, reduction, exterior, reference, gaps, every, progress, store)
@@ -268,22 +267,23 @@ def with_more_modes(
 def raised_model(
     setup: Setup,
     reference: ReferenceModel,
+    gaps: GapOperator,
     more: ReducedModel,
     progress: Progress,
-    store: Path | None = None,
-    keep: Keep = "nothing",
+    store: Store = NO_STORE,
 ) -> ReducedModel:
     """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
     wall, cpu, band = clock.perf_counter(), clock.process_time(), setup.band
     found, every = more.found, list[Reduced]()
+    notes = [] if found is not None else reduce_elsewhere(setup, reference, gaps, store, progress)
     if found is not None:
         found = _modes_of_whole(band, reference, progress, found)
     for reduced in more.superelements:
-        every.append(raised_once(band, reduced, setup.model, progress, store, keep))
+        every.append(raised_once(band, reduced, setup.model, progress, store))
         reduced.inside.release(above=KEPT)
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     wall, cpu = more.wall_s + wall, more.cpu_s + cpu
-    return replace(more, superelements=tuple(every), found=found, wall_s=wall, cpu_s=cpu)
+    return replace(more, superelements=tuple(every), found=found, wall_s=wall, cpu_s=cpu, notes=[*more.notes, *notes])
 
 
 def coupled_again(

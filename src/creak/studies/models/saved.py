@@ -6,8 +6,10 @@ import os
 import shutil
 import weakref
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import NamedTemporaryFile
+from typing import Literal
 
 from creak.arrays import FloatArray
 from creak.digest import digest
@@ -17,6 +19,26 @@ from creak.formats.safe_names import file_stem
 from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import SavedSuperelement, read_superelement_file, read_where_it_fits
 from creak.studies.solved import SOLVED, solved
+from creak.studies.tasks.queue import Runner
+
+Keep = Literal["nothing", "last", "all"]
+"""What stays of new superelements for the runs to come: nothing, the last ones of each part, or all (sweeps)."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """Where superelements lie, what stays there of those that are made, and who makes them."""
+
+    folder: Path | None = None
+    """None: nothing is looked for or kept."""
+    keep: Keep = "nothing"
+    runner: Runner | None = None
+    """Workers who reduce parts into the folder; None: this process does it."""
+    ignore: tuple[str, ...] = ()
+    """Of the deck, which they may leave unread."""
+
+
+NO_STORE = Store()
 
 WORDS = {
     "stiffness": "its stiffness changed",
@@ -36,6 +58,11 @@ def is_saved(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
     if shared_path(folder, name, made_from).exists():
         return True
     return path.exists() and read_where_it_fits(path, lambda _: False)[0] == made_from
+
+
+def is_kept(folder: Path, name: str, made_from: Mapping[str, str]) -> bool:
+    """The same, where a run would take it from."""
+    return is_saved(folder, name, made_from) or shared_path(folder / SOLVED, name, made_from).exists()
 
 
 def part_path(folder: Path, name: str) -> Path:

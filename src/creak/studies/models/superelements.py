@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -41,7 +41,7 @@ from creak.reduction.inside import Inside
 from creak.reduction.raised import raised
 from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
-from creak.studies.models.saved import boundary_kind, from_store, part_path, shared_path, very_same
+from creak.studies.models.saved import NO_STORE, Store, boundary_kind, from_store, part_path, shared_path, very_same
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
@@ -50,10 +50,10 @@ from creak.version import edition
 
 KEPT = 300_000_000
 """Bytes of a part's factor up to which it stays for the check of the superelement; a larger one is made again."""
+RAISED = ", raised"
+"""Of what the modes of a superelement are, each time that f_max was."""
 SPARED = 4
 """Superelements of a part that runs keep, those made last."""
-Keep = Literal["nothing", "last", "all"]
-"""What stays of new superelements for the runs to come: nothing, the last ones of each part, or all (sweeps)."""
 
 
 @dataclass(frozen=True)
@@ -82,21 +82,18 @@ def reduce_substructure(
     reduction: Reduction,
     exterior: Exterior,
     sub: Substructure,
-    folder: Path | None,
+    store: Store,
     progress: Progress,
-    keep: Keep = "nothing",
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
-
-    Parameters
-    ----------
-    folder : the store; None: there is none. keep : what stays in it of what is made.
 
     Raises
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    wanted, band = made_from(reduction, sub), reduction.band
+    band, folder = reduction.band, store.folder
+    first = band.raised_to(0)
+    wanted = made_from(replace(reduction, band=first), sub)
     f_max = None if reduction.table.method == "guyan" else band.first
     found, notes = from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
@@ -130,10 +127,9 @@ def reduce_substructure(
         matrices = reduced_matrices(sub.part, basis, progress, watched=seen)
         notes += _in_pieces(inside)
     reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
-    first = band.raised_to(0)
-    reduced = _kept(folder, _with_kept(first, reduced), model, first, keep)
+    reduced = _kept(store, _with_kept(first, reduced), model, first)
     for k in range(band.raised):
-        reduced = raised_once(band.raised_to(k + 1), reduced, model, progress, folder, keep)
+        reduced = raised_once(band.raised_to(k + 1), reduced, model, progress, store)
     return reduced, notes
 
 
@@ -143,20 +139,18 @@ def _with_kept(band: Band, reduced: Reduced) -> Reduced:
     return replace(reduced, system=reduced_system(reduced.substructure.part, *kept))
 
 
-def raised_once(
-    band: Band, reduced: Reduced, model: Model, progress: Progress, folder: Path | None = None, keep: Keep = "nothing"
-) -> Reduced:
+def raised_once(band: Band, reduced: Reduced, model: Model, progress: Progress, store: Store = NO_STORE) -> Reduced:
     """The superelement with f_max raised to that of the band: its further modes are kept, and new ones computed, or
     taken from the store."""
     part = reduced.substructure.part
-    wanted = {**reduced.made_from, "modes": f"{reduced.made_from['modes']}, raised"}
-    found = None if folder is None else very_same(folder, part.name, wanted)[0]
+    wanted = {**reduced.made_from, "modes": reduced.made_from["modes"] + RAISED}
+    found = None if store.folder is None else very_same(store.folder, part.name, wanted)[0]
     if found is not None:
         basis, matrices = _restored(reduced.inside, found)
     else:
         basis, matrices = raised(part, reduced.basis, reduced.matrices, band.f_max, progress)
     again = replace(reduced, basis=basis, matrices=matrices, made_from=wanted, reused=found is not None)
-    return _kept(folder, _with_kept(band, again), model, band, keep)
+    return _kept(store, _with_kept(band, again), model, band)
 
 
 def _in_pieces(inside: Inside) -> list[str]:
@@ -182,7 +176,8 @@ def made_from(reduction: Reduction, sub: Substructure) -> dict[str, str]:
     method, band = reduction.table.method, reduction.band
     if method == "guyan":
         return fingerprints(sub, method)
-    return fingerprints(sub, f"{method} {band.first:.17g}{' and further' if band.further else ''}")
+    further = " and further" if band.further else ""
+    return fingerprints(sub, f"{method} {band.first:.17g}{further}{RAISED * band.raised}")
 
 
 def fingerprints(sub: Substructure, modes: str) -> dict[str, str]:
@@ -268,12 +263,12 @@ def save_superelement(
     return path
 
 
-def _kept(folder: Path | None, reduced: Reduced, model: Model, band: Band, keep: Keep) -> Reduced:
+def _kept(store: Store, reduced: Reduced, model: Model, band: Band) -> Reduced:
     """The same, saved where the runs to come take it if they would make the very same one.
 
     Where the folder cannot be written, or its disk is nearly full, nothing is saved, which costs time alone.
     """
-    name, fixed = reduced.system.name, reduced.basis.fixed
+    name, fixed, folder, keep = reduced.system.name, reduced.basis.fixed, store.folder, store.keep
     if keep == "nothing" or folder is None or reduced.reused or not (keep == "all" or folder.is_dir()):
         return reduced
     place = folder if keep == "all" else folder / SOLVED

@@ -22,6 +22,7 @@ from creak.progress import Progress, silent
 from creak.studies.file.identity import store_of
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import silent_channels
@@ -160,8 +161,8 @@ def shared_model(
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
         raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
-    store = store_of(setup.study) if keep is None else keep
-    reduced = reduce_model(setup, reference, gaps, progress, store, keep="nothing" if keep is None else "all")
+    store = Store(store_of(setup.study)) if keep is None else Store(keep, "all")
+    reduced = reduce_model(setup, reference, gaps, progress, store)
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")

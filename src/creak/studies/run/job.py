@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.contact.gap_operator import GapOperator
@@ -15,7 +14,7 @@ from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.models.superelements import Keep
+from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
@@ -110,11 +109,10 @@ class StudyResult:
 def run_study(
     setup: Setup,
     progress: Progress,
-    store: Path | None = None,
+    store: Store = NO_STORE,
     reference_run: ReferenceRun | None = None,
     *,
     record: bool = False,
-    keep: Keep = "nothing",
     checkpoints: Checkpoints | None = None,
     settle: Settle | None = None,
 ) -> StudyResult:
@@ -124,16 +122,15 @@ def run_study(
 
     Parameters
     ----------
-    store : folder of saved superelements; those that still fit are used instead of being made again.
+    store : of superelements; those that still fit are used instead of being made again.
     reference_run : makes the run of the unreduced model, or takes a saved one of the same model, channels and loads.
     record : keep the motion around the hardest events of the reduced run, or of the only one (`studies.motion`).
-    keep : what stays in the store of superelements that are made.
     checkpoints : from which an unreduced run goes on, and which it writes.
     settle : raises f_max = "auto" from where it begins; None: it stays there.
     """
     c = setup.study.config
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
-        setup, reference, gaps, notes = ready(setup, progress, store, compiled)
+        setup, reference, gaps, notes = ready(setup, progress, store.folder, compiled)
         marching, kept, nodes = setup.marching, gaps.m, setup.model.nodes
         limit = partial(limited, marching, nodes.coords, reference.system)
         closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
@@ -144,7 +141,7 @@ def run_study(
         stopped: str | None = None
         health: dict[str, Health] = {}
         if c.reduction.method != "none":
-            model_of = partial(reduce_model, setup, reference, progress=progress, store=store, keep=keep)
+            model_of = partial(reduce_model, setup, reference, progress=progress, store=store)
             settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
 
             def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
@@ -168,7 +165,7 @@ def run_study(
 
             notes += [*more, *reduced.notes]
             try:
-                found_of = partial(checked, reduced, nodes, setup.band, progress, store)
+                found_of = partial(checked, reduced.superelements, nodes, setup.band, progress, store.folder)
                 health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
             except KeyboardInterrupt:
                 stopped = "stopped while the superelements were checked"

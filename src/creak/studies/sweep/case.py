@@ -28,6 +28,7 @@ from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.reader import read_study
 from creak.studies.findings.save import save
 from creak.studies.findings.summary import unreliable_runs
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult
 from creak.studies.sweep.figures import flat_figures
@@ -126,11 +127,10 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     case = evaluate(
         setup,
         silent,
-        superelements=task.superelements,
+        store=Store(task.superelements, "all"),
         converge=task.converge,
         reference_run=reference,
         record=False,
-        keep="all",
     )
     result, summary = case.found, case.summary
     sharing = _superelements(result)

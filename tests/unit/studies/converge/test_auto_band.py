@@ -14,6 +14,7 @@ from creak.studies.evaluate import evaluate
 from creak.studies.file.reader import read_study
 from creak.studies.models import superelements
 from creak.studies.models.reduced import reduce_model
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import job
 from creak.studies.spots import beside
@@ -85,12 +86,12 @@ def test_a_second_run_computes_no_modes_and_finds_the_same(tmp_path, monkeypatch
         store = tmp_path / keep
         store.mkdir()
         setup = set_up(study, store=store)
-        first = evaluate(setup, silent, superelements=store, converge=False, keep=keep)
+        first = evaluate(setup, silent, store=Store(store, keep), converge=False)
         assert first.found.setup.raised > 0
         with monkeypatch.context() as patched:
             for name in ("fixed_interface_basis", "raised"):
                 patched.setattr(superelements, name, lambda *_, **__: pytest.fail("modes were computed"))
-            second = evaluate(setup, silent, superelements=store, converge=False, keep=keep)
+            second = evaluate(setup, silent, store=Store(store, keep), converge=False)
         one, other = (x.found.runs["reduced"].history for x in (first, second))
         np.testing.assert_allclose(other.force, one.force, rtol=1e-6, atol=1e-9 * one.force.max())
         assert all(r.reused for r in second.found.reduced.superelements)

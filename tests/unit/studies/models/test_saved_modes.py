@@ -13,6 +13,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models import superelements
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
+from creak.studies.models.saved import Store
 from creak.studies.models.superelements import Reduced, save_superelement, with_modes_of_file
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, write_strips
@@ -27,7 +28,7 @@ def test_modes_beyond_f_max_are_saved_and_read(tmp_path):
     assert any(r.basis.fixed.omega2.size > r.system.stats.modes for r in made.superelements)
     for reduced in made.superelements:
         save_superelement(tmp_path / "store", reduced, setup.model, {})
-    again = reduce_model(setup, reference, gaps, silent, tmp_path / "store")
+    again = reduce_model(setup, reference, gaps, silent, Store(tmp_path / "store"))
     assert all(r.reused for r in again.superelements)
     assert again.modes == made.modes
     assert abs(again.system.K.d - made.system.K.d).max() <= 1e-9 * made.system.K.d.max()
@@ -47,8 +48,8 @@ def test_many_modes_of_a_saved_part_are_read_where_they_are_used(tmp_path, monke
         return with_modes_of_file(setup.band, reduced, save_superelement(store, reduced, setup.model, {}))
 
     fresh, taken = (
-        reduce_model(setup, reference, gaps, silent, store, saved),
-        reduce_model(setup, reference, gaps, silent, store),
+        reduce_model(setup, reference, gaps, silent, Store(store), saved),
+        reduce_model(setup, reference, gaps, silent, Store(store)),
     )
     q = np.random.default_rng(4).standard_normal((held.system.n, 3))
     still = np.zeros((held.system.supports.count, 3))

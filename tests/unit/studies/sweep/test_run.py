@@ -20,7 +20,7 @@ from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
-from creak.studies.models.saved import shared_path
+from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
@@ -300,7 +300,7 @@ def test_two_that_write_a_superelement_at_once_leave_a_whole_one(tmp_path):
         t.join()
     path = shared_path(store, reduced.system.name, reduced.made_from)
     assert list(store.iterdir()) == [path]
-    again = run_study(setup, lambda *_: None, store)
+    again = run_study(setup, lambda *_: None, Store(store))
     assert [r.reused for r in again.reduced.superelements] == [True, False]
 
 
