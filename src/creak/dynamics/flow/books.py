@@ -135,7 +135,7 @@ def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-def]
+def book_flow(model, drive, h, now, after):  # type: ignore[no-untyped-def]
     """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
 
     Those of its kicks were booked with them (`flow.kicks.book_half`).
@@ -161,7 +161,7 @@ def book_flow(model, drive, h, now, after, light):  # type: ignore[no-untyped-de
                 moved = (now.dots[1, j] + after.dots[1, j]) * ds
                 given -= moved
                 external -= moved
-    if light:
+    if model.massless.size > 0:
         given -= work_on_light(model, now, after)
     e[GIVEN] += given
     e[EXTERNAL] += external

@@ -303,7 +303,7 @@ def march(  # type: ignore[no-untyped-def]
             changed = changes(now, after)
             if lasting.tried and level == levels and not held:
                 wait_on(together, changed, now, after)
-            book_flow(model, drive, h, now, after, light)
+            book_flow(model, drive, h, now, after)
             if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
                 follow_swing(together, h, H, after.force)
             fill(after.before, np.inf)

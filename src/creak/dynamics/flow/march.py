@@ -241,9 +241,9 @@ class FlowRun:
         static = np.zeros_like(self.W)
         if self.light:
             give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
-            squares = self.model.rows**2
-            self.light = bool(np.any(squares @ give > 1e-12 * (squares @ (2.0 * h * self.gain))))
-            static = symmetric((rows * give) @ rows.T)
+            normal = rows[: gaps.m]
+            self.light = bool(np.any(normal**2 @ give > 1e-12 * (normal**2 @ (2.0 * h * self.gain))))
+            static[: gaps.m, : gaps.m] = symmetric((normal * give) @ normal.T)
         self._check_light()
         self._check_dampers()
         self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)

@@ -247,6 +247,10 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     Parameters
     ----------
     h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
+
+    Friction does not push coordinates without mass: they follow the others and the loads at once, and the sides that
+    rub follow them. Left out is what they give to friction alone, as the rotation of a shell's node whose neighbours
+    are retained too: some .3 / (E t), a part of what the node itself gives in plane.
     """
     model, pushed = form.model, mollifier * np.sinc(form.omega * h / np.pi)
 
@@ -258,6 +262,9 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     push = rates
     if form.root.ndim > 1:
         push, lean = (np.ascontiguousarray((A @ form.root) @ form.root.T) for A in (rates, lean))
+    elif model.massless.size:
+        push = rates.copy()
+        push[model.gap0.size :, model.massless] = lean[model.gap0.size :, model.massless] = 0.0
     m, constant = model.gap0.size, model.order == CONSTANT
     load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
     rows = through(model.rows, mollifier, model.u0, model.u1)
