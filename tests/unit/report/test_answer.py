@@ -9,6 +9,7 @@ from creak.report.words.answer import AMBER, GREEN, RED, answer, answer_lines, t
 
 def place(name="rib 1", events=4, force=2.0, n5=None, **more):
     base = {"name": name, "events": events, "slips": 0, "friction": None, "force": force, "n5": n5, "n5_added": None}
+    base |= {"n_max": n5, "n_max_added": None}
     base["level"] = None if n5 is None else 40.0
     return {**base, "cause": None, **more}
 
@@ -35,6 +36,15 @@ def limit(failed=(), missing=None):
     }
 
 
+def test_a_place_that_is_heard_rarely_is_told_by_its_loudest_instant():
+    """N5 of a blow in 20 s is the dust of its decay: it says nothing of how loud it was, nor which place is louder."""
+    places = [place("soft", n5=2.2e-4, n_max=3.35), place("loud", n5=0.0, n_max=9.98)]
+    told = answer(summary(places, sound={"level": 30.0, "n5": 3e-4, "n_max": 9.98, "beside_background": False}))
+    assert told.headline == "2 places rattle; worst is loud: rare, up to 10 sone"
+    assert tiles(told, "settled")[1].detail.startswith("heard in less than 5 % of the time, up to 10 sone; ")
+    assert "Nmax 10 sone" in " ".join(answer_lines(summary(places)))
+
+
 @pytest.mark.parametrize(
     ("told", "light"),
     [
@@ -44,6 +54,7 @@ def limit(failed=(), missing=None):
         (summary([place(force=0.05)], verdict="unsettled"), AMBER),
         (summary([place(force=2.0)]), AMBER),
         (summary([place(n5=0.05)]), GREEN),
+        (summary([place(n5=0.05, n_max=8.0)]), AMBER),
         (summary([place(n5=0.5)]), AMBER),
         (summary([place(n5=9.0)]), RED),
         (summary([place(n5=9.0)], limits=[limit()]), GREEN),
@@ -79,7 +90,8 @@ def test_the_worst_is_the_loudest_where_it_is_heard():
 
 
 def test_beside_a_background_what_it_adds_counts():
-    sound = {"beside_background": True, "level": 60.0, "n5": 9.0, "n5_added": 0.3, "band": {"low": 20.0, "high": 900.0}}
+    sound = {"beside_background": True, "level": 60.0, "n5": 9.0, "n5_added": 0.3, "n_max_added": 0.4}
+    sound["band"] = {"low": 20.0, "high": 900.0}
     found = answer(summary([place(n5=9.0, n5_added=0.3)], sound=sound))
     assert (found.light, found.n5, found.places[0].n5) == (AMBER, 0.3, 0.3)
     loud = tiles(found, "Settled.")[1]

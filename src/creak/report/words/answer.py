@@ -43,6 +43,8 @@ class Place:
     """N"""
     n5: float | None
     """sone; beside a background what it adds to that; infinite beyond ISO 532-1; None: it was not heard."""
+    n_max: float
+    """The same of its loudest instant; 0: it was not heard."""
     cause: str
     helps: str
 
@@ -63,6 +65,7 @@ class Answer:
     """Events and slips of all places a second."""
     n5: float | None
     """The same of all contact together."""
+    n_max: float
     beside: bool
     """Whether there is a background."""
     band: tuple[float, float] | None
@@ -88,6 +91,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         places,
         sum(p.rate for p in places),
         _n5(sound, beside),
+        _n_max(sound, beside),
         beside,
         None if band is None else (band["low"], band["high"]),
         computed_to(band),
@@ -115,6 +119,7 @@ def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
         (p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
         p["force"],
         _n5(p, beside),
+        _n_max(p, beside),
         cause.get("words", ""),
         helps[0],
     )
@@ -126,6 +131,24 @@ def _n5(heard: Mapping[str, Any], beside: bool) -> float | None:
         return None
     n5 = heard["n5_added" if beside else "n5"]
     return math.inf if n5 is None else float(n5)
+
+
+def _n_max(heard: Mapping[str, Any], beside: bool) -> float:
+    if heard.get("level") is None:
+        return 0.0
+    n_max = heard["n_max_added" if beside else "n_max"]
+    return math.inf if n_max is None else float(n_max)
+
+
+def _is_rare(n5: float, n_max: float) -> bool:
+    """Is it heard in less than 5 % of the time? N5 tells nothing of it then."""
+    return n5 < FAINT <= n_max
+
+
+def _how_loud(n5: float, n_max: float) -> str:
+    if _is_rare(n5, n_max):
+        return f"rare, up to {_sones(n_max)}"
+    return f"{word_of(n5, HEARD)}, {_sones(n5)}"
 
 
 def _sones(n5: float) -> str:
@@ -147,7 +170,7 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     worst = _worst(places)
     assert worst is not None
     kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
-    heard = f"{word_of(worst.n5, HEARD)}, {_sones(worst.n5)}" if worst.n5 is not None else ""
+    heard = _how_loud(worst.n5, worst.n_max) if worst.n5 is not None else ""
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
     return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}: {how}"
@@ -170,7 +193,7 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
         return good, "; ".join(said)
     if not places:
         return good, "nothing touches"
-    worst = max(p.n5 if p.n5 is not None else p.force for p in places)
+    worst = max(p.force if p.n5 is None else max(p.n5, p.n_max if _is_rare(p.n5, p.n_max) else 0.0) for p in places)
     loud = any(p.n5 is not None and p.n5 >= LOUD for p in places)
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
 
@@ -192,7 +215,10 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     trust : verdict and reasons of the run.
     """
     worst, first = _worst(found.places), re.split(r"[.:]", trust)[0]
-    loud = "" if found.n5 is None else f"{word_of(found.n5, HEARD)}; {found.why}"
+    word = "" if found.n5 is None else word_of(found.n5, HEARD)
+    if found.n5 is not None and _is_rare(found.n5, found.n_max):
+        word = f"heard in less than 5 % of the time, up to {_sones(found.n_max)}"
+    loud = f"{word}; {found.why}" if word else ""
     return [
         Tile(
             "worst place",
@@ -210,7 +236,13 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
 
 
 def _worst(places: Sequence[Place]) -> Place | None:
-    return max(places, key=lambda p: (p.n5 or 0.0, p.force), default=None)
+    """The loudest, as places are ranked (`Heard.rank`); of those that are not heard the hardest."""
+
+    def rank(p: Place) -> tuple[float, float, float]:
+        n5 = p.n5 or 0.0
+        return n5 if n5 >= FAINT else 0.0, p.n_max, p.force
+
+    return max(places, key=rank, default=None)
 
 
 def computed_to(band: Mapping[str, Any] | None) -> float | None:
@@ -238,7 +270,8 @@ def _place_lines(places: Sequence[Place]) -> list[str]:
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
     lines = []
     for p in shown:
-        heard = "" if p.n5 is None else f", N5 {_sones(p.n5)}"
+        rare = p.n5 is not None and _is_rare(p.n5, p.n_max)
+        heard = "" if p.n5 is None else f", Nmax {_sones(p.n_max)}" if rare else f", N5 {_sones(p.n5)}"
         told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
         lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]

@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.sound.impulsiveness import QUIETEST
-from creak.sound.loudness import TIME_STEP, Loudness, added_loudness, loudness
+from creak.sound.loudness import FAINT, TIME_STEP, Loudness, added_loudness, loudness
 from creak.sound.quality import Quality, quality_of, within
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
@@ -54,10 +54,14 @@ class Heard:
 
     @property
     def rank(self) -> tuple[float, float, float]:
-        """What counts when sounds are ranked: N5, where equal Nmax, where equal level; beside a background, added."""
+        """What counts when sounds are ranked: N5, where equal Nmax, where equal level; beside a background, added.
+
+        N5 below `FAINT` counts as 0: such a sound is heard in less than 5 % of the time.
+        """
         beside = self.n5_added is not None
         n5, n_max = (self.n5_added, self.n_max_added) if beside else (self.n5, self.n_max)
-        return (np.inf if n5 is None else n5, np.inf if n_max is None else n_max, self.level)
+        n5 = np.inf if n5 is None else n5 if n5 >= FAINT else 0.0
+        return (n5, np.inf if n_max is None else n_max, self.level)
 
 
 def heard_of(
