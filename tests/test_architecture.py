@@ -27,7 +27,7 @@ LAYERS = (
     "elements",
     "model",
 )
-EVERYWHERE = {"errors", "arrays", "digest", "given", "later", "progress", "version", "words", ""}
+EVERYWHERE = {"errors", "arrays", "digest", "given", "jit", "later", "progress", "version", "words", ""}
 """The ground (`creak.errors` and its like) and the bare package may be imported by anyone."""
 BESIDE = {"linalg": set(), "signals": set(), "sound": set(), "formats": {"model"}}
 """What the folders beside the tower may import."""
@@ -131,7 +131,7 @@ def test_folders_beside_the_tower_keep_to_themselves(folder):
 
 
 def test_the_ground_imports_nothing_of_creak():
-    ground = ("errors", "arrays", "digest", "given", "later", "progress", "version")
+    ground = ("errors", "arrays", "digest", "given", "jit", "later", "progress", "version")
     bad = [i for i in imports() if i.owner in ground and i.target not in (None, "errors")]
     assert not bad, told(bad, f"{', '.join(ground)} are the ground: they import no other module of creak but errors")
 

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from typing import Any
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.jit import njit
 from creak.linalg.threads import cores, pool
 
 Csr = tuple[IntArray, IntArray, FloatArray]
@@ -104,7 +104,7 @@ def _summed(A: Matrix) -> Matrix:
     return A
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _merge(
     first: int,
     last: int,

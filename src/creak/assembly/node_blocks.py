@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.jit import njit
 from creak.linalg.threads import cores, pool
 from creak.model.dofs import PER_NODE
 
@@ -52,7 +52,7 @@ class NodeBlocks:
         return A
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _add(starts: IntArray, columns: IntArray, total: FloatArray, nodes: IntArray, Ae: FloatArray, c: float) -> None:
     k = nodes.shape[1]
     for e in range(nodes.shape[0]):
@@ -65,7 +65,7 @@ def _add(starts: IntArray, columns: IntArray, total: FloatArray, nodes: IntArray
                         total[p, i, j] += c * Ae[e, PER_NODE * a + i, PER_NODE * b + j]
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _count(starts: IntArray, total: FloatArray, indptr: IntArray, start: int, stop: int) -> None:
     """Entries of the rows of nodes `start` to `stop` go to indptr, one place on."""
     for node in range(start, stop):
@@ -78,7 +78,7 @@ def _count(starts: IntArray, total: FloatArray, indptr: IntArray, start: int, st
             indptr[PER_NODE * node + i + 1] = found
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _fill(
     starts: IntArray,
     columns: IntArray,

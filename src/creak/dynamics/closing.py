@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numba
-
+from creak.jit import njit
 from creak.linalg.compiled import inner
 
 
-@numba.njit(cache=True)
+@njit()
 def closes_between(gap0, rate0, gap1, rate1, h):  # type: ignore[no-untyped-def]
     """True where the cubic through gaps and gap rates (m,) at both ends of a step of length h reaches zero in it."""
     for i in range(gap0.size):  # noqa: SIM110 (compiled)
@@ -18,7 +17,7 @@ def closes_between(gap0, rate0, gap1, rate1, h):  # type: ignore[no-untyped-def]
     return False
 
 
-@numba.njit(cache=True)
+@njit()
 def first_closing(gap, rate, step):  # type: ignore[no-untyped-def]
     """The first of k pieces, `step` (k,) long, in which a gap reaches zero by the cubic through its ends; k: none.
 

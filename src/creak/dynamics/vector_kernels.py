@@ -5,18 +5,18 @@ Written out in NumPy they are some forty passes through memory, a third of the s
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
+from creak.jit import njit
 
 CHUNK = 4096
 """Rows that stay in the cache while columns are added."""
 Six = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def predict(
     u: FloatArray,
     v: FloatArray,
@@ -50,7 +50,7 @@ def predict(
     return u1, v1, Ku1, Kv1, Mv1, r
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def correct(
     u: FloatArray,
     v: FloatArray,
@@ -82,7 +82,7 @@ def correct(
     return Ma, Cv
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def combination(W: FloatArray, columns: IntArray, factors: FloatArray) -> FloatArray:
     """sum_j factors_j W[:, columns_j], (n,); W (n, k) in Fortran order, given as its transpose (k, n)."""
     n = W.shape[1]
@@ -105,7 +105,7 @@ def times_few(A: Matrix, X: FloatArray) -> FloatArray:
     return Y
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _times_five(indptr: IntArray, indices: IntArray, data: FloatArray, X: FloatArray, Y: FloatArray) -> None:
     for i in range(Y.shape[0]):
         a, b, c, d, e = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -119,7 +119,7 @@ def _times_five(indptr: IntArray, indices: IntArray, data: FloatArray, X: FloatA
         Y[i, 0], Y[i, 1], Y[i, 2], Y[i, 3], Y[i, 4] = a, b, c, d, e
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def weighted(r, Kv, e, d, b):  # type: ignore[no-untyped-def]
     """b = e r - d K v of a real or complex pole, (n,)."""
     for i in range(r.size):

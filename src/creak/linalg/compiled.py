@@ -17,10 +17,11 @@ from typing import Any
 
 import llvmlite.binding
 import llvmlite.ir
-import numba
 from numba.core import cgutils
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler
+
+from creak.jit import njit
 
 FAST = {"reassoc", "contract", "nsz", "arcp"}
 """Sums in any order; infinities and NaN keep their meaning."""
@@ -65,16 +66,16 @@ def few_collections() -> Iterator[None]:
         gc.set_threshold(*before)
 
 
-_ALL: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True, "error_model": "numpy"}
+_ALL: dict[str, Any] = {"no_cfunc_wrapper": True, "error_model": "numpy"}
 _PART: dict[str, Any] = {**_ALL, "pipeline_class": _PartCompiler, "no_cpython_wrapper": True}
 _NO_COUNTS: dict[str, Any] = {**_PART, "_nrt": False}
-inner = numba.njit(**_NO_COUNTS)
-inner_fast = numba.njit(**_NO_COUNTS, fastmath=FAST)
+inner = njit(**_NO_COUNTS)
+inner_fast = njit(**_NO_COUNTS, fastmath=FAST)
 _COUNTS: dict[str, Any] = {**_PART, "_nrt": True}
-with_arrays = numba.njit(**_COUNTS)
+with_arrays = njit(**_COUNTS)
 """For functions that make arrays and are called by the others (`_nrt` goes on from caller to called)."""
 _CALLED: dict[str, Any] = {**_ALL, "nogil": True, "_nrt": False}
-outer = numba.njit(**_CALLED)
+outer = njit(**_CALLED)
 """For the one that Python calls. A function around it would have all of it compiled twice."""
-either = numba.njit(**_ALL)
+either = njit(**_ALL)
 """For small ones that both call."""

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
-import numba
 import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
+from creak.jit import njit
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
@@ -89,7 +89,7 @@ def shifted(K: Matrix, M: Matrix, s: float) -> Matrix:
     return spared(K - s * M)
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _subtract(
     K_rows: IntArray,
     K_columns: IntArray,

@@ -7,12 +7,12 @@ import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 
-import numba
 import numpy as np
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
+from creak.jit import njit
 from creak.linalg.memory import PRODUCT
 from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
 from creak.linalg.scratch import held_in_memory
@@ -147,7 +147,7 @@ def _equal_work(A: sp.csr_matrix) -> list[int]:
     return [0, *ends.tolist(), A.shape[0]]
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _copy(X: FloatArray, Y: FloatArray, start: int, stop: int) -> None:
     """Y[i, k] = X[k, i] for `start` <= the longer index < `stop`."""
     across, along = X.shape
@@ -163,7 +163,7 @@ def _copy(X: FloatArray, Y: FloatArray, start: int, stop: int) -> None:
                 Y[i, k] = X[k, i]
 
 
-@numba.njit(cache=True, nogil=True, fastmath={"contract"})
+@njit(nogil=True, fastmath={"contract"})
 def _multiply(
     indptr: IntArray, indices: IntArray, data: FloatArray, X: FloatArray, Y: FloatArray, start: int, stop: int
 ) -> None:

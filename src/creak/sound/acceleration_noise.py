@@ -11,12 +11,12 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 from scipy.linalg import expm
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.jit import njit
 from creak.sound.rayleigh import AIR
 
 
@@ -71,7 +71,7 @@ def acceleration_noise(
     return found
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _marched(A: FloatArray, step: FloatArray, take: FloatArray, rate: float) -> FloatArray:
     """`take` of the state (x, x', A, A') at every sample (n,), the state advanced by `step`."""
     found = np.empty(A.size)

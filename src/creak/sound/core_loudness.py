@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.jit import njit
 from creak.sound.zwicker_tables import (
     ADAPTION,
     DIFFUSE,
@@ -56,7 +56,7 @@ def core_loudness(levels: FloatArray, field: str) -> FloatArray:
     return np.asarray(_core(levels, LOW_LIMITS, LOW_WEIGHTS, np.array(LOW_GROUPS), off, THRESHOLD, ADAPTION))
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _core(
     levels: FloatArray,
     limits: FloatArray,
@@ -124,7 +124,7 @@ def decay_factors(step: float) -> Six:
     )
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _decayed(core: FloatArray, factors: Six, inner: int) -> FloatArray:
     """The stores marched through every band; the input is straight between its samples."""
     w_of_u, w_of_w, u_of_u, u_of_w, level, towards = factors
@@ -155,7 +155,7 @@ def _decayed(core: FloatArray, factors: Six, inner: int) -> FloatArray:
     return found
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def low_pass(x: FloatArray, factor: float, inner: int) -> FloatArray:
     """First-order low-pass of x (n,), straight between its samples, `inner` steps of `factor` exp(-step / tau) each."""
     found = np.empty_like(x)

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.jit import njit
 from creak.sound.zwicker_tables import BARK, EDGES, RANGES, SLOPES
 
 ON_THE_EDGE = 1e-6
@@ -23,7 +23,7 @@ def with_slopes(core: FloatArray, every: int = 1) -> tuple[FloatArray, FloatArra
     return np.asarray(total), np.asarray(specific)
 
 
-@numba.njit(cache=True, nogil=True)
+@njit(nogil=True)
 def _with_slopes(
     core: FloatArray, every: int, edges: FloatArray, ranges: FloatArray, slopes: FloatArray, bark: FloatArray
 ) -> tuple[FloatArray, FloatArray]:

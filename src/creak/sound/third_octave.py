@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
 from creak.arrays import ComplexArray, FloatArray, IntArray
+from creak.jit import njit
 from creak.sound.at_48k import at_48k
 from creak.sound.zwicker_tables import BANDS, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE
 
@@ -120,7 +120,7 @@ def smoothing() -> FloatArray:
     return np.asarray(np.exp(-1.5 * np.minimum(BANDS, SLOWEST) / RATE))
 
 
-@numba.njit(cache=True, nogil=True, error_model="numpy")
+@njit(nogil=True, error_model="numpy")
 def band_powers(
     x: FloatArray, filters: FloatArray, factors: FloatArray, step: int, first: IntArray, last: IntArray
 ) -> tuple[FloatArray, FloatArray]:

@@ -8,12 +8,12 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from creak.contact.step_problem import compile_kernels, solve_alone
 from creak.dynamics.flow.ahead import compile_flow
 from creak.dynamics.flow.kernel import march
+from creak.jit import is_cached
 from creak.progress import Progress
 from creak.studies.prepare.marching import Marching
 
@@ -60,7 +60,7 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
     else:
         words = [MARCH, LASTING + (STEPS if steps else START) + SOUND]
     kernels = [*([march] if exact else []), *([solve_alone] if steps else [])]
-    alone = os.cpu_count() == 1 or all(_cached(kernel) for kernel in kernels)
+    alone = os.cpu_count() == 1 or all(map(is_cached, kernels))
     others = [] if alone else [other for w in words if (other := _started(AHEAD + w))]
     wanted: dict[str, Callable[[], None]] = {"march": partial(compile_flow, solver=solver)} if exact else {}
     if steps:
@@ -84,13 +84,6 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
         for other in others:
             other.kill()
             other.wait()
-
-
-def _cached(function: Any) -> bool:
-    """Is it in numba's cache, compiled after its source was last changed?"""
-    folder, source = function.stats.cache_path, Path(function.py_func.__code__.co_filename)
-    found = [] if folder is None else Path(folder).glob(f"{source.stem}.{function.py_func.__qualname__}-*.nbi")
-    return any(path.stat().st_mtime >= source.stat().st_mtime for path in found)
 
 
 def _started(words: str) -> subprocess.Popen[bytes] | None:

