@@ -52,6 +52,16 @@ def test_a_changed_run_is_that_of_a_file_with_the_value(study, creak):
     assert written["changes"] == {}
 
 
+@pytest.mark.parametrize(("count", "told"), [(1, "expected static.0"), (3, "expected static.0 to static.2")])
+def test_a_row_that_is_not_there_is_told_with_those_that_are(study, creak, count, told):
+    push = '[[static]]\nnode_set = "TIP_UPPER"\ndof = "z"\nforce = 0.1\n'
+    study.write_text(study.read_text() + count * push)
+    said = creak("run", study, "--set", "static.3.force=1", *SHORT)
+    assert said.status == 2
+    assert f"the study has {count} [[static]]; {told}" in said.words
+    assert ("static.0 to" in said.words) == (count > 1)
+
+
 @pytest.mark.parametrize(
     ("words", "told"),
     [

@@ -150,7 +150,8 @@ def is_row(word: str) -> bool:
 def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
     word, name = words[depth], ".".join(words[:depth])
     if not is_row(word) or int(word) >= len(table):
-        raise InputError(f"the study has {len(table)} [[{name}]]", expected=f"{name}.0 to {len(table) - 1}")
+        last = f" to {name}.{len(table) - 1}" if len(table) > 1 else ""
+        raise InputError(f"the study has {len(table)} [[{name}]]", expected=f"{name}.0{last}" if table else "")
     return int(word)
 
 
