@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import tomllib
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 import typer
 
 from creak.cli.main import app
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.excitation_tables import ExcitationTable
 from helpers_docs import MADE, PAGES, ROOT, anchors, commands, fences, links, name_of, text_of, tool
 
 each_page = pytest.mark.parametrize("page", PAGES, ids=name_of)
@@ -103,6 +104,12 @@ def test_studies_are_valid(page):
             tables = tomllib.loads(block.text)
             if not SWEEP & set(tables):
                 StudyConfig.model_validate({"model": {"deck": "model.inp"}, **tables})
+
+
+def test_every_kind_of_excitation_is_named():
+    (told,) = re.findall(r"^`kind` is (.*?)\.", text_of(ROOT / "docs" / "study.md"), flags=re.MULTILINE)
+    kinds = get_args(ExcitationTable.model_fields["kind"].annotation)
+    assert set(re.findall(r'"([\w-]+)"', told)) == set(kinds)
 
 
 def test_there_are_studies_and_programs_to_check():
