@@ -24,13 +24,14 @@ from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
-from creak.studies.sweep.case import Task, finished_record, publish, run_case
+from creak.studies.sweep.case import Outcome, Task, finished_record, publish, run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import SweepFile, read_sweep
 from creak.studies.sweep.table import Row, columns, waiting, write_table
 from creak.studies.sweep.tasks import finished, tasks_of
 from creak.studies.tasks.queue import Queue
 from helpers_decks import STUDY, write_strips
+from helpers_docs import ROOT
 from helpers_stored import write_changed_json
 
 SWEEP = """base = "study.toml"
@@ -227,6 +228,15 @@ def test_figures_are_those_of_the_summary(ran):
 def test_columns_leave_out_what_no_case_has(ran):
     table = columns([waiting(ran[1][0])])
     assert list(table) == ["case", *ran[1][0].changes, "seed", "status", "error", "study_hash", "deck_hash"]
+
+
+def test_a_verdict_that_no_case_has_is_no_column_and_the_page_says_so(ran):
+    record = dict(ran[4][0].outcome.record) | {"reduced.verdict": None, "reference.verdict": None}
+    table = columns([Row(ran[1][0], Outcome("done", "", record))])
+    assert "reduced.events" in table
+    assert not [name for name in table if name.endswith("verdict")]
+    page = " ".join((ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8").split())
+    assert "empty for every case is left out. So there is no `verdict` with `--no-converge`" in page
 
 
 def test_a_folder_is_complete_or_absent(tmp_path):
