@@ -99,6 +99,25 @@ def test_beside_a_background_what_it_adds_counts():
     assert loud.detail.startswith("from 20 to 900 Hz")
 
 
+@pytest.mark.parametrize(
+    ("forces", "told"),
+    [
+        ((), "nothing touches"),
+        ((29.997,), "nothing hits or slips (1 patch rests with 30.0 N)"),
+        ((20.0, 5.5), "nothing hits or slips (2 patches rest with 25.5 N)"),
+        ((20.0, None), "nothing hits or slips (2 patches rest)"),
+    ],
+)
+def test_what_rests_touches(forces, told):
+    """Parts that press all the time are no place, but they do touch."""
+    still = summary()
+    still["runs"]["reduced"]["resting"] = [{"contact": "base", "force_mean": f} for f in forces]
+    found = answer(still)
+    assert found.why == told
+    assert tiles(found, "Settled.")[0].detail == told
+    assert answer_lines(still)[-1] == f"judged by {told}"
+
+
 @pytest.mark.parametrize("count", [0, 1, 3, 40])
 def test_eight_lines_of_eighty_columns(count):
     cause = {"words": "mode 3 at 44 Hz of the panel, " * 9, "changes_words": ["a clip at node 17, " * 9]}

@@ -72,6 +72,8 @@ class Answer:
     """Hz that the loudness comes from."""
     computed: float | None
     """Hz up to which it is computed, where it goes on by statistical energy; None: it does not."""
+    still: str
+    """What is said where there is no place: that nothing touches, or what rests."""
 
 
 def answer(summary: Mapping[str, Any]) -> Answer:
@@ -95,6 +97,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         beside,
         None if band is None else (band["low"], band["high"]),
         computed_to(band),
+        _still(run),
     )
 
 
@@ -192,10 +195,20 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     if limits:
         return good, "; ".join(said)
     if not places:
-        return good, "nothing touches"
+        return good, _still(run)
     worst = max(p.force if p.n5 is None else max(p.n5, p.n_max if _is_rare(p.n5, p.n_max) else 0.0) for p in places)
     loud = any(p.n5 is not None and p.n5 >= LOUD for p in places)
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
+
+
+def _still(run: Mapping[str, Any]) -> str:
+    resting = run.get("resting") or []
+    if not resting:
+        return "nothing touches"
+    forces = [p["force_mean"] for p in resting]
+    force = "" if None in forces else f" with {number(sum(forces), 3)} N"
+    what = "1 patch rests" if len(resting) == 1 else f"{number(len(resting))} patches rest"
+    return f"nothing hits or slips ({what}{force})"
 
 
 @dataclass(frozen=True)
@@ -223,7 +236,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
         Tile(
             "worst place",
             worst.name if worst else "none",
-            f"{worst.does}, {number(worst.force, 3)} N" if worst else "nothing touches",
+            f"{worst.does}, {number(worst.force, 3)} N" if worst else found.still,
         ),
         Tile(
             "loudness added to the background" if found.beside else "loudness, N5",
