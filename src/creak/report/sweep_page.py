@@ -10,7 +10,6 @@ from urllib.parse import quote
 from markupsafe import Markup
 
 from creak.formats.complete_file import write_text
-from creak.model.units import UNITS
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.text import NONE, number, plural
@@ -26,6 +25,16 @@ FIGURES = {
     "n5": "N5 of the loudest",
 }
 """Of a run -> their names."""
+FRICTION = {
+    "friction": "hardest rub",
+    "slips": "its slips",
+    "slip_rate": "its slip rate",
+    "slip_path": "its slip path",
+    "friction_energy_total": "friction energy",
+}
+"""The same of what rubs; those that no case has are left out."""
+COMPARED = {"impulse_total": "impulse", "friction_energy_total": "friction energy"}
+"""What the sentence tells the least and the most of."""
 MOST = 40
 """Rows in the terminal."""
 
@@ -56,7 +65,13 @@ def sweep_rows(rows: Sequence[Row]) -> list[list[str]]:
     keys = list(rows[0].case.changes)
     short = [key.rpartition(".")[2] for key in keys]
     names = [s if short.count(s) == 1 else key for s, key in zip(short, keys, strict=True)]
-    figures = [_with_unit(name, unit_of(key, units)) for key, name in FIGURES.items()]
+    rubbing = {
+        key: name
+        for key, name in FRICTION.items()
+        if any(row.outcome.record.get(f"{run}.{key}") is not None for row in rows)
+    }
+    told = FIGURES | rubbing
+    figures = [_with_unit(name, unit_of(key, units)) for key, name in told.items()]
     seeded = any(row.case.seed is not None for row in rows) and len({row.case.seed for row in rows}) > 1
     fitted = any(row.outcome.record.get("nrmse_all") is not None for row in rows)
     head = ["case", *names, *["seed"] * seeded, "status", *figures, *["fit"] * fitted]
@@ -65,25 +80,30 @@ def sweep_rows(rows: Sequence[Row]) -> list[list[str]]:
         record = row.outcome.record
         cells = [row.case.name, *(_shown(row.case.changes[key]) for key in keys)]
         cells += [_shown(row.case.seed)] * seeded
-        cells += [row.outcome.status, *(number(record.get(f"{run}.{key}")) for key in FIGURES)]
+        cells += [row.outcome.status, *(_figure(record.get(f"{run}.{key}")) for key in told)]
         out.append([*cells, *[number(record.get("nrmse_all"))] * fitted])
     return out
 
 
 def sentence(rows: Sequence[Row]) -> str:
-    """How many cases there are, and which is the quietest and the hardest."""
-    said = f"{plural(len(rows), 'case')}"
+    """How many cases there are, and which has the least and the most of impulse and friction."""
+    said = [plural(len(rows), "case")]
     for run in RUNS:
-        known = [
-            (r.outcome.record[f"{run}.impulse_total"], r) for r in rows if f"{run}.impulse_total" in r.outcome.record
-        ]
-        known = [(value, r) for value, r in known if value is not None]
-        if len(known) > 1:
-            low, high = (choose(known, key=lambda pair: pair[0]) for choose in (min, max))
-            unit = UNITS[high[1].outcome.record["units"]].impulse
-            values = [f"{number(value)} {unit} ({r.case.name})" for value, r in (low, high)]
-            return f"{said}; impulse from {values[0]} to {values[1]}."
-    return f"{said}."
+        said += filter(None, (_between(rows, f"{run}.{key}", name) for key, name in COMPARED.items()))
+        if len(said) > 1:
+            break
+    return f"{'; '.join(said)}."
+
+
+def _between(rows: Sequence[Row], column: str, name: str) -> str:
+    """The least and the most of a column; nothing where fewer than two cases have one."""
+    known = [(value, r) for r in rows if (value := r.outcome.record.get(column)) is not None]
+    if len(known) < 2:
+        return ""
+    low, high = (choose(known, key=lambda pair: pair[0]) for choose in (min, max))
+    unit = unit_of(column, high[1].outcome.record["units"])
+    least, most = (f"{number(value)} {unit} ({r.case.name})" for value, r in (low, high))
+    return f"{name} from {least} to {most}"
 
 
 def _linked(row: Row) -> Any:
@@ -94,6 +114,10 @@ def _linked(row: Row) -> Any:
 
 def _with_unit(name: str, unit: str) -> str:
     return f"{name}, {unit}" if unit else name
+
+
+def _figure(value: Any) -> str:
+    return value if isinstance(value, str) else number(value)
 
 
 def _shown(value: Any) -> str:

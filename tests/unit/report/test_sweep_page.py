@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from creak.report.sweep_page import sentence, sweep_rows, write_sweep_page
+from creak.report.words.text import NONE
 from creak.studies.sweep.case import Outcome
 from creak.studies.sweep.cases import Case
 from creak.studies.sweep.table import Row
@@ -44,6 +45,23 @@ def test_rows_say_what_each_case_changes_and_how_it_ended():
     assert cells[2][4] == "failed"
     assert len(set(cells[2][5:])) == 1, "nothing is known of it"
     assert sentence(ROWS) == "3 cases; impulse from 0.5000 N s (gap<.1>) to 2.000 N s (b)."
+
+
+def test_friction_is_told_where_anything_rubs():
+    """A block that sticks and one that slides: nothing else tells the two apart."""
+    rubs = {"friction": "sliding", "slips": 28, "slip_rate": 113.5, "slip_path": 3.7, "friction_energy_total": 5.69}
+    slides = {f"reduced.{key}": value for key, value in rubs.items()}
+    sticks = slides | {"reduced.friction": "stick", "reduced.slip_rate": None, "reduced.friction_energy_total": 0.0}
+    rows = [
+        Row(r.case, Outcome("done", "", r.outcome.record | more))
+        for r, more in zip(ROWS[:2], (slides, sticks), strict=True)
+    ]
+    head, *cells = sweep_rows([*rows, ROWS[2]])
+    assert head[9:14] == ["hardest rub", "its slips", "its slip rate, 1/s", "its slip path, mm", "friction energy, mJ"]
+    assert cells[0][9:14] == ["sliding", "28", "113.5", "3.700", "5.690"]
+    assert cells[1][9:12] == ["stick", "28", NONE]
+    assert cells[2][9] == NONE
+    assert sentence(rows).endswith("; friction energy from 0 mJ (b) to 5.690 mJ (gap<.1>).")
 
 
 def test_the_page_leads_to_the_cases_and_quotes_their_names(tmp_path):

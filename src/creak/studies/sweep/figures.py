@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from creak.model.units import UNITS
+from creak.studies.findings.rubbed import OF_A_RUN as OF_FRICTION
+from creak.studies.findings.rubbed import friction_of
 
 OF_A_RUN = (
     "dof",
@@ -30,6 +32,8 @@ OF_PLACES: dict[str, Callable[[list[dict[str, Any]]], Any]] = {
 }
 """Number of places, the one that is ranked first, the largest force of any, low-passed, and the loudest one's N5."""
 VERDICT = "verdict"
+OF_RUNS = (*OF_A_RUN, *OF_PLACES, *OF_FRICTION, VERDICT)
+"""Columns of a run, in order."""
 OF_EVENTS = {
     "events_matched": "matched",
     "events_missed": "missed",
@@ -37,8 +41,16 @@ OF_EVENTS = {
     "amplitude_ratio": "amplitude_ratio_mean",
     "impulse_ratio": "impulse_ratio_mean",
 }
-OF_COLUMNS = {"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s", "n5": "sone"}
+OF_COLUMNS = {
+    **{"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s", "n5": "sone"},
+    "slip_rate": "1/s",
+}
 """Units of columns that do not depend on those of the deck."""
+OF_THE_DECK = {
+    **{"max_force": "force", "force": "force", "impulse_total": "impulse", "slip_path": "length"},
+    **{"friction_energy": "energy", "friction_energy_total": "energy"},
+}
+"""Columns in units of the deck -> their quantity."""
 
 
 def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
@@ -49,6 +61,7 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
         if run is not None:
             out |= {f"{name}.{key}": len(run[key]) if key == "events" else run[key] for key in OF_A_RUN}
             out |= {f"{name}.{key}": of(run["places"]) for key, of in OF_PLACES.items()}
+            out |= {f"{name}.{key}": value for key, value in friction_of(run).items()}
             out[f"{name}.{VERDICT}"] = run.get(VERDICT)
     verification = summary["verification"]
     if verification.get("mac"):
@@ -63,6 +76,6 @@ def flat_figures(summary: Mapping[str, Any]) -> dict[str, Any]:
 def unit_of(column: str, units: str | None) -> str:
     """Unit of a column; empty for pure numbers and words."""
     figure = column.rpartition(".")[2]
-    if figure in ("max_force", "force", "impulse_total") and units in UNITS:
-        return UNITS[units].impulse if figure == "impulse_total" else UNITS[units].force
+    if figure in OF_THE_DECK and units in UNITS:
+        return str(getattr(UNITS[units], OF_THE_DECK[figure]))
     return OF_COLUMNS.get(figure, "")

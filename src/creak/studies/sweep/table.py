@@ -17,7 +17,7 @@ from creak.formats.measured.csv_rows import plain_cell, plain_row
 from creak.formats.stored.hdf5 import hdf5_file
 from creak.studies.sweep.case import NOT_RUN, Outcome
 from creak.studies.sweep.cases import Case, shown
-from creak.studies.sweep.figures import OF_A_RUN, OF_EVENTS, OF_PLACES, RUNS, VERDICT, unit_of
+from creak.studies.sweep.figures import OF_EVENTS, OF_RUNS, RUNS, unit_of
 from creak.studies.sweep.file import SweepFile
 from creak.version import version
 
@@ -37,7 +37,7 @@ PROVENANCE = (
     "scipy",
     "threads",
 )
-FIGURES = (*(f"{run}.{key}" for run in RUNS for key in (*OF_A_RUN, *OF_PLACES, VERDICT)), *CHECKS, *SHARED, *PROVENANCE)
+FIGURES = (*(f"{run}.{key}" for run in RUNS for key in OF_RUNS), *CHECKS, *SHARED, *PROVENANCE)
 
 
 @dataclass(frozen=True)

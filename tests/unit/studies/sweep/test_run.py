@@ -20,6 +20,7 @@ from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
+from creak.studies.findings.rubbed import OF_A_PLACE, OF_A_RUN, friction_of
 from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
@@ -228,6 +229,45 @@ def test_figures_are_those_of_the_summary(ran):
 def test_columns_leave_out_what_no_case_has(ran):
     table = columns([waiting(ran[1][0])])
     assert list(table) == ["case", *ran[1][0].changes, "seed", "status", "error", "study_hash", "deck_hash"]
+
+
+def place(friction, energy, **more):
+    known = {"slips": 3, "slip_rate": 90.0, "slip_path": 2.0} if friction else dict.fromkeys(OF_A_PLACE)
+    return {"contact": "base", **known, "friction": friction, "friction_energy": energy, **more}
+
+
+def test_friction_is_that_of_the_place_that_rubs_most():
+    run = {"places": [place(None, None, name="tip 1"), place("stick-slip", 5.0, name="base 2")]}
+    run |= {"resting": [place("stick", 0.1)], "slip_events": [{}, {}], "energies": {"friction": 5.2}}
+    told = {"rubbing_place": "base 2", "friction": "stick-slip", "slips": 3, "slip_rate": 90.0, "slip_path": 2.0}
+    told |= {"friction_energy": 5.0, "stick_slip_events": 2, "friction_energy_total": 5.2}
+    assert friction_of(run) == told
+    rests = friction_of(run | {"places": []})
+    assert (rests["rubbing_place"], rests["friction"]) == ("base", "stick")
+    smooth = friction_of({"places": run["places"][:1], "resting": [], "energies": {"friction": 0.0}})
+    assert set(smooth) == set(told)
+    assert set(smooth.values()) == {None}
+
+
+def test_the_table_tells_friction(tmp_path):
+    """Strips that rub at their tip, in one case; the page of sweeps has each column."""
+    sweep = sweep_in(tmp_path, 'base = "study.toml"\n[grid]\n"contact.tip.friction" = [0.3]\n')
+    (case,) = resolve(sweep, tmp_path / "out")
+    (tmp_path / "out").mkdir()
+    outcome = run_case(tasks_of([case], tmp_path / "out")[case.name])
+    run = json.loads((tmp_path / "out" / case.folder_name / "summary.json").read_text())["runs"]["reduced"]
+    write_table(sweep, [Row(case, outcome)], tmp_path)
+    (row,) = csv.DictReader((tmp_path / "sweep.csv").read_text().splitlines())
+    most = max(run["places"], key=lambda p: p["friction_energy"])
+    assert row["reduced.friction"] == most["friction"]
+    assert float(row["reduced.slip_path"]) == most["slip_path"] > 0.0
+    assert float(row["reduced.friction_energy_total"]) == run["energies"]["friction"] > 0.0
+    with h5py.File(tmp_path / "sweep.h5") as file:
+        names = ("slip_path", "friction_energy", "friction_energy_total")
+        assert [file[f"reduced.{name}"].attrs["unit"] for name in names] == ["mm", "mJ", "mJ"]
+    page = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
+    for name in OF_A_RUN:
+        assert f"`{name}`" in page, name
 
 
 def test_a_verdict_that_no_case_has_is_no_column_and_the_page_says_so(ran):
