@@ -2,13 +2,17 @@
 
 import json
 import re
+from types import SimpleNamespace
 
 import pytest
 
 import creak as api
 from creak.errors import InputError
+from creak.model.units import UNITS
+from creak.report.tables.comparison import _places
 from helpers_cli import say
 from helpers_decks import STUDY, write_strips
+from helpers_docs import ROOT
 
 QUIET = ("--quiet", "--no-converge", "--animation-mb", 0)
 
@@ -21,6 +25,7 @@ def folder(tmp_path_factory):
     assert say("run", study, *QUIET).status == 0
     softer = ("--set", "contact.tip.clearance=0.4", "--set", "excitation.root.signal.amplitude=0.06")
     assert say("run", study, "--out", folder / "closer", *softer, *QUIET).status == 0
+    assert say("run", study, "--out", folder / "rubbing", "--set", "contact.tip.friction=0.3", *QUIET).status == 0
     return folder
 
 
@@ -40,6 +45,46 @@ def test_figures_are_those_of_the_two_summaries(folder, creak, tmp_path):
     assert found["events"]["both"] + found["events"]["only_a"] == len(one["events"])
     assert found["events"]["both"] + found["events"]["only_b"] == len(other["events"])
     assert found["places"][0]["figures"]["impulse"]["a"] == pytest.approx(one["places"][0]["impulse"])
+
+
+def test_friction_is_compared_where_anything_rubs(folder, creak, tmp_path):
+    words = ("compare", folder / "results", folder / "rubbing", "--out", tmp_path / "c.html")
+    found = json.loads(creak(*words, "--json").out)
+    run = json.loads((folder / "rubbing" / "summary.json").read_text())["runs"]["reduced"]
+    most = max(run["places"], key=lambda p: p["friction_energy"])
+    figures = found["figures"]
+    assert figures["hardest rub"] == {"a": None, "b": most["name"], "change": None}
+    assert figures["friction there"]["b"] == most["friction"]
+    assert figures["slip path there"]["b"] == most["slip_path"] > 0.0
+    assert figures["friction energy"]["b"] == run["energies"]["friction"] > 0.0
+    place = next(p["figures"] for p in found["places"] if p["figures"]["friction"]["b"] is not None)
+    assert place["friction"]["a"] is None
+    assert place["friction_energy"]["b"] > 0.0
+    assert f"hardest rub none before, {most['friction']} after" in creak(*words).words
+    page = (ROOT / "docs" / "results.md").read_text(encoding="utf-8")
+    for name in [name for name in figures if re.search("rub|friction|slip", name)]:
+        assert f"`{name}`" in page, name
+    smooth = json.loads(creak("compare", folder / "results", folder / "closer", *words[3:], "--json").out)
+    assert not [name for name in smooth["figures"] if re.search("rub|friction|slip", name)]
+    assert not [p for p in smooth["places"] if "friction" in p["figures"]]
+
+
+def rub(state, path, energy, **more):
+    known = {"contact": "base", "nodes": [1, 2], "friction": state, "slips": 1, "slip_rate": None}
+    return {**known, "slip_path": path, "friction_energy": energy, **more}
+
+
+def test_what_slides_in_one_result_and_rests_in_the_other_is_one_place():
+    """With more friction a block sticks, and is no place: how far it slides before and after is told all the same."""
+    slides = SimpleNamespace(run={"places": [rub("sliding", 4.0, 6.0, name="base 1", events=0, impulse=0)]})
+    rests = SimpleNamespace(run={"places": [], "resting": [rub("stick", 0.5, 0.25)]})
+    for a, b, told in ((slides, rests, (4.0, 0.5)), (rests, slides, (0.5, 4.0))):
+        (place,) = _places(a, b, UNITS["mm-t-s"])
+        path = next(f for f in place.figures if f.name == "slip_path")
+        assert (place.name, path.a, path.b, path.unit) == ("base 1", *told, "mm")
+        state = next(f for f in place.figures if f.name == "friction")
+        assert {state.a, state.b} == {"sliding", "stick"}
+        assert state.change is None
 
 
 def test_a_result_beside_itself_does_not_differ(folder):

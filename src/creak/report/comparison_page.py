@@ -18,7 +18,14 @@ from creak.report.words.verdict import verdict_line
 from creak.version import version
 
 FILES = Path(__file__).parent
-WORDS = {"closing_speed": "closing speed", "n5": "N5"}
+NOTHING = "none"
+WORDS = {
+    **{"closing_speed": "closing speed", "n5": "N5", "slip_rate": "slip rate", "slip_path": "slip path"},
+    "friction_energy": "friction energy",
+}
+COUNTS = ("events", "slips", "slips there", "stick-slip events")
+RUBBING = {"slip rate there": "slip rate", "slip path there": "slip path", "friction energy": "friction energy"}
+"""Figures of friction that the sentence tells -> their names there."""
 
 
 def write_comparison(found: Comparison, path: Path) -> None:
@@ -49,7 +56,21 @@ def sentence(found: Comparison) -> str:
     for figure in (impulse, force):
         if figure.change is not None:
             parts.append(f"{figure.name} {percent(1.0 + figure.change)}")
-    return "; ".join(parts) + "."
+    return "; ".join([*parts, *_rubbing(found)]) + "."
+
+
+def _rubbing(found: Comparison) -> list[str]:
+    """What friction does at the hardest rub of both, how often and how far, and the heat of all; empty without it."""
+    known = {f.name: f for f in found.figures}
+    state = known.get("friction there")
+    if state is None:
+        return []
+    a, b = (NOTHING if s is None else s for s in (state.a, state.b))
+    said = [f"hardest rub {a} in both" if a == b else f"hardest rub {a} before, {b} after"]
+    for name, word in RUBBING.items():
+        change = known[name].change if name in known else None
+        said += [] if change is None else [f"{word} {percent(1.0 + change)}"]
+    return said
 
 
 def verdicts(found: Comparison) -> list[str]:
@@ -93,8 +114,8 @@ def _named(f: Figure) -> str:
 
 
 def _values(f: Figure) -> list[str]:
-    whole = f.name == "events"
-    shown = [number(int(v)) if whole and v is not None else number(v) for v in (f.a, f.b)]
+    whole = f.name in COUNTS
+    shown = [v if isinstance(v, str) else number(int(v) if whole and v is not None else v) for v in (f.a, f.b)]
     return [*shown, NONE if f.change is None else percent(1.0 + f.change)]
 
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.model.units import UNITS, Units
+from creak.studies.findings.rubbed import OF_A_PLACE, friction_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
@@ -21,6 +22,7 @@ from creak.verify.matching import EventMatch, match_events
 NOT_SETTINGS = ("title", "output")
 """Tables of a study that change no answer."""
 AXES = "xyz"
+Value = float | str | None
 
 
 @dataclass(frozen=True)
@@ -57,17 +59,17 @@ class Setting:
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of both; None: it is not known."""
+    """One number of both, or what friction does, a word; None: it is not known."""
 
     name: str
     unit: str
-    a: float | None
-    b: float | None
+    a: Value
+    b: Value
 
     @property
     def change(self) -> float | None:
         """b / a - 1; None where that is no number."""
-        if self.a is None or self.b is None or self.a == 0.0:
+        if not isinstance(self.a, int | float) or not isinstance(self.b, int | float) or self.a == 0.0:
             return None
         return self.b / self.a - 1.0
 
@@ -176,9 +178,32 @@ def _whole(a: Side, b: Side, units: Units) -> Iterator[Figure]:
     ]
     for name, unit, of in values:
         yield Figure(name, unit, of(a), of(b))
+    yield from _friction(a, b, units)
     contacts = dict.fromkeys([*a.found.contacts, *b.found.contacts])
     for contact in contacts:
         yield Figure(f"smallest gap, {contact}", units.length, _closest(a, contact), _closest(b, contact))
+
+
+def _friction(a: Side, b: Side, units: Units) -> Iterator[Figure]:
+    """Of the place or resting patch that rubs most, and of the whole run; nothing where neither rubs."""
+    names = {
+        "rubbing_place": ("hardest rub", ""),
+        "friction": ("friction there", ""),
+        "slips": ("slips there", ""),
+        "slip_rate": ("slip rate there", "1/s"),
+        "slip_path": ("slip path there", units.length),
+        "friction_energy": ("friction energy there", units.energy),
+        "stick_slip_events": ("stick-slip events", ""),
+        "friction_energy_total": ("friction energy", units.energy),
+    }
+    one, other = friction_of(a.run), friction_of(b.run)
+    for key, (name, unit) in names.items():
+        if one[key] is not None or other[key] is not None:
+            yield Figure(name, unit, _value(one[key]), _value(other[key]))
+
+
+def _value(x: Any) -> Value:
+    return x if x is None or isinstance(x, str) else float(x)
 
 
 def _closest(side: Side, contact: str) -> float | None:
@@ -205,32 +230,37 @@ def _rms(found: Findings, axis: int) -> float | None:
 
 
 def _places(a: Side, b: Side, units: Units) -> Iterator[PlacePair]:
-    """The places of `a` with their partners, then those that only `b` has."""
-    left = [dict(p) for p in b.run.get("places", [])]
+    """The places of `a` with their partners, then those that only `b` has; what is no place in one may rest there."""
+    left, resting = ([dict(p) for p in b.run.get(key, [])] for key in ("places", "resting"))
     for place in a.run.get("places", []):
-        shared = [len(set(place["nodes"]) & set(p["nodes"])) if p["contact"] == place["contact"] else 0 for p in left]
-        best = int(np.argmax(shared)) if shared else -1
-        partner = left.pop(best) if best >= 0 and shared[best] else None
-        yield _pair(place, partner, units)
+        yield _pair(place, _taken(place, left) or _taken(place, resting), units)
+    resting = [dict(p) for p in a.run.get("resting", [])]
     for place in left:
-        yield _pair(None, place, units)
+        yield _pair(_taken(place, resting), place, units)
+
+
+def _taken(place: Mapping[str, Any], others: list[dict[str, Any]]) -> dict[str, Any] | None:
+    """The one of a contact that shares most nodes with a place, taken out of the others; None: none does."""
+    shared = [len(set(place["nodes"]) & set(p["nodes"])) if p["contact"] == place["contact"] else 0 for p in others]
+    best = int(np.argmax(shared)) if shared else -1
+    return others.pop(best) if best >= 0 and shared[best] else None
 
 
 def _pair(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None, units: Units) -> PlacePair:
-    known = one or other
-    assert known is not None
-    kinds = (
-        ("events", ""),
-        ("force", units.force),
-        ("impulse", units.impulse),
-        ("closing_speed", units.speed),
-        ("n5", "sone"),
-    )
+    known = next(p for p in (one, other) if p is not None and "name" in p)
+    kinds = {
+        **{"events": "", "force": units.force, "impulse": units.impulse, "closing_speed": units.speed, "n5": "sone"},
+        **dict.fromkeys(OF_A_PLACE, ""),
+        **{"slip_rate": "1/s", "slip_path": units.length, "friction_energy": units.energy},
+    }
+    rubs = any(p is not None and p["friction"] is not None for p in (one, other))
     figures = []
-    for key, unit in kinds:
-        values = [0.0 if p is None and key in ("events", "impulse") else (p or {}).get(key) for p in (one, other)]
-        if key != "n5" or any(v is not None for v in values):
-            figures.append(Figure(key, unit, *(None if v is None else float(v) for v in values)))
+    for key, unit in kinds.items():
+        if key in OF_A_PLACE and not rubs:
+            continue
+        values = [(p or {}).get(key, 0.0 if key in ("events", "impulse") else None) for p in (one, other)]
+        if key not in ("n5", *OF_A_PLACE) or any(v is not None for v in values):
+            figures.append(Figure(key, unit, *map(_value, values)))
     return PlacePair(str(known["name"]), str(known["contact"]), tuple(figures))
 
 
@@ -249,9 +279,9 @@ def _side(side: Side) -> dict[str, Any]:
     }
 
 
-def _figure(f: Figure) -> dict[str, float | None]:
+def _figure(f: Figure) -> dict[str, Value]:
     return {"a": _known(f.a), "b": _known(f.b), "change": _known(f.change)}
 
 
-def _known(x: float | None) -> float | None:
-    return x if x is not None and math.isfinite(x) else None
+def _known(x: Value) -> Value:
+    return x if isinstance(x, str) or (x is not None and math.isfinite(x)) else None
