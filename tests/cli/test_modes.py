@@ -77,7 +77,7 @@ def test_no_modes_in_the_range(creak, deck):
         (["--about", "1,2,nan"], ["three numbers"]),
         (["--vtk", "shape.vtk"], [".vtu"]),
         (["--uff", "."], ["is a folder"]),
-        (["--count", "0"], ["positive"]),
+        (["--count", "0"], ["count = 0; expected a whole number, 1 or more"]),
         (["--count", "3", "--f-max", "5"], ["one of them"]),
     ],
 )

@@ -126,7 +126,7 @@ def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
 def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force):  # type: ignore[no-untyped-def]
     """Solve for the forces of some channels, all others open."""
     n, m = members.size, gap_free.size
-    rub = _rubbing_members(A, laws, members, m)
+    rub = _rubbing_members(A, slip_free, laws, members, m)
     at, tangent, end = np.empty(3 * n, dtype=np.int64), np.empty(n, dtype=np.int64), n
     fill(tangent, -1)
     for k in range(n):
@@ -154,8 +154,11 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
 
 
 @with_arrays
-def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
-    """Rubbing channel of each member; -1 if it does not rub or cannot move along the contact."""
+def _rubbing_members(A, slip_free, laws, members, m):  # type: ignore[no-untyped-def]
+    """Rubbing channel of each member; -1 if it does not rub, or neither moves nor can be moved along the contact.
+
+    What is held along it gives to no force, and yet slides where supports move it.
+    """
     rub, f = np.empty(members.size, dtype=np.int64), 0
     fill(rub, -1)
     for k in range(members.size):
@@ -163,7 +166,8 @@ def _rubbing_members(A, laws, members, m):  # type: ignore[no-untyped-def]
             f += 1
         if f < laws.rubs.size and laws.rubs[f] == members[k]:
             t = m + 2 * f
-            rub[k] = f if A[t, t] + A[t + 1, t + 1] > 0.0 else -1
+            moves = A[t, t] + A[t + 1, t + 1] > 0.0 or slip_free[2 * f] != 0.0 or slip_free[2 * f + 1] != 0.0
+            rub[k] = f if moves else -1
     return rub
 
 
@@ -203,7 +207,8 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
         f, t = rub[k], tangent[k]
         if f >= 0:
             c.static[k], c.kinetic[k], c.decay[k] = laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f]
-            c.slack[k] = 0.5 * (A[t, t] + A[t + 1, t + 1])
+            give = 0.5 * (A[t, t] + A[t + 1, t + 1])  # a scale alone: any will do where there is none
+            c.slack[k] = give if give > 0.0 else A[k, k] if A[k, k] > 0.0 else 1.0
             holds[k] = stuck[f]
     return c, holds
 

@@ -62,3 +62,18 @@ def test_friction_on_a_side_that_turns_without_mass(arm):
     assert energy["friction"] == pytest.approx(30.0 * abs(c) * x, rel=1e-3, abs=1e-9)
     assert abs(energy["scheme"]) < 1e-3 * energy["kinetic"]
     assert history.energy_created < 1e-6
+
+
+@pytest.mark.parametrize("diagonal", [True, False], ids=["flow", "flight"])
+def test_a_side_that_is_driven_rubs_though_it_gives_to_no_force(diagonal):
+    """A pad pressed on a floor and dragged to and fro, free along its normal alone: four strokes of 1 mm a period."""
+    pad = creak.couple(creak.system_from_matrices(1e4 * np.eye(2), np.eye(2), labels=[0, 1]), driven={"x": [0]})
+    floor = creak.gap_channels(
+        [[0.0, 1.0]], 0.0, 1e6, labels=[0, 1], preload=10.0, tangents=[[[1.0, 0.0]]], friction=0.3
+    )
+    loads = creak.make_loads(pad, np.linspace(0.0, 0.1, 2001), motion={"x": creak.Sine(10.0, 1e-3)})
+    history = creak.simulate(creak.diagonalise(pad) if diagonal else pad, floor, loads)
+    path = np.abs(history.sliding).T @ history.weights
+    assert path[0] == pytest.approx(4e-3, rel=1e-4)
+    assert booked(history)["friction"] == pytest.approx(0.3 * 10.0 * 4e-3, rel=1e-4)
+    assert np.abs(history.slip[:, 0]).max() == pytest.approx(1e-3, rel=1e-3)

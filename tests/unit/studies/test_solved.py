@@ -150,7 +150,7 @@ def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, 
     def found(changes, folder=store):
         setup, built, gaps, _ = ready(set_up(with_changes(study, changes)), silent)
         reduced = reduce_model(setup, built, gaps, silent)
-        return health.checked(reduced, setup.model.nodes.coords, setup.band, silent, folder)
+        return health.checked(reduced.superelements, setup.model.nodes, setup.band, silent, folder)
 
     first = found({})
     parts = len(first)

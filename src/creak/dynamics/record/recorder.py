@@ -79,7 +79,7 @@ class Recorder:
         width = self._needed.size if basis is None else basis.shape[1]
         self._taken = slice(None) if self._needed.size == system.n else self._needed
         self._rows = self._on_kept(wanted[0])
-        moves = any(abs(A).max() > 0.0 for A, _ in on.tangents if A.size)
+        moves = any(abs(x).max() > 0.0 for rows in on.tangents for x in rows if np.prod(x.shape))
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
         self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)

@@ -85,7 +85,7 @@ def test_a_second_run_computes_no_modes_and_finds_the_same(tmp_path, monkeypatch
     for keep in ("last", "all"):
         store = tmp_path / keep
         store.mkdir()
-        setup = set_up(study, store=store)
+        setup = set_up(study)
         first = evaluate(setup, silent, store=Store(store, keep), converge=False)
         assert first.found.setup.raised > 0
         with monkeypatch.context() as patched:
@@ -131,10 +131,10 @@ def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, mo
     check, calls = differing([0.1])
     monkeypatch.setattr(beside, "events_beside", check)
     monkeypatch.setattr(auto_band, "BUDGET", 0.0)
-    monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
+    monkeypatch.setattr(auto_band, "PATIENCE", 0.1)
     told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     while told.summary["runs"]["reduced"]["stages"][-2]["proven"] is None:  # the first stages change by themselves
-        monkeypatch.setattr(auto_band, "PATIENCE", 2.0 * auto_band.PATIENCE + 0.01)
+        monkeypatch.setattr(auto_band, "PATIENCE", 1.5 * auto_band.PATIENCE)
         told = run(bar(tmp_path, AUTO, time="end = 2e-3"))
     found = told.summary["runs"]["reduced"]
     assert (found["verdict"], found["stages"][-2]["same"], found["stages"][-2]["proven"]) == ("unsettled", True, False)
