@@ -149,7 +149,8 @@ def rubbing(history: History, gaps: GapOperator, channels: IntArray, window: tup
     closed = np.asarray(force > 0.0)
     slid, speed = (np.divide(x, force, out=np.zeros(time.size), where=closed) for x in (slid, speed))
     as_one = np.where(slid > MOST, speed, 0.0)
-    every_slide = slides_of(time, history.weights, closed, as_one, np.zeros(time.size), power)
+    deepest = max(0.0, -float(history.gap[:, every[own]].min()))
+    every_slide = slides_of(time, history.weights, closed, as_one, np.zeros(time.size), power, deepest)
     slides = [s for s in every_slide if overlap(s.start, s.end, window)]
     slips = [s for s in slides if s.between_sticks]
     weights = np.where(inside, history.weights, 0.0)

@@ -14,6 +14,9 @@ from creak.verify.intervals import chains, check_merging, stretches
 
 LONGEST = 2.5
 """Periods of f_max that a pair may stick within one event."""
+DUST, SHALLOW = 1e-5, 1e-3
+"""Shares of the longest slide of the run and of the deepest penetration below which a way is no slide: what sticks is
+solved for to a tolerance, and slides by atoms."""
 
 
 @dataclass(frozen=True)
@@ -167,7 +170,8 @@ def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[
     sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
     speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
-    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), channel)
+    deepest = max(0.0, -float(history.gap[:, channel].min(initial=0.0)))
+    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), deepest, channel)
     return [s for s in found if s.between_sticks]
 
 
@@ -178,13 +182,15 @@ def slides_of(
     speed: FloatArray,
     pull: FloatArray,
     power: FloatArray,
+    deepest: float,
     channel: int = -1,
 ) -> list[Slide]:
-    """All sliding under pressure, single instants at rest counted in, that of touch and release too.
+    """All sliding under pressure but dust, single instants at rest counted in, that of touch and release too.
 
     Parameters
     ----------
     closed, speed, pull, power : (n_time,) whether it presses, slip speed, size and power of the friction force.
+    deepest : largest penetration, length.
     """
     found = []
     for first, last in stretches(_without_reversals(closed & (speed > 0.0), closed)):
@@ -199,7 +205,8 @@ def slides_of(
         stuck = stuck and start > time[0]  # what begins with the run begins from nothing that is known
         length, peak, work = float(w @ speed[rows]), float(speed[rows].max()), float(w @ power[rows])
         found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
-    return found
+    least = max(SHALLOW * deepest, DUST * max((s.length for s in found), default=0.0))
+    return [s for s in found if s.length > least]
 
 
 def _without_reversals(slides: BoolArray, closed: BoolArray) -> BoolArray:

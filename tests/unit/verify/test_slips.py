@@ -209,7 +209,24 @@ def test_only_rubbing_channels_count():
     one = history_of(time, speed)
     force = np.zeros((50, 3))
     force[:, 2] = NORMAL
-    assert [e.channel for e in find_slips(replace(one, force=force), gaps, 0.0)] == ["stop:2"]
+    every = replace(one, force=force, gap=np.zeros((50, 3)))
+    assert [e.channel for e in find_slips(every, gaps, 0.0)] == ["stop:2"]
+
+
+def test_what_slides_by_atoms_sticks():
+    """A slide of 2 mm, ten of 1e-8 mm before and after it; alone, these are none beside a penetration of 1e-4 mm."""
+    time, speed = H * np.arange(400), np.zeros(400)
+    speed[200:220] = 1.0
+    dust = np.arange(20, 190, 35)
+    speed[dust] = speed[dust + 200] = 1e-7
+    (only,) = find_slips(history_of(time, speed), rubbing(), 0.0)
+    assert only.slip_length == pytest.approx(2e-3, rel=1e-6)
+    assert len(only.slips) == 1
+    (squeak,) = find_squeaks(history_of(time, speed), rubbing(), (0.0, time[-1]))
+    assert squeak.slips == 1
+    alone = history_of(time, np.where(speed < 1e-3, speed, 0.0))
+    assert find_slips(replace(alone, gap=np.full((400, 1), -1e-7)), rubbing(), 0.0) == []
+    assert len(find_slips(alone, rubbing(), 0.0)) == 10
 
 
 def test_without_friction_nothing_slips():
