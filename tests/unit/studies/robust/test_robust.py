@@ -475,17 +475,17 @@ def test_gaps_and_loads_of_all_draws_at_once_are_those_of_each(tmp_path, case):
             '"excitation.root', '"static.0.force" = { type = "uniform", low = 0, high = 0.02 }\n"excitation.root'
         )
     setup = set_up(read_study(write_strips(tmp_path, None, text)))
-    found = creak.robust(setup.study, 16, indices=False, threads=1).draws
+    found = creak.robust(setup.study, 10, indices=False, threads=1).draws
     bench = shared_model(setup, found.drawn, lambda *_: None)
     assert bench.plain is not None
-    gaps, factors = bench.plain.gaps(slice(3, 16)), bench.plain.factors(slice(3, 16))
+    gaps, factors = bench.plain.gaps(slice(3, 10)), bench.plain.factors(slice(3, 10))
     whole = replace(bench, gaps=found.channels)
-    for k in range(3, 16):
+    for k in range(3, 10):
         variant = variant_of(whole, found.drawn.draw(k))
         if gaps[k - 3].min() > 0.0:  # else static loads close a gap
             np.testing.assert_allclose(gaps[k - 3], variant.gaps.gap0, atol=1e-9)
         assert factors[k - 3] == pytest.approx(multiple(variant.loads, bench.base.loads), rel=1e-12)
-    one_by_one = lowest_of(setup, bench.reference, [found.drawn.draw(k) for k in range(16)])
+    one_by_one = lowest_of(setup, bench.reference, [found.drawn.draw(k) for k in range(10)])
     assert (bench.lowest <= one_by_one + 1e-9).all()  # which looks at the loads of eight draws alone
     assert bench.lowest.min() >= one_by_one.min() - 0.5
 
