@@ -17,6 +17,8 @@ from creak.studies.file.reader import read_study
 from creak.studies.findings.gather import findings_of
 from helpers_findings import summarised, to_draw
 
+pytestmark = pytest.mark.once
+
 
 def first_line(result, convergence=None):
     """Style and words of the page's first bar."""

@@ -17,6 +17,8 @@ from creak.studies.sound.heard import Sound, hear
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 
+pytestmark = pytest.mark.once
+
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
 BASE = BASE.replace("0.05,", "0.1,") + '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
 LIMITS = """

@@ -19,6 +19,8 @@ from helpers_decks import write_strips
 from helpers_frfs import function
 from helpers_modal import data_set
 
+pytestmark = pytest.mark.once
+
 STUDY = UNDAMPED + "\n[damping]\nmodal = 0.02\n"
 LATE = 0.31
 """s by which the clock of the test is ahead."""
