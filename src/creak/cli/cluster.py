@@ -17,6 +17,13 @@ if TYPE_CHECKING:
     from creak.studies.tasks.cluster import Certificates
     from creak.studies.tasks.queue import Runner
 
+WORKERS = typer.Option(
+    None,
+    "--workers",
+    min=1,
+    help="Reduce the parts in so many processes, which share the cores; default: in this one.",
+)
+"""Of the commands that reduce one study."""
 SCHEDULER = typer.Option(
     None, "--scheduler", metavar="ADDRESS", help="Run on the cluster of this dask scheduler instead."
 )

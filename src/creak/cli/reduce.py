@@ -14,6 +14,7 @@ from creak.cli.cluster import (
     TLS_CA_FILE,
     TLS_CERT,
     TLS_KEY,
+    WORKERS,
     check_cluster,
     check_method,
     checked_certificates,
@@ -49,12 +50,7 @@ def reduce(
     export: list[str] = typer.Option(
         [], "--export", help="Also write them as op4, dmig, abaqus, matrix-market or npz, into the same folder."
     ),
-    workers: int | None = typer.Option(
-        None,
-        "--workers",
-        min=1,
-        help="Reduce the parts in so many processes, which share the cores; default: in this one.",
-    ),
+    workers: int | None = WORKERS,
     scheduler: str | None = SCHEDULER,
     tls_ca_file: Path | None = TLS_CA_FILE,
     tls_cert: Path | None = TLS_CERT,
@@ -181,7 +177,7 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distributi
     ------
     NumericalError : a part could not be reduced; the others are saved.
     """
-    from creak.studies.models.part_jobs import IN_WORKERS
+    from creak.studies.models.part_jobs import ended
     from creak.studies.tasks.cluster import Certificates
 
     if not jobs:
@@ -190,10 +186,8 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distributi
     failed: dict[str, str] = {}
     address, given = distribution.scheduler, distribution.certificates or Certificates()
     count = min(distribution.workers or 1, len(jobs))
-    output.progress(IN_WORKERS, 0, len(jobs))
     with workers_of(address, count, given) as runner:
-        for done, (name, saved) in enumerate(runner(jobs), start=1):
-            output.progress(IN_WORKERS, done, len(jobs))
+        for name, saved in ended(runner, jobs, output.progress):
             if saved.error:
                 failed[name] = saved.error
             tell_notes(output, saved.notes, set())

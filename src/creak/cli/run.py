@@ -13,6 +13,7 @@ from creak.cli.cluster import (
     TLS_CA_FILE,
     TLS_CERT,
     TLS_KEY,
+    WORKERS,
     check_cluster,
     check_method,
     checked_certificates,
@@ -95,12 +96,7 @@ def run(
         help="A first look: rougher contact, no repeated runs, no unreduced model. The verdict then says that nothing "
         "was checked, unless nothing can touch.",
     ),
-    workers: int | None = typer.Option(
-        None,
-        "--workers",
-        min=1,
-        help="Reduce the parts in so many processes, which share the cores; default: in this one.",
-    ),
+    workers: int | None = WORKERS,
     scheduler: str | None = SCHEDULER,
     tls_ca_file: Path | None = TLS_CA_FILE,
     tls_cert: Path | None = TLS_CERT,

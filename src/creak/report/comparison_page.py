@@ -20,7 +20,10 @@ from creak.version import version
 FILES = Path(__file__).parent
 NOTHING = "none"
 WORDS = {
-    **{"closing_speed": "closing speed", "n5": "N5", "slip_rate": "slip rate", "slip_path": "slip path"},
+    "closing_speed": "closing speed",
+    "n5": "N5",
+    "slip_rate": "slip rate",
+    "slip_path": "slip path",
     "friction_energy": "friction energy",
 }
 COUNTS = ("events", "slips", "slips there", "stick-slip events")

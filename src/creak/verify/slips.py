@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.verify.intervals import chains, check_merging, stretches
@@ -170,9 +170,14 @@ def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[
     sliding, tau = (a[:, 2 * i : 2 * i + 2] for a in (history.sliding, history.tangential))
     speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
-    deepest = max(0.0, -float(history.gap[:, channel].min(initial=0.0)))
-    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), deepest, channel)
+    depth = deepest(history, [channel])
+    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), depth, channel)
     return [s for s in found if s.between_sticks]
+
+
+def deepest(history: History, channels: IntArray | Sequence[int]) -> float:
+    """Largest penetration of some channels, length."""
+    return max(0.0, -float(history.gap[:, channels].min(initial=0.0)))
 
 
 def slides_of(
@@ -182,7 +187,7 @@ def slides_of(
     speed: FloatArray,
     pull: FloatArray,
     power: FloatArray,
-    deepest: float,
+    depth: float,
     channel: int = -1,
 ) -> list[Slide]:
     """All sliding under pressure but dust, single instants at rest counted in, that of touch and release too.
@@ -190,7 +195,7 @@ def slides_of(
     Parameters
     ----------
     closed, speed, pull, power : (n_time,) whether it presses, slip speed, size and power of the friction force.
-    deepest : largest penetration, length.
+    depth : `deepest`.
     """
     found = []
     for first, last in stretches(_without_reversals(closed & (speed > 0.0), closed)):
@@ -205,7 +210,7 @@ def slides_of(
         stuck = stuck and start > time[0]  # what begins with the run begins from nothing that is known
         length, peak, work = float(w @ speed[rows]), float(speed[rows].max()), float(w @ power[rows])
         found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
-    least = max(SHALLOW * deepest, DUST * max((s.length for s in found), default=0.0))
+    least = max(SHALLOW * depth, DUST * max((s.length for s in found), default=0.0))
     return [s for s in found if s.length > least]
 
 

@@ -249,9 +249,15 @@ def _taken(place: Mapping[str, Any], others: list[dict[str, Any]]) -> dict[str, 
 def _pair(one: Mapping[str, Any] | None, other: Mapping[str, Any] | None, units: Units) -> PlacePair:
     known = next(p for p in (one, other) if p is not None and "name" in p)
     kinds = {
-        **{"events": "", "force": units.force, "impulse": units.impulse, "closing_speed": units.speed, "n5": "sone"},
+        "events": "",
+        "force": units.force,
+        "impulse": units.impulse,
+        "closing_speed": units.speed,
+        "n5": "sone",
         **dict.fromkeys(OF_A_PLACE, ""),
-        **{"slip_rate": "1/s", "slip_path": units.length, "friction_energy": units.energy},
+        "slip_rate": "1/s",
+        "slip_path": units.length,
+        "friction_energy": units.energy,
     }
     rubs = any(p is not None and p["friction"] is not None for p in (one, other))
     figures = []

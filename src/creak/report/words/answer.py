@@ -48,6 +48,11 @@ class Place:
     cause: str
     helps: str
 
+    @property
+    def is_rare(self) -> bool:
+        """Is it heard, in less than 5 % of the time?"""
+        return self.n5 is not None and _is_rare(self.n5, self.n_max)
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -196,7 +201,7 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
         return good, "; ".join(said)
     if not places:
         return good, _still(run)
-    worst = max(p.force if p.n5 is None else max(p.n5, p.n_max if _is_rare(p.n5, p.n_max) else 0.0) for p in places)
+    worst = max(p.force if p.n5 is None else p.n_max if p.is_rare else p.n5 for p in places)
     loud = any(p.n5 is not None and p.n5 >= LOUD for p in places)
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
 
@@ -283,8 +288,7 @@ def _place_lines(places: Sequence[Place]) -> list[str]:
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
     lines = []
     for p in shown:
-        rare = p.n5 is not None and _is_rare(p.n5, p.n_max)
-        heard = "" if p.n5 is None else f", Nmax {_sones(p.n_max)}" if rare else f", N5 {_sones(p.n5)}"
+        heard = "" if p.n5 is None else f", Nmax {_sones(p.n_max)}" if p.is_rare else f", N5 {_sones(p.n5)}"
         told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
         lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]

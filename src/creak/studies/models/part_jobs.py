@@ -6,7 +6,7 @@ For `creak reduce` a worker looks at the superelement's health too. For a run it
 from __future__ import annotations
 
 import socket
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,6 +23,7 @@ from creak.studies.models.saved import Keep, Store, is_kept, is_saved
 from creak.studies.models.substructures import Substructure, part_alone, partition
 from creak.studies.models.superelements import made_from, reduce_substructure, save_superelement
 from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.tasks.queue import Runner
 
 IN_WORKERS = "reduce the parts in workers"
 
@@ -97,22 +98,29 @@ def reduce_elsewhere(
 
     What a worker could not reduce, whoever waits for it does by itself.
     """
-    jobs = [] if store.runner is None else part_jobs(setup, reference, gaps, store)
+    if store.runner is None:
+        return []
     notes = list[str]()
-    if store.runner is None or not jobs:
-        return notes
-    progress(IN_WORKERS, 0, len(jobs))
-    for done, (name, saved) in enumerate(store.runner(jobs), start=1):
-        progress(IN_WORKERS, done, len(jobs))
+    for name, saved in ended(store.runner, part_jobs(setup, reference, gaps, store), progress):
         notes += [f"superelement {name}: reduced here, for the worker could not: {saved.error}"] if saved.error else []
         notes += saved.notes
     return notes
 
 
+def ended(runner: Runner, jobs: Sequence[PartJob], progress: Progress) -> Iterator[tuple[str, Saved]]:
+    """Name of each part, and what became of it, as its worker tells."""
+    if not jobs:
+        return
+    progress(IN_WORKERS, 0, len(jobs))
+    for done, told in enumerate(runner(jobs), start=1):
+        progress(IN_WORKERS, done, len(jobs))
+        yield told
+
+
 def run_part(job: PartJob) -> Saved:
     """Reduce a part, check and save it; errors become part of the outcome."""
     try:
-        setup = replace(set_up(job.study, job.ignore), raised=job.raised)
+        setup = replace(set_up(job.study, job.ignore, job.folder), raised=job.raised)
         model, reduction = setup.model, setup.reduction
         part = part_alone(setup.structure, reduction, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)

@@ -42,13 +42,22 @@ OF_EVENTS = {
     "impulse_ratio": "impulse_ratio_mean",
 }
 OF_COLUMNS = {
-    **{"wall_s": "s", "cpu_s": "s", "offline_cpu_s": "s", "peak_rss_gb": "GiB", "case_wall_s": "s", "n5": "sone"},
+    "wall_s": "s",
+    "cpu_s": "s",
+    "offline_cpu_s": "s",
+    "peak_rss_gb": "GiB",
+    "case_wall_s": "s",
+    "n5": "sone",
     "slip_rate": "1/s",
 }
 """Units of columns that do not depend on those of the deck."""
 OF_THE_DECK = {
-    **{"max_force": "force", "force": "force", "impulse_total": "impulse", "slip_path": "length"},
-    **{"friction_energy": "energy", "friction_energy_total": "energy"},
+    "max_force": "force",
+    "force": "force",
+    "impulse_total": "impulse",
+    "slip_path": "length",
+    "friction_energy": "energy",
+    "friction_energy_total": "energy",
 }
 """Columns in units of the deck -> their quantity."""
 

@@ -52,10 +52,12 @@ K, M, C = (np.array([[a, -b], [-b, b]]) for a, b in ((50.0, 20.0), (0.3, 0.1), (
 """Of node 2 along x and a generalised coordinate."""
 
 
-def ready(folder, damping: str, alpha: str = "") -> Setup:
-    write_npz(Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C), folder / "s.npz")
-    (folder / "deck.inp").write_text(DECK.format(alpha=alpha))
-    (folder / "study.toml").write_text(STUDY.format(damping=damping, more=""))
+def ready(folder, deck: str, study: str, place: list[float] | None = None) -> Setup:
+    """With a superelement of node 2, which may say where that lies."""
+    positions: dict[int, FloatArray] = {} if place is None else {2: np.array(place)}
+    write_npz(Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C, positions), folder / "s.npz")
+    (folder / "deck.inp").write_text(deck)
+    (folder / "study.toml").write_text(study)
     return set_up(read_study(folder / "study.toml"))
 
 
@@ -76,7 +78,7 @@ def damping_of(system: System) -> np.ndarray:
     ids=["none", "of the deck", "rayleigh", "modal"],
 )
 def test_damping_of_a_study_replaces_that_of_a_superelement(tmp_path, damping, alpha, expected):
-    setup = ready(tmp_path, damping, alpha)
+    setup = ready(tmp_path, DECK.format(alpha=alpha), STUDY.format(damping=damping, more=""))
     np.testing.assert_allclose(damping_of(setup.superelements[0]), expected, rtol=1e-14, atol=1e-14)
     said = [note for note in setup.notes if "superelement S: its own damping is left out" in note]
     assert len(said) == (1 if damping else 0)
@@ -119,13 +121,8 @@ INSTANCES = """*PART, NAME=P
 
 def joined(folder, place: list[float] | None, more: str = "", apart: float = 2.0) -> str:
     """The node of a deck with two instances that a superelement of node 2 joins."""
-    positions: dict[int, FloatArray] = {} if place is None else {2: np.array(place)}
-    given = Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C, positions)
-    write_npz(given, folder / "s.npz")
-    (folder / "deck.inp").write_text(INSTANCES.format(apart=apart))
     text = STUDY.format(damping="", more=more).replace("[nodes.P]\nlabels = [2]\n", "")
-    (folder / "study.toml").write_text(text)
-    setup = set_up(read_study(folder / "study.toml"))
+    setup = ready(folder, INSTANCES.format(apart=apart), text, place)
     return setup.model.nodes.label(int(setup.superelements[0].coordinates[0]) // 6)
 
 
