@@ -6,8 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.integrate import solve_ivp
 
+from creak.assembly.system import Supports
 from creak.contact.gap_operator import Curves, Friction, GapOperator
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, finer
@@ -152,6 +154,59 @@ def test_sliding_that_turns_under_a_force_that_swings(decay, damping):
     assert energy["contact_damping"] == pytest.approx(exact.y[7, -1], rel=2e-3, abs=1e-9)
     assert abs(energy["scheme"]) < 1e-5 * energy["friction"]
     assert history.contact_steps < 240 * 128 / 10
+
+
+def test_what_creeps_follows_the_pull_in_long_steps():
+    """A light mass at its limit of friction: where it creeps to hangs on its own force. A pull that turns leads it on
+    a pursuit curve, x' = (e . F' / k) e / |e|^2 with e = F / k - x of length mu N / k."""
+    end, k, mass, r = 0.06, 1e5, 1e-3, KINETIC * NORMAL / 1e5
+
+    def pull(t):
+        size = 6.0 * np.clip(t / 0.02, 0.0, 1.0) ** 2 * (3.0 - 2.0 * np.clip(t / 0.02, 0.0, 1.0))
+        turn = 2.0 * np.pi * 10.0 * np.clip(t - 0.02, 0.0, None) ** 2 / 0.04
+        return np.array([size * np.cos(turn), size * np.sin(turn)])
+
+    system = diagonalise(system_of(mass * np.eye(3), k * np.eye(3), alpha=400.0))
+    time = np.linspace(0.0, end, 180 * SAMPLES + 1)
+    loads = Loads(time, np.zeros((3, time.size, 0)), pull(time).T, (np.array([0]), np.array([2])))
+    gaps = replace(rubbing(0.0, 0.0), friction=Friction(*(np.array([x]) for x in (KINETIC, KINETIC, 0.0))))
+    history = simulate_flow(system, gaps, loads, observed=np.arange(3))
+
+    def slope(t, x):
+        e, rate = pull(t) / k - x, (pull(t + 1e-7) - pull(t - 1e-7)) / (2e-7 * k)
+        return max(e @ rate, 0.0) * e / (e @ e) if e @ e >= (r * (1.0 - 1e-6)) ** 2 else np.zeros(2)
+
+    exact = solve_ivp(slope, (0.0, end), np.zeros(2), "RK45", rtol=1e-8, atol=1e-14, max_step=1e-5).y[:, -1]
+    assert np.linalg.norm(exact) > r
+    np.testing.assert_allclose(history.displacement[-1, [0, 2]], exact, rtol=0, atol=2e-3 * np.linalg.norm(exact))
+    assert history.contact_steps < 180 * 128 / 5
+
+
+def test_a_wall_that_moves_smoothly_shakes_nothing_that_rests_on_it():
+    """The force is m (g + a). A wall whose speed jumped by 3 mm/s between flight steps let it ring by 5 %."""
+    mass, gravity, k = 1.0, 10.0, 2e9
+    zero, side = np.zeros((1, 1)), np.zeros((1, 1))
+
+    def rows(labels):
+        pick = sp.csr_matrix((labels == 0).astype(float)[:, None])
+        return pick, (labels == 1).astype(float)[:, None]
+
+    wall = Supports(("wall",), side, side, side, zero, zero, zero, side)
+    alone = system_of(np.array([[mass]]), np.array([[10.0]]))
+    system = replace(alone, rows=rows, supports=wall, labels=np.arange(2))
+    gaps = replace(channels([[1.0, -1.0]], -mass * gravity / k, k), preload=np.array([mass * gravity]))
+    omega, end = 2.0 * np.pi * 18.0, 0.1
+    time = np.linspace(0.0, end, 100 * SAMPLES + 1)
+    c, s = np.cos(omega * time), np.sin(omega * time)
+    move = 6e-5 * np.array([(1 - c) ** 2, 2 * omega * (1 - c) * s, 2 * omega**2 * (s**2 + (1 - c) * c)])
+    loads = Loads(time, move[:, :, None], np.zeros((time.size, 0)))
+    history = simulate_flow(diagonalise(system), gaps, loads, observed=np.arange(1))
+    at = omega * history.time
+    pull = 2 * 6e-5 * omega**2 * (np.sin(at) ** 2 + (1 - np.cos(at)) * np.cos(at))
+    swing = np.ptp(mass * pull)
+    assert swing > 0.3 * mass * gravity
+    np.testing.assert_allclose(history.force[:, 0], mass * (gravity + pull), rtol=0, atol=2e-3 * swing)
+    assert history.contact_steps < 100 * 128 / 5
 
 
 def test_what_sticks_holds_against_a_pull_that_grows():

@@ -124,7 +124,9 @@ def lowest_within(i, T, off, model, energy, course, now):  # type: ignore[no-unt
     for b in range(energy.size):
         lowest -= off[b, i] * energy[b]
     for a in range(now.support.shape[1]):
-        lowest -= 0.5 * T * T * abs(model.rows_s[i, a]) * (abs(course[2, a, 0]) + T * abs(course[2, a, 1]))
+        p = course[a]
+        turns = abs(p[2]) + T * (abs(p[3]) + T * (0.5 * abs(p[4]) + T / 6.0 * abs(p[5])))
+        lowest -= 0.5 * T * T * abs(model.rows_s[i, a]) * turns
     return lowest
 
 

@@ -25,7 +25,6 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.laws.friction import coefficient
 from creak.contact.laws.tabular import segment_at, segment_slope
 from creak.dynamics.flow.kicks import GIVE
 from creak.dynamics.flow.model import FlowModel, FlowState, resting
@@ -64,7 +63,7 @@ class Held(NamedTuple):
     response: FloatArray
     """(slots, 4 c c) what a, b of the channels do to what is seen of them: way, then mean or speed."""
     inverse: FloatArray
-    """(slots, 4 c c) of the equations of what presses and sticks."""
+    """(slots, 4 c c) of the equations of what presses and sticks; then `parts_of` what slides."""
     free: FloatArray
     seen: FloatArray
     """(2 c,) without and with the channels' forces: way of a step; mean way, or h / 2 times the last speed of what
@@ -188,12 +187,16 @@ def cost(model, laws, now):  # type: ignore[no-untyped-def]
     c = 0
     for i in range(now.gap.size):
         c += now.force[i] > 0.0
+    rubs = 0
     for f in range(now.stuck.size):
-        c += 2 * (now.force[laws.rubs[f]] > 0.0)
+        rubs += 2 * (now.force[laws.rubs[f]] > 0.0)
+    c += rubs
     if c > MOST:
         return NEVER
     n = model.u1 - model.u0
     kick = n * (20.0 + now.gap.size + 2.0 * c) + 4e3
+    if rubs > 0:
+        kick += c * c * (15.0 + c / 3.0)  # matrices of Newton, and the factor of one
     return int(c * (6.0 * c * n + 40.0 * n + 16.0 * c * c) / kick)
 
 
@@ -236,19 +239,25 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
                 R[c + i, j] = 0.5 * h * dot(model.rates[held.channel[i]], v)
             else:
                 R[c + i, j] = dot(model.rows[held.channel[i]], held.mean)
-    K = np.empty((2 * b, 2 * b))
+    E = np.empty((2 * b, 2 * c))
     for i in range(b):
-        q, k = held.channel[i], 0.0
-        damper = laws.damping[q] / (h * held.slope[i]) if i < n else 0.0
-        for j in range(2 * b):
-            at = j if j < b else c + j - b
-            way, mean = R[i, at], R[c + i, at]
-            K[i, j] = mean + damper * way if i < n else way
-            K[b + i, j] = 0.5 * way + 3.0 * damper * (way - 2.0 * mean) if i < n else mean
+        damper = laws.damping[held.channel[i]] / (h * held.slope[i]) if i < n else 0.0
+        held_fast = i >= n and not moves(R, n, i)
+        for j in range(2 * c):
+            way, mean = R[i, j], R[c + i, j]
+            if i < n:
+                E[i, j], E[b + i, j] = mean + damper * way, 0.5 * way + 3.0 * damper * (way - 2.0 * mean)
+            elif held_fast:
+                E[i, j] = E[b + i, j] = 0.0
+            else:
+                E[i, j], E[b + i, j] = way, mean
+    K = np.empty((2 * b, 2 * b))
+    for i in range(2 * b):
+        K[i, :b], K[i, b:] = E[i, :b], E[i, c : c + b]
+    for i in range(b):
         if i < n:
-            k = 1.0 / held.slope[i]
-            K[i, i] += k
-            K[b + i, b + i] += k
+            K[i, i] += 1.0 / held.slope[i]
+            K[b + i, b + i] += 1.0 / held.slope[i]
         elif moves(R, n, i):
             k = GIVE * R[i, i]
             K[i, i] += k
@@ -256,14 +265,37 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
             K[b + i, i] -= k
             K[b + i, b + i] += k
         else:
-            for j in range(2 * b):
-                K[i, j] = K[b + i, j] = 0.0
             K[i, i] = K[b + i, b + i] = 1.0
     inverse = np.linalg.inv(K)
-    to = held.inverse[slot]
-    for i in range(2 * b):
-        for j in range(2 * b):
-            to[i * 2 * b + j] = inverse[i, j]
+    kept = held.inverse[slot][: 4 * b * b].reshape((2 * b, 2 * b))
+    kept[:, :] = inverse
+    if c > b:
+        beside(held, slot, R, inverse, E)
+
+
+@with_arrays
+def beside(held, slot, R, inverse, E):  # type: ignore[no-untyped-def]
+    """What the forces of sliding do through those of pressing and sticking; E (2b, 2c) of the latter's equations."""
+    b, c = held.ends[1], held.ends[2]
+    s = c - b
+    to, by = parts_of(held, slot)
+    of_slides = np.hstack((E[:, b:c], E[:, c + b :]))
+    to[:, :] = -inverse @ of_slides
+    for i in range(2 * s):
+        row = R[b + i if i < s else c + b + i - s]
+        for j in range(2 * s):
+            by[i, j] = row[b + j if j < s else c + b + j - s]
+            for k in range(b):
+                by[i, j] += row[k] * to[k, j] + row[c + k] * to[b + k, j]
+
+
+@inner
+def parts_of(held, slot):  # type: ignore[no-untyped-def]
+    """(2b, 2s) forces of pressing and sticking, and (2s, 2s) what is seen of sliding, over the 2s forces of sliding."""
+    b, s = held.ends[1], held.ends[2] - held.ends[1]
+    first, kept = 4 * b * b, held.inverse[slot]
+    to = kept[first : first + 4 * b * s].reshape((2 * b, 2 * s))
+    return to, kept[first + 4 * b * s : first + 4 * s * (b + s)].reshape((2 * s, 2 * s))
 
 
 @inner
@@ -280,8 +312,8 @@ def see(model, held, course, h, now, after):  # type: ignore[no-untyped-def]
             held.free[c + i] = 0.5 * h * rate_of(model, q, v1, after)
         else:
             mean = dot(model.rows[q], held.mean) - before
-            for a in range(course.shape[1]):
-                mean += model.rows_s[q, a] * mean_value(course[0, a], h)
+            for a in range(course.shape[0]):
+                mean += model.rows_s[q, a] * mean_value(course[a], h)
             held.free[c + i] = mean
 
 
@@ -317,39 +349,7 @@ def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
 
 
 @inner
-def slide(laws, held, h):  # type: ignore[no-untyped-def]
-    """Friction of what slides by its speed and pressure at the two points; the largest change of one of its forces."""
-    b, c, change = held.ends[1], held.ends[2], 0.0
-    force, m = held.force, laws.stiffness.size
-    for at in range(b, c, 2):
-        p, f = held.presses[at], (held.channel[at] - m) // 2
-        low0 = low1 = high0 = high1 = 0.0
-        for x in (-GAUSS, GAUSS):
-            v0, v1 = rate_at(held, at, c, h, x), rate_at(held, at + 1, c, h, x)
-            speed = math.hypot(v0, v1)
-            pressure = max(0.0, force[p] + x * force[c + p])
-            mu = coefficient(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], False)
-            pull = -mu * pressure / speed if speed > 0.0 else 0.0
-            if x < 0.0:
-                low0, low1 = pull * v0, pull * v1
-            else:
-                high0, high1 = pull * v0, pull * v1
-        change = max(change, line_through(force, at, c, low0, high0))
-        change = max(change, line_through(force, at + 1, c, low1, high1))
-    return change
-
-
-@inner
 def rate_at(held, i, c, h, x):  # type: ignore[no-untyped-def]
     """Rate of channel i at x, from -1 to 1 in a step h, of the quadratic through what is seen of it."""
     way, mean = held.seen[i], held.seen[c + i]
     return (way + 3.0 * x * (way - 2.0 * mean)) / h
-
-
-@inner
-def line_through(force, i, c, low, high):  # type: ignore[no-untyped-def]
-    """The line through two values at the points of Gauss as the force i; how much it changes."""
-    a, b = 0.5 * (low + high), 0.5 * (high - low) / GAUSS
-    change = max(abs(force[i] - a), abs(force[c + i] - b))
-    force[i], force[c + i] = a, b
-    return change

@@ -57,7 +57,7 @@ class Desk(NamedTuple):
     """Where a march works."""
 
     course: FloatArray
-    """(3, n_support, 4)"""
+    """(n_support, 6): displacement and its derivatives"""
     drive: FloatArray
     """(n_x, 4)"""
     D: FloatArray
@@ -72,19 +72,24 @@ class Desk(NamedTuple):
 def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
     """For one march at a time; lasts: there may be long steps of lasting contact."""
     m, n_support = model.gap0.size, model.support.shape[2]
-    course, drive, D = np.empty((3, n_support, 4)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
+    course, drive, D = np.empty((n_support, 6)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
     return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(model, loads, levels, lasts))
 
 
 @inner
-def may_close(now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
-    """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,)."""
+def may_close(model, course, now, after, h, reach, energy, slope):  # type: ignore[no-untyped-def]
+    """Can a gap that has a law reach zero in a step without contact? reach (n_band, m), energy (n_band,).
+
+    The quintic s of a support is off the cubic through both its ends by at most h^4 max |d^4 s / dt^4| / 384.
+    """
     for i in range(now.gap.size):
         if slope[i] <= 0.0:
             continue
         off = 0.0
         for b in range(reach.shape[0]):
             off += reach[b, i] * energy[b]
+        for a in range(course.shape[0]):
+            off += abs(model.rows_s[i, a]) * (abs(course[a, 4]) + h * abs(course[a, 5])) * h**4 / 384.0
         g0, g1 = now.gap[i] - off, after.gap[i] - off
         if g0 <= 0.0 or dips(g0, h * now.rate[i], g1, h * after.rate[i]):
             return True
@@ -153,7 +158,7 @@ def advance(  # type: ignore[no-untyped-def]
         if level == levels or not model.presses:
             break
         look_rates(model, after)
-        if not may_close(now, after, h, reach[level], energy, slope):
+        if not may_close(model, course, now, after, h, reach[level], energy, slope):
             break
         level += 1
     if kicked:
@@ -287,7 +292,7 @@ def march(  # type: ignore[no-untyped-def]
                     block,
                 )
             for j in range(n_x):
-                after.amplitude[j] = value(drive[j], h)
+                after.amplitude[j] = value(drive[j], 0, h)
             shift_loads(D, h)
             if held:
                 code = DONE
@@ -313,9 +318,8 @@ def march(  # type: ignore[no-untyped-def]
                     as_springs_saw(laws, h, now, after)
             for j in range(n_x):
                 shift(drive[j], h)
-            for order in range(3):
-                for j in range(course.shape[1]):
-                    shift(course[order, j], h)
+            for j in range(course.shape[0]):
+                shift(course[j], h)
             at += parts >> level
             then = (step + at / parts) * H
             over = under_way(block) and ends(block, h, at, after)

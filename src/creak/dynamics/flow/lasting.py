@@ -35,9 +35,9 @@ from creak.dynamics.flow.held import (
     rate_at,
     respond,
     see,
-    slide,
 )
 from creak.dynamics.flow.motion import fly, look, mean_of, mean_value, quiet, rate_of, settle_supports
+from creak.dynamics.flow.slides import slide
 from creak.linalg.compiled import inner, inner_fast
 from creak.linalg.loops import put
 
@@ -53,10 +53,6 @@ MEMORY = 8.0
 """Flight steps over which the swing of the forces is remembered."""
 STILL = 1e-6
 """Jump over a force below which nothing swings."""
-PASSES = 30
-"""Of friction that slides, over the forces that press it."""
-SAME_FORCE = 1e-11
-"""Change of a force in the last of them, of the largest."""
 EASY = 0.125
 """Jump over what is allowed from which on a step of twice the length is tried: its jump is eight times as large."""
 FIRST_PAUSE, LAST_PAUSE = 1 << SHORTEST, 64
@@ -158,18 +154,12 @@ def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, a
         if held.free[i] != 0.0 and not moves(R, n, i):
             return np.inf
     for i in range(b, c):
-        held.force[i], held.force[c + i] = now.force[held.channel[i]], 0.0
+        held.force[i] = held.force[c + i] = 0.0
     bind(model, laws, held, slot, h, now)
     if c > b:
-        top = 0.0
-        for i in range(c):
-            top = max(top, abs(held.force[i]))
-        for turn in range(PASSES):
-            if slide(laws, held, h) <= SAME_FORCE * top:
-                break
-            if turn == PASSES - 1:
-                return np.inf
-            bind(model, laws, held, slot, h, now)
+        if not slide(laws, held, slot, h, now):
+            return np.inf
+        bind(model, laws, held, slot, h, now)
     jump = jump_of(held, lasting, now)
     if not jump <= 1.0 or not stays(laws, held, h, now) or (under_way(block) and spent(held, c, h, block)):
         return np.inf
@@ -262,7 +252,7 @@ def go(model, laws, slope, P, held, gain, D, course, h, now, after, block):  # t
         for j in range(now.support.shape[1]):
             s0, s1 = now.support[0, j], after.support[0, j]
             carried += model.rows_s[q, j] * (s1 - s0)
-            turned += model.rows_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[0, j], h))
+            turned += model.rows_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[j], h))
         after.energy[GIVEN] += a * (way - carried) + b1 * (turn - turned)
         after.energy[EXTERNAL] -= a * carried + b1 * turned
     push(model, after.force, after.F)

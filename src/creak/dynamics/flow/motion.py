@@ -9,7 +9,7 @@ import numpy as np
 from creak.dynamics.flow.model import CONSTANT, FORCE
 from creak.dynamics.flow.propagator import MEAN, SINGLE
 from creak.linalg.compiled import inner, inner_fast, with_arrays
-from creak.linalg.loops import acts, dot, fill, put
+from creak.linalg.loops import acts, dot, fill
 
 
 @inner
@@ -22,32 +22,55 @@ def cubic_through(a, b, c, d, third, out):  # type: ignore[no-untyped-def]
 
 
 @inner
-def shift(p, h):  # type: ignore[no-untyped-def]
-    """Value and derivatives of a cubic, h later, in place."""
-    p[0] += h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
-    p[1] += h * (p[2] + 0.5 * h * p[3])
-    p[2] += h * p[3]
+def quintic_through(s, first, last, T, out):  # type: ignore[no-untyped-def]
+    """Value and five derivatives at sample `first` of the quintic that has displacement, velocity and acceleration
+    s[:, sample] both there and at sample `last`, T later."""
+    p0, v0, a0 = s[0, first], s[1, first], s[2, first]
+    way = s[0, last] - p0 - T * (v0 + 0.5 * T * a0)
+    turn = T * (s[1, last] - v0 - T * a0)
+    bend = T * T * (s[2, last] - a0)
+    out[0], out[1], out[2] = p0, v0, a0
+    out[3] = 6.0 * (10.0 * way - 4.0 * turn + 0.5 * bend) / T**3
+    out[4] = 24.0 * (-15.0 * way + 7.0 * turn - bend) / T**4
+    out[5] = 120.0 * (6.0 * way - 3.0 * turn + 0.5 * bend) / T**5
 
 
 @inner
-def value(p, h):  # type: ignore[no-untyped-def]
-    """A cubic, h later."""
-    return p[0] + h * (p[1] + h * (0.5 * p[2] + h / 6.0 * p[3]))
+def value(p, order, h):  # type: ignore[no-untyped-def]
+    """Derivative `order` of a polynomial, h later; p: its value and derivatives now."""
+    last = p.size - 1
+    total = p[last]
+    for j in range(last - 1, order - 1, -1):
+        total = p[j] + h / (j - order + 1) * total
+    return total
+
+
+@inner
+def shift(p, h):  # type: ignore[no-untyped-def]
+    """Value and derivatives of a polynomial, h later, in place."""
+    for order in range(p.size):
+        p[order] = value(p, order, h)
 
 
 @inner
 def mean_value(p, h):  # type: ignore[no-untyped-def]
-    """Mean of a cubic over h."""
-    return p[0] + h * (0.5 * p[1] + h * (p[2] / 6.0 + h / 24.0 * p[3]))
+    """Mean of a polynomial over h."""
+    last = p.size - 1
+    total = p[last] / (last + 1)
+    for j in range(last - 1, -1, -1):
+        total = p[j] / (j + 1) + h / (j + 1) * total
+    return total
 
 
 @inner
 def load_step(model, row, third, course, drive, D):  # type: ignore[no-untyped-def]
-    """Cubics of supports (3, n_support, 4), load columns (n_x, 4) and loads (4, p1 - p0) over a flight step."""
-    for order in range(3):
-        for j in range(course.shape[1]):
-            s = model.support[order]
-            cubic_through(s[row, j], s[row + 1, j], s[row + 2, j], s[row + 3, j], third, course[order, j])
+    """Quintics of supports (n_support, 6), cubics of load columns (n_x, 4) and loads (4, p1 - p0) over a flight step.
+
+    Supports go on in displacement, velocity and acceleration from one flight step to the next: a wall whose velocity
+    jumped would strike what rests on it.
+    """
+    for j in range(course.shape[0]):
+        quintic_through(model.support[:, :, j], row, row + 3, 3.0 * third, course[j])
     fill(D[0], 0.0)
     fill(D[1], 0.0)
     fill(D[2], 0.0)
@@ -56,11 +79,10 @@ def load_step(model, row, third, course, drive, D):  # type: ignore[no-untyped-d
         if model.order[j] == CONSTANT:
             fill(drive[j], 0.0)
             drive[j, 0] = 1.0
-        elif model.order[j] == FORCE:
-            f, q = model.force, model.column[j]
-            cubic_through(f[row, q], f[row + 1, q], f[row + 2, q], f[row + 3, q], third, drive[j])
         else:
-            put(drive[j], 0, course[model.order[j], model.column[j]])
+            f = model.force if model.order[j] == FORCE else model.support[model.order[j]]
+            q = model.column[j]
+            cubic_through(f[row, q], f[row + 1, q], f[row + 2, q], f[row + 3, q], third, drive[j])
         if acts(drive[j], 0, 4):
             add_column(drive[j], model.load[j], D)
 
@@ -169,8 +191,8 @@ def mean_pairs(P, D, now, out):  # type: ignore[no-untyped-def]
 def settle_supports(course, h, after):  # type: ignore[no-untyped-def]
     """Motion of the supports at the end of a step."""
     for order in range(3):
-        for j in range(course.shape[1]):
-            after.support[order, j] = value(course[order, j], h)
+        for j in range(course.shape[0]):
+            after.support[order, j] = value(course[j], order, h)
 
 
 @with_arrays
