@@ -59,6 +59,8 @@ class Equilibrium:
     strain: float
     contact: float
     """Energy of the channels' springs."""
+    free: FloatArray
+    """(n,) coordinates under the same loads without the channels."""
 
     def on(self, gaps: GapOperator) -> GapOperator:
         """The channels as they are now: gaps from here, what they carry balanced by the loads that hold them here."""
@@ -101,7 +103,8 @@ def equilibrium(system: System, stiffness: Factor, gaps: GapOperator, f: FloatAr
     whole[chosen] = force[: some.m]
     if some.friction is not None:
         held[chosen[some.friction.channels]] = force[some.m :].reshape(-1, 2)
-    return _checked(system, gaps, on, q, s, f, (force - some.resting, push), gap, whole, held, count)
+    found = _checked(system, gaps, on, q, s, f, (force - some.resting, push), gap, whole, held, count)
+    return replace(found, free=free)
 
 
 def _compliance(on: ChannelMatrices, stiffness: Factor) -> FloatArray:
@@ -189,7 +192,7 @@ def _checked(
     largest = max(abs(strain), abs(work))
     error = abs(2.0 * strain - work) / largest if largest else 0.0
     springs = float(contact_energy(gaps.laws, gap))
-    return Equilibrium(q, s, gap, force, held, count, residual, error, strain, springs)
+    return Equilibrium(q, s, gap, force, held, count, residual, error, strain, springs, q)
 
 
 def rigid_load(labels: IntArray, M: Matrix, nodes: Nodes, acceleration: FloatArray) -> FloatArray:

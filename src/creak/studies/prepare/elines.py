@@ -58,6 +58,8 @@ class Elines:
     """Of the peaks of motion that is told beside the largest."""
     notes: tuple[str, ...] = ()
     """What to tell of their tolerances."""
+    static: tuple[FloatArray, FloatArray] | None = None
+    """(p, 3) relative motion under the static loads along x, y, z, with contact and without; None: there are none."""
 
     @property
     def line_of(self) -> IntArray:

@@ -189,7 +189,8 @@ class Setup:
         if self.static is None:
             return self
         contacts, connectors = self.static.before
-        return replace(self, contacts=contacts, connectors=connectors, static=None)
+        elines = replace(self.elines, static=None)
+        return replace(self, contacts=contacts, connectors=connectors, static=None, elines=elines)
 
     def with_structure(self, changed: Structure) -> Setup:
         """The same setup with another linear structure."""

@@ -89,10 +89,11 @@ def line_steps(marching: Marching, n: int) -> IntArray:
 
 
 def measured(
-    marching: Marching, lines: Elines, system: System, history: History, steps: IntArray
+    marching: Marching, lines: Elines, system: System, history: History, steps: IntArray, *, contact: bool
 ) -> tuple[PointMeasures, LineMotion] | None:
     """Measures of all points out of the coordinates that a run has kept; None where it has not kept them.
 
+    The run moves about the static state with `contact` or without; measures are from the unloaded one.
     The motion beside them is at the instants of the output interval, or at all that were kept where those are fewer.
     """
     keep = np.isin(history.whole_at, steps)
@@ -110,6 +111,8 @@ def measured(
     for start in range(0, points.m, at_once):
         some = points.select(np.arange(start, min(start + at_once, points.m)))
         motion = relative_motion(system, some, q, s)
+        if lines.static is not None:
+            motion += lines.static[0 if contact else 1][start : start + some.m]
         kept[:, start : start + some.m] = motion[shown]
         pieces.append(measure(motion, lines.percentile))
     return joined(pieces), LineMotion(time, kept)
@@ -141,7 +144,7 @@ def without_contact(
         "progress": lambda done, total: progress(name, done, total),
     }
     history, marched, _ = integrate(marching, system, join([]), kept)
-    found = measured(marching, lines, marched, history, steps)
+    found = measured(marching, lines, marched, history, steps, contact=False)
     return None if found is None else found[0]
 
 

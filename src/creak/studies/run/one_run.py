@@ -114,7 +114,7 @@ def march_run(
     size = (model.retained, model.modes, model.cpu_s, model.wall_s) if isinstance(model, ReducedModel) else NO_SIZE
     shown = at_steps(history, np.union1d(fields, on_trial))
     recording = recorded(marching, period, system, shown, events) if observed.record else None
-    found = measured(marching, observed.lines, system, history, of_lines) if stopped is None else None
+    found = measured(marching, observed.lines, system, history, of_lines, contact=True) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, marching.window))
     left, told = at_steps(history, fields), spacing_words(history.spacing)
     at_lines, moved = (None, None) if found is None else found

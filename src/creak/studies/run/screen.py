@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from creak.errors import InputError
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.elines import LineFindings, Progress, findings, modal_measures
+from creak.studies.run.motion import NO_STEPS
+from creak.studies.run.static_start import started
 
 
 def screen(setup: Setup, progress: Progress) -> LineFindings:
@@ -36,6 +40,8 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
             expected="supports that hold it without contact",
             fix="Run it with contact: creak run.",
         )
+    bare = replace(setup, contacts=setup.contacts.select(NO_STEPS), connectors=setup.connectors.select(NO_STEPS))
+    setup = replace(setup, elines=started(bare, reference, progress).elines)
     linear = modal_measures(setup.marching, setup.elines, setup.reduction, reference, progress)
     highest = reference.modes.frequencies.max(initial=0.0)
     if linear is None:

@@ -28,6 +28,7 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
 from creak.studies.prepare.structure import Structure
+from creak.studies.run.elines import relative_motion
 
 STAGE = "static start"
 
@@ -65,8 +66,11 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
     start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names, given)
     now, m = found.on(gaps), setup.contacts.m
     contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
+    lines, s = setup.elines, found.support[:, None]
+    shares = (relative_motion(system, lines.points, q[:, None], s)[0] for q in (found.q, found.free))
+    lines = replace(lines, static=tuple(shares)) if lines.points.m else lines
     notes = [*setup.notes, _note(found)]
-    return replace(setup, contacts=contacts, connectors=connectors, static=start, notes=notes)
+    return replace(setup, contacts=contacts, connectors=connectors, static=start, elines=lines, notes=notes)
 
 
 def _load(structure: Structure, driving: Driving, reference: ReferenceModel) -> FloatArray:
