@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import CubicSpline
+from scipy.interpolate import PchipInterpolator
 
 from creak.arrays import ComplexArray, FloatArray
 from creak.errors import InputError
@@ -58,9 +58,14 @@ class Transfer:
     """(n,); above 0 where only amplitudes were measured, and late then as in the open."""
 
     def gain(self, freq: FloatArray) -> ComplexArray:
-        """At frequencies, Hz; 1 from a third octave outside those that were measured on."""
+        """At frequencies, Hz; 1 from a third octave outside those that were measured on.
+
+        Between measured ones real and imaginary part are each between theirs, by monotone cubics over log frequency
+        (Fritsch, Carlson, SIAM J. Numer. Anal. 17, 1980): a spline swings far beyond them where they lie apart.
+        """
         low, high = float(self.freq[0]), float(self.freq[-1])
-        known = CubicSpline(self.freq, self.ratio)(np.clip(freq, low, high))
+        parts = np.column_stack([self.ratio.real, self.ratio.imag])
+        known = PchipInterpolator(np.log(self.freq), parts)(np.log(np.clip(freq, low, high))) @ [1.0, 1j]
         off = np.maximum(low / np.maximum(freq, 1e-300), freq / high)
         return np.asarray(1.0 + smooth((THIRD - off) / (THIRD - 1.0)) * (known - 1.0))
 
@@ -155,6 +160,8 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
             fix="Put it into the first line.",
         )
     values = np.array([row_numbers(path, *row, ",".join(header)) for row in rows]).reshape(-1, len(header))
+    rows = [row for row, f in zip(rows, values[:, 0], strict=True) if f != 0.0]
+    values = values[values[:, 0] != 0.0]  # a source that does not move tells nothing
     freq, first, second = values[:, 0], values[:, 1], values[:, -1]
     if columns == ("real", "imag"):
         return _Response(freq, first + 1j * second, phase=True)

@@ -135,6 +135,19 @@ def test_amplitudes_alone_are_late_as_in_the_open_and_nothing_is_known_outside(t
     assert (between < louder).all()
 
 
+def test_between_measured_frequencies_it_stays_between_what_was_measured(tmp_path):
+    """A spline made 3600 of amplitudes about 1 where the last stood far off. A row at 0 Hz says nothing."""
+    freq = np.concatenate([np.arange(0.0, 1001.0, 10.0), [4000.0, 10_000.0]])
+    size = 1.0 + 0.2 * np.sin(freq / 30.0)
+    (tmp_path / "b.csv").write_text("frequency,amplitude\n" + "".join(f"{f},{a}\n" for f, a in zip(freq, size, strict=True)))
+    found = transfer_of(TransferTable(file="b.csv"), tmp_path / "b.csv", 0, AWAY, "")
+    open_air = 2 * np.pi * AWAY / DENSITY
+    gain = found.gain(np.geomspace(10.0, 10_000.0, 2000)).real / open_air
+    assert gain.min() > size.min() - 1e-9
+    assert gain.max() < size.max() + 1e-9
+    np.testing.assert_allclose(found.gain(freq[1:]).real / open_air, size[1:])
+
+
 def test_beyond_the_modes_and_the_mesh_it_counts_alike(measured):
     """By reciprocity a part weighs what its way lets pass; its mean square in statistics goes with the square of it."""
     square = np.array([[0.0, 0, 0], [0.02, 0, 0], [0.02, 0.02, 0], [0, 0.02, 0]])
