@@ -138,10 +138,15 @@ def faded_in(motion: Motion, t: FloatArray, duration: float) -> Motion:
     A random-phase signal does not start at zero; without the window the supports would jump at t = 0. With
     w = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration, displacement, velocity and acceleration start at zero.
     """
-    x = np.clip(t / duration, 0.0, 1.0)
+    return _windowed(motion, t / duration, 1.0 / duration)
+
+
+def _windowed(motion: Motion, x: FloatArray, rate: float) -> Motion:
+    """`faded_in` by x and its rate in time."""
+    x = np.clip(x, 0.0, 1.0)
     w = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-    dw = 30.0 * x**2 * (1.0 - x) ** 2 / duration
-    ddw = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) / duration**2
+    dw = 30.0 * x**2 * (1.0 - x) ** 2 * rate
+    ddw = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * rate**2
     u, v, a = motion.displacement, motion.velocity, motion.acceleration
     return Motion(w * u, w * v + dw * u, w * a + 2.0 * dw * v + ddw * u)
 
@@ -224,13 +229,18 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
 
 
 def _record_motion(record: Record, t: FloatArray) -> Motion:
+    """Faded in from the record's beginning, or from t = 0 where that is later; faded out at its end where t goes on."""
     from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
 
     step = float(record.time[1] - record.time[0])
     u, v, a = integrate_twice(record.value, step, record.high_pass)
-    at = np.clip(t, record.time[0], record.time[-1])
+    first, last = float(record.time[0]), float(record.time[-1])
+    at = np.clip(t, first, last)
     motion = Motion(*(CubicSpline(record.time, x)(at) for x in (u, v, a)))
-    return faded_in(motion, t, 1.0 / record.high_pass)
+    motion = faded_in(motion, t - max(first, 0.0), 1.0 / record.high_pass)
+    if not (t > last + 1.001 * step).any():  # the last sample stands for a step
+        return motion
+    return _windowed(motion, (last - t) * record.high_pass, -record.high_pass)
 
 
 def _integrated_table(table: Table, t: FloatArray) -> Motion:

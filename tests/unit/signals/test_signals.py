@@ -242,6 +242,24 @@ def test_omega_arithmetic_drops_the_mean_and_everything_below_the_cut_off(n, mea
     assert abs(v.mean()) < 1e-14
 
 
+@pytest.mark.parametrize("begin", [0.0, 1.0])
+def test_a_record_shorter_than_the_run_leaves_the_base_at_rest(begin):
+    """Velocity is the rate of displacement, and acceleration that of velocity, before it, in it and after it."""
+    own = begin + 1e-3 * np.arange(500)
+    record = Record(own, np.sin(2.0 * np.pi * 7.3 * own + 0.4), 5.0)
+    t = np.linspace(0.0, 3.0, 30_001)
+    motion = acceleration_motion(record, t)
+    outside = (t < begin) | (t > own[-1])
+    assert outside.any()
+    for moved in (motion.displacement, motion.velocity, motion.acceleration):
+        assert not moved[outside].any()
+    for moved, rate in ((motion.displacement, motion.velocity), (motion.velocity, motion.acceleration)):
+        np.testing.assert_allclose(np.gradient(moved, t), rate, atol=5e-3 * np.abs(rate).max())
+    inside = (t > begin + 0.2) & (t < own[-1] - 0.2)
+    whole = acceleration_motion(Record(own - begin, record.value, 5.0), own - begin).acceleration
+    np.testing.assert_allclose(motion.acceleration[inside], np.interp(t[inside], own, whole), atol=1e-3)
+
+
 def test_record_moves_the_base_like_its_acceleration(measured):
     t = np.arange(0.0, 4.0, 1e-3)
     a = 2.0 * np.sin(2 * np.pi * 12.0 * t)

@@ -23,7 +23,7 @@ from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
-from creak.studies.file.signals.course import TableTable
+from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
@@ -39,6 +39,8 @@ CRITICAL = 1.0
 """Fraction of critical from Rayleigh damping, at the highest excitation frequency, that can hardly be meant."""
 UNUSED = 0.01
 """Share of a table that a run must reach before the rest is taken for a mistake in its unit of time."""
+STANDS = 0.98
+"""Share of a run that a record must reach; what is missing of it at its end may be a few samples."""
 ALONG = 1e-3
 """Share of a node's motion in a gap from which on it moves along the normal of the contact."""
 WARPED = 0.2
@@ -208,7 +210,7 @@ def _squeezed(connectors: Sequence[ConnectorTable]) -> list[str]:
 
 
 def _idle(driving: Driving, loads: Loads) -> list[str]:
-    """Excitations that are zero at every step."""
+    """Excitations that are zero at every step, or end long before the run."""
     still = [name for j, name in enumerate(driving.moving) if not loads.support[:, :, j].any()]
     still += [name for j, name in enumerate(driving.forcing) if not loads.force[:, j].any()]
     texts = [f"[excitation.{name}] is zero throughout the run: look at its amplitude and times" for name in still]
@@ -219,6 +221,13 @@ def _idle(driving: Driving, loads: Loads) -> list[str]:
             texts.append(
                 f"the table of [excitation.{name}] reaches to {points[-1][0]:g} s, the run to {end:g} s: are its "
                 "times in s?"
+            )
+    for j, (name, t) in enumerate(driving.moving.items()):
+        moves = np.flatnonzero(loads.support[:, :, j].any(axis=0))
+        if isinstance(t.signal, RecordTable) and moves.size and loads.time[moves[-1]] < STANDS * end:
+            texts.append(
+                f"the record of [excitation.{name}] ends at {loads.time[moves[-1]]:.4g} s, the run at {end:g} s: the "
+                "motion fades out there, and nothing moves it any more"
             )
     return texts
 
