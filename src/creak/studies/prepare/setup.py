@@ -56,6 +56,7 @@ from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice, sides_meant
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
+from creak.studies.prepare.rotation_check import check_rotations
 from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
@@ -267,6 +268,7 @@ def set_up_model(
     notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)
     superelements, said_of = imported_superelements(model, c.superelement, places, rayleigh, override)
     notes += said_of
+    check_rotations(model, driving, driven, plays, superelements)
     check_static(model, driving, driven)
     notes += gravity_warnings(model, driving)
     notes += press_fit_warnings(driving, contacts, connectors)

@@ -91,7 +91,17 @@ def check_static(model: Model, driving: Driving, driven: Driven) -> None:
                 expected="nodes that are free to move",
                 fix="Name other nodes, or another dof.",
             )
+    before: dict[int, str] = {}
     for motion in moved_before(model, driving):
+        twice = [x for x in motion.labels.tolist() if before.setdefault(x, motion.where) != motion.where]
+        if twice:
+            node, dof = node_and_dof(twice[0])
+            raise InputError(
+                f"two static displacements move node {model.nodes.label(node)} {DOFS[dof - 1]}",
+                where=motion.where,
+                expected=f"one, as it is moved and held there; the other stands at {before[twice[0]]}",
+                fix="Give their sum once, or name other nodes.",
+            )
         taken = [int(x) for x in motion.labels if int(x) in held]
         if taken:
             node, dof = node_and_dof(taken[0])

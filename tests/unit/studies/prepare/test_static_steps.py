@@ -18,10 +18,12 @@ BEAM = (
     + "*ELEMENT, TYPE=B31, ELSET=BEAM\n"
     + "".join(f"{i + 1}, {i + 1}, {i + 2}\n" for i in range(N))
     + f"*NSET, NSET=TIP\n{N + 1}\n*NSET, NSET=ROOT\n1\n*ELSET, ELSET=HALF\n1, 2\n"
+    + f"*ELSET, ELSET=REST, GENERATE\n3, {N}, 1\n"
     + f"*MATERIAL, NAME=STEEL\n*ELASTIC\n{MODULUS}, 0.3\n*DENSITY\n{DENSITY},\n*DAMPING, ALPHA=5., BETA=2.e-6\n"
     + f"*BEAM SECTION, SECTION=RECT, ELSET=BEAM, MATERIAL=STEEL\n{SIDE}, {SIDE}\n0., 1., 0.\n*BOUNDARY\nROOT, 1, 6\n"
 )
 DOWN = f"*DLOAD\nBEAM, GRAV, {GRAVITY}, 0., 0., -1.\n"
+SET_BY_SET = DOWN.replace("BEAM", "HALF") + DOWN.replace("BEAM", "REST")
 OUTPUT = "*NODE OUTPUT, NSET=TIP\nU\n*END STEP\n"
 
 
@@ -49,6 +51,8 @@ def tip(folder, steps: str) -> np.ndarray:
     [
         (static(DOWN) + dynamic(), -SAG),
         (static(DOWN.replace("BEAM,", ",")) + dynamic(DOWN), -SAG),
+        (static(SET_BY_SET) + dynamic(), -SAG),
+        (static(DOWN) + "*STEP, PERTURBATION\n*STATIC\n*CLOAD\nTIP, 3, 9.\n*END STEP\n" + dynamic(), -SAG),
         (static(DOWN) + static("*CLOAD\nTIP, 3, 0.2\n") + dynamic(), 0.2 * GIVE - SAG),
         (static("*CLOAD\nTIP, 3, 0.2\n") + static("*CLOAD\nTIP, 3, 0.1\n") + dynamic(), 0.1 * GIVE),
     ],

@@ -139,7 +139,9 @@ def test_between_measured_frequencies_it_stays_between_what_was_measured(tmp_pat
     """A spline made 3600 of amplitudes about 1 where the last stood far off. A row at 0 Hz says nothing."""
     freq = np.concatenate([np.arange(0.0, 1001.0, 10.0), [4000.0, 10_000.0]])
     size = 1.0 + 0.2 * np.sin(freq / 30.0)
-    (tmp_path / "b.csv").write_text("frequency,amplitude\n" + "".join(f"{f},{a}\n" for f, a in zip(freq, size, strict=True)))
+    (tmp_path / "b.csv").write_text(
+        "frequency,amplitude\n" + "".join(f"{f},{a}\n" for f, a in zip(freq, size, strict=True))
+    )
     found = transfer_of(TransferTable(file="b.csv"), tmp_path / "b.csv", 0, AWAY, "")
     open_air = 2 * np.pi * AWAY / DENSITY
     gain = found.gain(np.geomspace(10.0, 10_000.0, 2000)).real / open_air

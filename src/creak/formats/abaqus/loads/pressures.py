@@ -35,33 +35,55 @@ class Bodies:
         return int(self.elements.ids.size)
 
 
-def gravity_of(block: Block, bodies: Bodies) -> FloatArray:
-    """(3,) acceleration of the GRAV lines of a *DLOAD.
+Gravity = dict[str, tuple[IntArray, FloatArray, str]]
+"""Set -> its elements, their acceleration (3,), and where it stands; later ones of a set replace those before."""
+
+
+def gravity_of(block: Block, bodies: Bodies) -> Gravity:
+    """What the GRAV lines of a *DLOAD give; lines of one set add up.
 
     Raises
     ------
-    InputError : on some of the elements, without magnitude or direction.
+    InputError : without magnitude or direction.
     """
-    total = np.zeros(3)
+    found: Gravity = {}
     for fields, where in block.rows():
         if _label(fields) != "GRAV":
             continue
-        name = fields[0].strip()
-        if name and bodies.names.find(name, "", where).size < bodies.count:
-            raise InputError(
-                f"gravity on {name} alone, which are not all elements",
-                expected="all elements, or no set",
-                where=where,
-                fix="Leave the set out.",
-            )
+        name = fields[0].strip().upper()
         numbers = [to_float(f, where, "gravity") for f in fields[2:6]]
         if len(numbers) < 4 or not any(numbers[1:]):
             raise InputError(
                 "gravity without magnitude and direction", expected="magnitude, x, y, z", where=where, fix="Add them."
             )
         direction = np.array(numbers[1:])
-        total += numbers[0] * direction / np.linalg.norm(direction)
-    return total
+        rows = bodies.names.find(name, "", where) if name else np.arange(bodies.count)
+        before = found[name][1] if name in found else np.zeros(3)
+        found[name] = rows, before + numbers[0] * direction / np.linalg.norm(direction), where
+    return found
+
+
+def together(gravity: Gravity, bodies: Bodies) -> FloatArray:
+    """(3,) acceleration of all elements that have mass.
+
+    Raises
+    ------
+    InputError : it is not the same on all of them.
+    """
+    each, heavy = np.zeros((bodies.count, 3)), bodies.elements.heavy
+    for rows, acceleration, _ in gravity.values():
+        each[rows] += acceleration
+    first = each[heavy][0] if heavy.any() else np.zeros(3)
+    other = np.flatnonzero(heavy & ~np.isclose(each, first, rtol=1e-9, atol=0.0).all(axis=1))
+    if other.size:
+        name, (_, _, where) = next((n, one) for n, one in gravity.items() if n)
+        raise InputError(
+            f"gravity on {name} alone, which are not all elements: element {bodies.elements.ids[other[0]]} has another",
+            expected="the same gravity on all elements, in one line or set by set",
+            where=where,
+            fix="Leave the set out.",
+        )
+    return np.asarray(first)
 
 
 def has_gravity(block: Block) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.abaqus.loads.forces import along_global_axes, step_loads, step_motion
-from creak.formats.abaqus.loads.pressures import Bodies, gravity_of, has_gravity, pressures_of
+from creak.formats.abaqus.loads.pressures import Bodies, Gravity, gravity_of, has_gravity, pressures_of, together
 from creak.formats.abaqus.loads.temperatures import heated
 from creak.formats.abaqus.mesh.transforms import Transforms
 from creak.formats.abaqus.text.lexer import Block
@@ -25,8 +25,8 @@ _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVE
 
 
 def is_static(step: StepBlocks) -> bool:
-    """Whether a step is one of *STATIC."""
-    return any(b.name == "STATIC" for b in step.blocks)
+    """Whether a step is one of *STATIC that changes the state, which a perturbation does not."""
+    return not step.block.has("PERTURBATION") and any(b.name == "STATIC" for b in step.blocks)
 
 
 def read_static(
@@ -50,7 +50,7 @@ def read_static(
     InputError : a load on some of the elements, with an amplitude, or that the *DYNAMIC step changes; a support that
         moves.
     """
-    gravity: FloatArray = np.zeros(3)
+    given: Gravity = {}
     where, forces, pressed = "", list[PointLoad](), dict[tuple[str, str], list[PointLoad]]()
     fixed = tuple(held)
     for step in steps:
@@ -65,12 +65,13 @@ def read_static(
             forces.clear()
         forces = _replaced(forces, step_loads(deck, own, nodes, amplitudes))
         if any(b.option("OP", "MOD") == "NEW" for b in step.blocks if b.name in DISTRIBUTED):
-            gravity, pressed = np.zeros(3), {}
+            given, pressed = {}, {}
         for block in [b for b in step.blocks if b.name in DISTRIBUTED]:
             where = block.where
             pressed |= pressures_of(block, bodies)
             if block.name == "DLOAD" and has_gravity(block):
-                gravity = gravity_of(block, bodies)
+                given |= gravity_of(block, bodies)
+    gravity = together(given, bodies)
     _check_goes_on(dynamic, gravity, bool(forces), bodies)
     loads = (*along_global_axes(forces, transforms), *(load for found in pressed.values() for load in found))
     first = steps[0].block.where if steps else ""
@@ -128,7 +129,7 @@ def _check_goes_on(
                 where=block.where,
                 fix="Move it there, or write what varies in time as *CLOAD.",
             )
-        if block.name == "DLOAD" and not np.allclose(gravity_of(block, bodies), gravity, rtol=1e-9):
+        if block.name == "DLOAD" and not np.allclose(together(gravity_of(block, bodies), bodies), gravity, rtol=1e-9):
             raise InputError(
                 "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",
                 expected="the same, or none",

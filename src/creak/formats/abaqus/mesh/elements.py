@@ -167,6 +167,12 @@ class Elements:
         table = np.array([t.kind in STRUCTURAL for t in TYPES])
         return np.asarray(table[self.type_idx], dtype=np.bool_)
 
+    @property
+    def heavy(self) -> BoolArray:
+        """(n_elem,) True for those and point masses."""
+        table = np.array([t.kind in (*STRUCTURAL, "mass") for t in TYPES])
+        return np.asarray(table[self.type_idx], dtype=np.bool_)
+
     def turn(self, nodes: IntArray) -> bool:
         """Whether something other than solids and bars, which have no rotations, is at any of the node rows."""
         table = np.array([t.kind not in ROTATIONLESS for t in TYPES])
