@@ -160,7 +160,8 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     runs_reference = config.proof == "whole" or config.reduction.method == "none"
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
-    values = {k: value_at(plain, k) for k in sweep.keys}
+    given = config.model_dump(mode="json", by_alias=True, exclude_none=True)
+    values = {k: value_at(given, k) for k in sweep.keys}
     return Case(one.name, folder, values, _seed(config.excitation, one.seed), text, digest(content_of), deck_hash, key)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from creak.studies.file.signals.course import MultisineTable
 from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
+from creak.studies.sweep.table import columns, waiting
 from helpers_decks import write_strips
 from helpers_refusal import refusal
 
@@ -51,6 +53,21 @@ changes = { "contact.tip.friction" = 0.5 }
     }
     assert [c.seed for c in cases[:2]] == [1, 2]
     assert len({c.id for c in cases}) == len(cases)
+
+
+CHANGED_TABLES = {
+    "reduction.interface": '{ type = "spacing", n = 2 }',
+    "excitation.root.signal": '{ type = "table", values = [[0, 0], [0.1, 1]] }',
+    "contact.tip": '{ secondary = "UNDER", main = "OVER", friction = { static = 0.5, kinetic = 0.3 } }',
+    "output.nodes": '["TIP", "ROOT"]',
+}
+
+
+@pytest.mark.parametrize("key", CHANGED_TABLES)
+def test_a_table_as_a_value_is_shown_without_the_keys_that_it_lacks(tmp_path, key):
+    cases = cases_of(tmp_path, f'[[case]]\nname = "base"\n[[case]]\nchanges = {{ "{key}" = {CHANGED_TABLES[key]} }}')
+    for case, cell in zip(cases, columns([waiting(case) for case in cases])[key], strict=True):
+        assert tomllib.loads(f"value = {cell}")["value"] == case.changes[key]
 
 
 def test_keys_are_shortened_as_far_as_they_stay_apart():
