@@ -14,6 +14,7 @@ from creak.model.materials import Bushing
 from creak.model.mesh import ElementBlock, Model, Own
 from creak.studies.design.named_nodes import nearest_nodes
 from creak.studies.file.case import Touching
+from creak.studies.file.contact_tables import connector_names
 from creak.studies.file.design.clip_tables import ClipTable
 
 ENDS = ("first", "second")
@@ -26,25 +27,18 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
 
     Raises
     ------
-    InputError : unknown sets, parts or library names; no node near a place; values that are no law.
+    InputError : a name given twice; unknown sets, parts or library names; no node near a place; values that are no law.
     """
+    taken = _taken(touching)
     if not touching.clips:
         return model, [], []
     from creak.studies.design.clip_library import clips_of  # its tables take time to make
 
     blocks, plays, notes = [], [], []
-    taken = {t.name or "-".join(t.node_sets) for t in touching.connectors} | {*touching.contacts}
     for i, table in enumerate(clips_of(touching)):
         name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
         where = touching.places.where("clip", i)
-        if name in taken:
-            raise InputError(
-                f"the name {name!r} is taken by another contact, connector or clip",
-                where=where,
-                expected="a name of its own: results tell places by it",
-                fix="Rename one of them.",
-            )
-        taken.add(name)
+        _take(name, taken, where)
         model, ends, told = _ends(model, table, name, where)
         notes += told
         if table.type == "bushing":
@@ -52,6 +46,26 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
         else:
             plays.append((_play(table, ends, name, where), where))
     return (replace(model, blocks=(*model.blocks, *blocks)) if blocks else model), plays, notes
+
+
+def _taken(touching: Touching) -> set[str]:
+    """Names of the contacts and connectors."""
+    taken = {*touching.contacts}
+    for i, name in enumerate(connector_names(touching.connectors)):
+        _take(name, taken, touching.places.where("connector", i))
+    return taken
+
+
+def _take(name: str, taken: set[str], where: str) -> None:
+    """Add a name to those taken, or raise InputError."""
+    if name in taken:
+        raise InputError(
+            f"the name {name!r} is taken by another contact, connector or clip",
+            where=where,
+            expected="a name of its own: results tell places by it",
+            fix="Rename one of them.",
+        )
+    taken.add(name)
 
 
 def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model, tuple[str, ...], list[str]]:
