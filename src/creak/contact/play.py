@@ -47,7 +47,7 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
 
     Raises
     ------
-    InputError : unknown sets, sets of different size.
+    InputError : unknown sets, sets of different size, a node joined to itself.
     """
     ends = [model.node_set(name, where=where) for name in names]
     if len(ends) == 2 and ends[0].size != ends[1].size:
@@ -56,6 +56,13 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
             where=where,
             expected="the same number, node by node",
             fix="Make the sets equally long.",
+        )
+    if len(ends) == 2 and (same := ends[0] == ends[1]).any():
+        raise InputError(
+            f"node {model.nodes.label(int(ends[0][same.argmax()]))} of {names[0]!r} is joined to itself in {names[1]!r}",
+            where=where,
+            expected="two nodes, which can move against each other",
+            fix="Name other nodes; one set alone joins its nodes to ground.",
         )
     return ends
 

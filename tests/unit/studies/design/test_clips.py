@@ -163,6 +163,15 @@ CONNECTOR = '[[connector]]\ntype = "play"\nname = "hook"\nnodes = "TIP"\ndof = "
 REFUSED = {
     "one name": (TWICE + TWICE, "the name 'hook' is taken"),
     "connectors": (CONNECTOR + CONNECTOR, r"study.toml:12 \[connector.1\]: the name 'hook' is taken"),
+    "itself": (CONNECTOR.replace('"TIP"', '["TIP", "TIP"]'), r"\[connector.0\]: node 5 of 'TIP' is joined to itself"),
+    "bushing to itself": (
+        '[[clip]]\ntype = "bushing"\nnodes = ["INNER", "INNER"]\nstiffness = [1, 1, 1, 0, 0, 0]\n',
+        r"\[clip.0\]: node 2 of 'INNER' is joined to itself",
+    ),
+    "stop to itself": (
+        '[[clip]]\ntype = "stop"\nnodes = ["TIP", "TIP"]\naxis = [0, 0, 1]\nstiffness = 1\n',
+        "node 5 of 'TIP' is joined to itself",
+    ),
     "no type": (f"[[clip]]\n{UP}", "give type .*or use"),
     "unknown": (f'[[clip]]\nuse = "example-trim-slip"\n{UP}', "unknown clip .*example-trim-clip"),
     "no place": ('[[clip]]\ntype = "stop"\naxis = [0, 0, 1]\nstiffness = 1\n', "give either nodes, or at and parts"),
