@@ -113,6 +113,14 @@ def test_changes_replace_what_is_there():
     assert base["connector"][1]["lower"] == 2.0
 
 
+def test_a_row_has_one_name():
+    """Else two changes of it could not be told from changes of two rows."""
+    base = {"connector": [{"lower": -1.0}, {"lower": -2.0}]}
+    for key in ("connector.00.lower", "connector.01.lower", "connector.01"):
+        with pytest.raises(InputError, match=r"the study has 2 \[\[connector\]\]; expected connector.0 to connector.1"):
+            changed(base, {key: -3.0}, None)
+
+
 def test_seeds_reach_every_multisine():
     multisine = {"signal": {"type": "multisine", "seed": 1}}
     base = {"excitation": {"a": multisine, "b": multisine, "c": {"signal": {"type": "sine"}}}}
