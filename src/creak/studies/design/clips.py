@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.play import Play, nodes_of_ends
+from creak.contact.play import Play, check_play, nodes_of_ends
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
@@ -29,16 +29,8 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
     ------
     InputError : a name given twice; unknown sets, parts or library names; no node near a place; values that are no law.
     """
-    taken = _taken(touching)
-    if not touching.clips:
-        return model, [], []
-    from creak.studies.design.clip_library import clips_of  # its tables take time to make
-
     blocks, plays, notes = [], [], []
-    for i, table in enumerate(clips_of(touching)):
-        name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
-        where = touching.places.where("clip", i)
-        _take(name, taken, where)
+    for name, table, where in _named(touching):
         model, ends, told = _ends(model, table, name, where)
         notes += told
         if table.type == "bushing":
@@ -48,12 +40,29 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
     return (replace(model, blocks=(*model.blocks, *blocks)) if blocks else model), plays, notes
 
 
-def _taken(touching: Touching) -> set[str]:
-    """Names of the contacts and connectors."""
-    taken = {*touching.contacts}
+def check_clips(touching: Touching) -> None:
+    """Raise InputError for clips, and names of contacts, connectors and clips, that are wrong on any model."""
+    for name, table, where in _named(touching):
+        if table.type == "bushing":
+            _axes(table, *_six(table), where)
+        else:
+            check_play(_play(table, table.node_sets, name, where), where)
+
+
+def _named(touching: Touching) -> list[tuple[str, ClipTable, str]]:
+    """Name, values and place of each clip; contacts and connectors have other names."""
+    taken, found = {*touching.contacts}, []
     for i, name in enumerate(connector_names(touching.connectors)):
         _take(name, taken, touching.places.where("connector", i))
-    return taken
+    if not touching.clips:
+        return []
+    from creak.studies.design.clip_library import clips_of  # its tables take time to make
+
+    for i, table in enumerate(clips_of(touching)):
+        name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
+        found.append((name, table, touching.places.where("clip", i)))
+        _take(name, taken, found[-1][2])
+    return found
 
 
 def _take(name: str, taken: set[str], where: str) -> None:
@@ -84,11 +93,16 @@ def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model,
 
 def _bushing(model: Model, table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> ElementBlock:
     nodes: IntArray = np.column_stack(nodes_of_ends(model, ends, where))
-    stiffness, damping = np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
+    stiffness, damping = _six(table)
     first, second = _axes(table, stiffness, damping, where)
     own = Own(axis1=np.tile(first, (len(nodes), 1)), axis2=np.tile(second, (len(nodes), 1)))
     section = Bushing(name, table.ageing * np.diag(stiffness), np.diag(damping), 0.5)
     return ElementBlock(f"bush{len(ends)}", np.arange(1, len(nodes) + 1), nodes, section, BETWEEN, where, own)
+
+
+def _six(table: ClipTable) -> tuple[FloatArray, FloatArray]:
+    """Stiffness and damping of a bushing."""
+    return np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
 
 
 def _axes(table: ClipTable, k: FloatArray, c: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:

@@ -57,7 +57,7 @@ changes = { "contact.tip.friction" = 0.5 }
 
 CHANGED_TABLES = {
     "reduction.interface": '{ type = "spacing", n = 2 }',
-    "excitation.root.signal": '{ type = "table", values = [[0, 0], [0.1, 1]] }',
+    "excitation.root.signal": '{ type = "psd", unit = "unit2/Hz", values = [[5, 1], [50, 1]] }',
     "contact.tip": '{ secondary = "UNDER", main = "OVER", friction = { static = 0.5, kinetic = 0.3 } }',
     "output.nodes": '["TIP", "ROOT"]',
 }
@@ -179,6 +179,46 @@ def test_wrong_changes_are_explained_before_anything_runs(tmp_path, text, words)
     said = str(refusal(cases_of, tmp_path, text))
     for word in words:
         assert word in said
+
+
+PLAY = """
+[[connector]]
+type = "play"
+nodes = "TIP_UPPER"
+dof = "z"
+lower = -0.1
+upper = 0.1
+stiffness = 5
+[[clip]]
+type = "play"
+nodes = "TIP_UPPER"
+axis = [0, 0, 1]
+lower = -0.1
+upper = 0.1
+stiffness = 5
+name = "hook"
+"""
+REFUSED_BY_A_RUN = {
+    "connector.0.lower": ("0.2", "lower = 0.2 lies above upper = 0.1"),
+    "connector.0.preload": ("1", "a preload and two limits"),
+    "connector.0.name": ('"hook"', "the name 'hook' is taken"),
+    "clip.0.upper": ("-0.2", "lower = -0.1 lies above upper = -0.2"),
+    "contact.tip.overclosure": ("[[0, 0], [1, 2], [2, 1]]", "does not rise"),
+    "reduction.f_max": ("10", "is not above the excitation"),
+    "excitation.root.signal": ('{ type = "step", amplitude = 1 }', "periods without a periodic excitation"),
+    "time.periods": ("1e-4", "step(s) of"),
+}
+
+
+@pytest.mark.parametrize("key", REFUSED_BY_A_RUN)
+def test_what_a_run_refuses_of_the_study_alone_is_told_before_anything_runs(tmp_path, key):
+    study = write_strips(tmp_path)
+    study.write_text(study.read_text() + PLAY)
+    value, told = REFUSED_BY_A_RUN[key]
+    assert len(cases_of(tmp_path, '[[case]]\nname = "base"')) == 1
+    said = str(refusal(cases_of, tmp_path, f'[[case]]\nchanges = {{ "time.substeps" = 2, "{key}" = {value} }}'))
+    assert said.startswith(f"{tmp_path / 'sweep.toml'}:3: case ")
+    assert told in said
 
 
 def test_seeds_without_a_multisine_are_an_error(tmp_path):
