@@ -58,8 +58,9 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
             fix="Make the sets equally long.",
         )
     if len(ends) == 2 and (same := ends[0] == ends[1]).any():
+        label = model.nodes.label(int(ends[0][same.argmax()]))
         raise InputError(
-            f"node {model.nodes.label(int(ends[0][same.argmax()]))} of {names[0]!r} is joined to itself in {names[1]!r}",
+            f"node {label} of {names[0]!r} is joined to itself in {names[1]!r}",
             where=where,
             expected="two nodes, which can move against each other",
             fix="Name other nodes; one set alone joins its nodes to ground.",
