@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from creak.api.result import Result
 from creak.api.saved import SavedResult, open_result
 from creak.errors import InputError
+from creak.given import of_kind
 
 if TYPE_CHECKING:
     from creak.report.tables.comparison import Comparison, Side
@@ -32,11 +33,8 @@ def compare(a: str | Path | Result | SavedResult, b: str | Path | Result | Saved
     from creak.report.tables.comparison import compare_results
 
     for which, x in (("first", a), ("second", b)):
-        if not isinstance(x, str | Path | Result | SavedResult):
-            raise InputError(
-                f"the {which} of the two is {'None' if x is None else f'of type {type(x).__name__}'}",
-                expected="a result of creak.run or creak.open_result, or a folder that `creak run` wrote",
-            )
+        expected = "a result of creak.run or creak.open_result, or a folder that `creak run` wrote"
+        of_kind(x, (str, Path, Result, SavedResult), f"the {which} of the two", expected)
     names = [Path(x).resolve().name if isinstance(x, str | Path) else x.summary["title"] or "result" for x in (a, b)]
     if isinstance(a, str | Path) and isinstance(b, str | Path) and Path(a).resolve() == Path(b).resolve():
         raise InputError(f"{a} and {b} are the same folder", expected="two results")

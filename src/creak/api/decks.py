@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from creak.given import texts
+
 if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.studies.models.beside_test import BesideTest
@@ -56,7 +58,7 @@ def deck_modes(
     """
     from creak.studies.models import deck_modes as studies
 
-    return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=ignore)
+    return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=texts(ignore, "ignore"))
 
 
 def correlate(
@@ -132,6 +134,7 @@ def _beside(deck: str | Path, test: str | Path, sensors: str | Path | None, **op
     """A deck beside a test; options as `deck_beside_test` has them."""
     from creak.studies.models.beside_test import deck_beside_test
 
+    options["ignore"] = texts(options["ignore"], "ignore")
     return deck_beside_test(Path(deck), Path(test), sensors=None if sensors is None else Path(sensors), **options)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -16,13 +16,15 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate as by_scheme
-from creak.errors import InputError
-from creak.given import whole
+from creak.errors import InputError, shortened
+from creak.given import of_kind, whole
 from creak.signals import sources
 from creak.signals.sources import Motion, Signal
 from creak.studies.run.integrate import simulate_settled
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
+A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"
+CHANNELS = "channels of creak.gap_channels, or a list of them; [] gives linear motion"
 EVEN = 1e-6
 """Share of the step by which sampling may be uneven."""
 
@@ -49,7 +51,7 @@ def make_loads(
     support = _support(system, t, motion or {})
     columns: list[FloatArray] = []
     labels: list[IntArray] = []
-    for where, what in forces:
+    for where, what in _pairs(forces):
         found = known_labels(where, system.labels, "forces")
         F = _samples(what, t, found.size)
         each = [found] if F.shape[1] == 1 else [found[[j]] for j in range(found.size)]
@@ -95,7 +97,9 @@ def simulate(
 
     With alpha = 0 and stiff penalties contact chatters and can create energy: look at `History.energy_created`.
     """
-    channels = gaps if isinstance(gaps, GapOperator) else join(list(gaps))
+    of_kind(system, System, "system", "a System: creak.system_from_matrices(K, M) makes one")
+    of_kind(loads, Loads, "loads", "Loads: creak.make_loads(system, time) makes them")
+    channels = _joined(gaps)
     known_labels(channels.labels, system.labels, "gaps")
     kept = channels.labels if observed is None else known_labels(observed, system.labels, "observed")
     if loads.support.shape[2] != system.supports.count:
@@ -135,6 +139,17 @@ def simulate(
     )
 
 
+def _joined(gaps: GapOperator | Sequence[GapOperator]) -> GapOperator:
+    """All channels."""
+    if isinstance(gaps, GapOperator):
+        return gaps
+    of_kind(gaps, Iterable, "gaps", CHANNELS)
+    each = list(gaps)
+    for one in each:
+        of_kind(one, GapOperator, "one of the gaps", CHANNELS)
+    return join(each)
+
+
 def _checked_times(time: ArrayLike) -> FloatArray:
     expected = "evenly spaced times from 0: step * numpy.arange(n)"
     try:
@@ -163,6 +178,9 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
     support = np.zeros((3, t.size, len(names)))
     for j, name in enumerate(names):
         given = motion[name]
+        if not isinstance(given, Motion):
+            of_kind(given, Signal, f"motion {name!r}", f"{A_SIGNAL}, or a creak.Motion")
+            _check_course(given, f"motion {name!r}")
         found = given if isinstance(given, Motion) else sources.displacement_motion(given, t)
         for k, x in enumerate((found.displacement, found.velocity, found.acceleration)):
             if np.shape(x) != t.shape:
@@ -171,10 +189,35 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
     return support
 
 
+def _pairs(forces: Any) -> list[Any]:
+    """Labels with what acts on them."""
+    found = [] if isinstance(forces, Mapping) or not isinstance(forces, Iterable) else list(forces)
+    if (not found and forces) or any(not isinstance(one, list | tuple) or len(one) != 2 for one in found):
+        raise InputError(f"forces = {shortened(repr(forces))}", expected="a list of pairs: [(labels, signal), ...]")
+    return found
+
+
+def _check_course(signal: Signal, name: str) -> None:
+    """Raise InputError for a signal without a course in time."""
+    if isinstance(signal, sources.Multisine) and not signal.lines[0].size:
+        raise InputError(
+            f"{name}: a multisine without a line from {signal.f_min:g} to {signal.f_max:g} Hz",
+            expected=f"a multiple of 1 / period = {1.0 / signal.period:g} Hz between the two",
+        )
+    if isinstance(signal, sources.Table | sources.Record):
+        time, value = (np.asarray(x, dtype=np.float64) for x in (signal.time, signal.value))
+        if time.ndim != 1 or time.shape != value.shape or not (np.diff(time) > 0.0).all():
+            raise InputError(f"{name}: times that do not rise, or values of another number", expected="rising times")
+
+
 def _samples(what: Any, t: FloatArray, n_label: int) -> FloatArray:
     if isinstance(what, Signal):
+        _check_course(what, "a force")
         return sources.force(what, t)[:, None]
-    F = np.asarray(what, dtype=np.float64)
+    try:
+        F = np.asarray(what, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"a force is {shortened(repr(what))}", expected=f"{A_SIGNAL}, or samples") from error
     if F.shape not in ((t.size,), (t.size, n_label)) or not np.isfinite(F).all():
         raise InputError(f"forces of shape {F.shape}", expected=f"({t.size},) or ({t.size}, {n_label}) finite numbers")
     return F.reshape(t.size, -1)

@@ -5,10 +5,11 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from creak.api.result import Result
 from creak.errors import InputError
+from creak.given import of_kind, one_of, path_of, texts
 from creak.model.units import UnitsName
 from creak.progress import Progress, silent
 from creak.studies.file import reader as study_file
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.tasks.queue import Runner
 
+OF_TABLES = "creak.make_study(tables) makes a study of tables."
+
 
 def read_study(path: str | Path) -> Study:
     """Read and check a study file (TOML, docs/study.md).
@@ -29,7 +32,7 @@ def read_study(path: str | Path) -> Study:
     ------
     InputError : no such file, not TOML, unknown or missing key, wrong value.
     """
-    return study_file.read_study(Path(path))
+    return study_file.read_study(path_of(path, "the study", "the path of a study file", OF_TABLES))
 
 
 def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
@@ -44,12 +47,13 @@ def make_study(tables: Mapping[str, Any], folder: str | Path = ".") -> Study:
     ------
     InputError : unknown or missing key, wrong value.
     """
+    of_kind(tables, Mapping, "tables", 'a mapping, as {"model": {"deck": "door.inp"}}')
     data = plain(tables)
     try:
         text = toml_text(data)
     except TypeError as error:
         raise InputError(str(error), where="make_study", expected="numbers, strings, lists and mappings") from error
-    return study_file.checked_study(Path(folder) / "study.toml", data, text)
+    return study_file.checked_study(path_of(folder, "folder") / "study.toml", data, text)
 
 
 def change_study(study: Study | str | Path, changes: Mapping[str, Any]) -> Study:
@@ -66,7 +70,8 @@ def change_study(study: Study | str | Path, changes: Mapping[str, Any]) -> Study
     """
     from creak.studies.file.changes import with_changes
 
-    return with_changes(read_study(study) if isinstance(study, str | Path) else study, plain(changes))
+    of_kind(changes, Mapping, "changes", 'a mapping, as {"time.end": 1.0}')
+    return with_changes(study if isinstance(study, Study) else read_study(study), plain(changes))
 
 
 def run(
@@ -144,12 +149,14 @@ def set_up(
     from creak.studies.sound.listeners import listeners_of
     from creak.studies.sound.rooms import room_of
 
+    ignore = texts(ignore, "ignore")
+    store = None if superelements is None else path_of(superelements, "superelements", "a folder")
     if not isinstance(study, Study):
-        path = Path(study)
+        path = path_of(study, "the study", "a Study, or the path of a study file or of a deck", OF_TABLES)
         if is_deck(path):
             return set_up_deck(path, ignore, units)
         study = read_study(path)
-    found = setup.set_up(study, ignore, store_of(study) if superelements is None else Path(superelements))
+    found = setup.set_up(study, ignore, store_of(study) if store is None else store)
     config, places = found.study.config, found.study.places
     listeners_of(found.model, config.listener, places, METRES[config.model.units])
     background_of(config.background, places)
@@ -185,15 +192,18 @@ def run_setup(
     InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
         factorisation failed.
     """
-    from creak.studies.evaluate import evaluate
+    from creak.studies.evaluate import Changes, evaluate
     from creak.studies.file.identity import store_of
     from creak.studies.models.saved import Store
 
-    folder = store_of(setup.study) if superelements is None else Path(superelements)
+    one_of(changes, get_args(Changes), "changes")
+    one_of(converge, (True, False, None), "converge")
+    given = None if superelements is None else path_of(superelements, "superelements", "a folder")
+    folder = store_of(setup.study) if given is None else given
     found = evaluate(
         setup,
         progress if progress is not None else silent,
-        store=Store(folder, "last" if keep else "nothing", runner, tuple(ignore)),
+        store=Store(folder, "last" if keep else "nothing", runner, texts(ignore, "ignore")),
         converge=converge,
         record=record,
         changes=changes,

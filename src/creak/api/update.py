@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
+from creak.given import texts
 from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
@@ -80,6 +81,7 @@ def update_study(
     """
     from creak.studies.models import update as studies
 
+    parameters = texts(parameters, "parameters")
     case = _case(study, test, test_units, sensors, closed, ignore)
     return studies.update(case, parameters, sigma=sigma, progress=progress if progress is not None else silent)
 
@@ -96,4 +98,5 @@ def _case(
 
     read = study if isinstance(study, Study) else read_study(study)
     table = None if sensors is None else Path(sensors)
+    ignore, closed = texts(ignore, "ignore"), texts(closed, "closed")
     return update_case(read, Path(test), test_units=test_units, sensors=table, ignore=ignore, closed=closed)

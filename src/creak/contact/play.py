@@ -47,7 +47,7 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
 
     Raises
     ------
-    InputError : unknown sets, sets of different size.
+    InputError : unknown sets, sets of different size, a node joined to itself.
     """
     ends = [model.node_set(name, where=where) for name in names]
     if len(ends) == 2 and ends[0].size != ends[1].size:
@@ -56,6 +56,14 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
             where=where,
             expected="the same number, node by node",
             fix="Make the sets equally long.",
+        )
+    if len(ends) == 2 and (same := ends[0] == ends[1]).any():
+        label = model.nodes.label(int(ends[0][same.argmax()]))
+        raise InputError(
+            f"node {label} of {names[0]!r} is joined to itself in {names[1]!r}",
+            where=where,
+            expected="two nodes, which can move against each other",
+            fix="Name other nodes; one set alone joins its nodes to ground.",
         )
     return ends
 
@@ -89,13 +97,9 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
         with a limit other than zero.
     """
     ends = nodes_of_ends(model, play.nodes, where)
+    check_play(play, where)
     limits = [("upper", -1.0, play.upper), ("lower", 1.0, play.lower)]
     sides = [(name, sign, value) for name, sign, value in limits if value is not None]
-    if not sides:
-        raise InputError("a play connector without limits", where=where, fix="Give lower, upper or both.")
-    if play.lower is not None and play.upper is not None and play.lower > play.upper:
-        raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
-    _check_preload(play, [value for _, _, value in sides], where)
     moving, law = ends[-1], play.law
     axes = [(play.dof, 1.0)]
     if play.direction is not None:
@@ -133,7 +137,13 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     )
 
 
-def _check_preload(play: Play, limits: list[float], where: str) -> None:
+def check_play(play: Play, where: str) -> None:
+    """Raise InputError for limits that are none, or do not go together."""
+    limits = [value for value in (play.upper, play.lower) if value is not None]
+    if not limits:
+        raise InputError("a play connector without limits", where=where, fix="Give lower, upper or both.")
+    if play.lower is not None and play.upper is not None and play.lower > play.upper:
+        raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
     if play.law.preload and len(limits) != 1:
         raise InputError(
             "a play connector with a preload and two limits",

@@ -113,9 +113,9 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
 
     Raises
     ------
-    InputError : an f_max that is no positive number, a negative merge.
+    InputError : an f_max that is no positive number, a negative merge, channels of another run.
     """
-    check_merging(merge, f_max)
+    check_merging(history, gaps, merge, f_max)
     weights, closing = history.weights, without_rest(history)
     events, count = [], dict.fromkeys(gaps.group, 0)
     for channels in sides(gaps):

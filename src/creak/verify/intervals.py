@@ -8,8 +8,10 @@ from typing import Protocol, TypeVar
 import numpy as np
 
 from creak.arrays import BoolArray
+from creak.contact.gap_operator import GapOperator
+from creak.dynamics.history import History
 from creak.errors import InputError
-from creak.given import number, positive
+from creak.given import number, of_kind, positive
 
 
 class Stretch(Protocol):
@@ -50,8 +52,15 @@ def chains(pieces: Iterable[Piece], merge: float) -> list[list[Piece]]:
     return found
 
 
-def check_merging(merge: float | None, f_max: float) -> None:
-    """Raise InputError where events cannot be merged by these: `find_events`, `find_slips`."""
+def check_merging(history: History, gaps: GapOperator, merge: float | None, f_max: float) -> None:
+    """Raise InputError for channels of another run, or where events cannot be merged by these: `find_events`,
+    `find_slips`."""
+    of_kind(history, History, "history", "what creak.simulate gives")
+    of_kind(gaps, GapOperator, "gaps", "the channels of the run, as creak.gap_channels gives them")
+    if history.force.shape[1] != gaps.m:
+        raise InputError(
+            f"a history of {history.force.shape[1]} channels and gaps with {gaps.m}", expected="the channels of the run"
+        )
     positive(f_max, "f_max")
     if merge is not None and not number(merge, "merge") >= 0.0:
         raise InputError(f"merge = {merge}", expected="seconds, zero or more")

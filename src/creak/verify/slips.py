@@ -112,9 +112,9 @@ def find_slips(
 
     Raises
     ------
-    InputError : an f_max that is no positive number, a negative merge.
+    InputError : an f_max that is no positive number, a negative merge, channels of another run.
     """
-    check_merging(merge, f_max)
+    check_merging(history, gaps, merge, f_max)
     if gaps.friction is None or not history.sliding.size:
         return []
     rubbing, weights = gaps.friction.channels, history.weights

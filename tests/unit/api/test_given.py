@@ -20,6 +20,10 @@ MASS = creak.system_from_matrices([[1e4]], [[100.0]], velocity=[1.0])
 STOP = creak.gap_channels([[-1.0]], 0.0, 1e6)
 LOADS = creak.make_loads(MASS, time_axis(0.05, 2e-4))
 HISTORY = creak.simulate(MASS, STOP, LOADS)
+DRIVEN = creak.couple(creak.system_from_matrices(np.eye(2), np.eye(2)), driven={"b": [0]})
+SINE = creak.Sine(20.0, 1.0)
+FALLING = creak.Table(np.array([0.0, 0.2, 0.1]), np.array([0.0, 1.0, 2.0]))
+DECK = {"model": {"deck": "d.inp"}}
 KINDS = (np.float32, np.float64, np.array, lambda x: np.array(x, dtype=np.float32))
 
 
@@ -58,6 +62,10 @@ def rubs(**options):
     return creak.gap_channels(np.eye(2), 0.0, 1.0, **options)
 
 
+def loads(**options):
+    return creak.make_loads(MASS, LOADS.time, **options)
+
+
 WRONG = {
     "one tangent": (lambda: rubs(tangents=np.eye(2)), r"tangents is a matrix of shape \(2, 2\); .*tangents=\[T\]"),
     "a sparse one": (lambda: rubs(tangents=sp.eye_array(2).tocsr()), r"tangents is a matrix .*tangents=\[T\]"),
@@ -89,6 +97,51 @@ WRONG = {
     "no second": (lambda: creak.compare("a", 3), "the second of the two is of type int"),
     "half a mode": (lambda: creak.modes(np.eye(3), np.eye(3), count=2.5), "count = 2.5; expected a whole number"),
     "mode in words": (lambda: creak.modes(np.eye(3), np.eye(3), f_max="all"), "f_max = 'all'; expected a number"),
+    "no run": (lambda: creak.run(None), "the study is None; expected a Study, or the path"),
+    "a run of tables": (lambda: creak.run({"model": {}}), "the study is of type dict; .* creak.make_study"),
+    "no study": (lambda: creak.read_study(None), "the study is None; expected the path of a study file"),
+    "draws of tables": (lambda: creak.robust({}), "the study is of type dict"),
+    "no tables": (lambda: creak.make_study(None), "tables is None; expected a mapping"),
+    "a change as the command has it": (
+        lambda: creak.change_study(creak.make_study(DECK), "time.end=1"),
+        "changes is of type str; expected a mapping",
+    ),
+    "a folder": (lambda: creak.run("s.toml", superelements=5), "superelements is of type int; expected a folder"),
+    "a keyword": (lambda: creak.run("s.toml", ignore="PLASTIC"), r"ignore = 'PLASTIC'; .* ignore=\['PLASTIC'\]"),
+    "of modes": (lambda: creak.deck_modes("d.inp", ignore="PLASTIC"), "ignore = 'PLASTIC'; expected a list"),
+    "one parameter": (lambda: creak.update_study("s.toml", "t.unv", "a.b"), r"parameters=\['a.b'\]"),
+    "all changes": (lambda: creak.run_setup(None, changes="all"), "changes = 'all'; expected 'none' or 'predicted'"),
+    "converge": (lambda: creak.run_setup(None, converge="no"), "converge = 'no'; expected True or False or None"),
+    "a matrix": (lambda: creak.simulate(np.eye(1), STOP, LOADS), "system is of type ndarray; .* creak.system_from"),
+    "no gaps": (lambda: creak.simulate(MASS, None, LOADS), "gaps is None; expected channels of .* linear motion"),
+    "no channels": (lambda: creak.simulate(MASS, [np.eye(1)], LOADS), "one of the gaps is of type ndarray"),
+    "no loads": (lambda: creak.simulate(MASS, STOP, None), "loads is None; .* creak.make_loads"),
+    "forces by label": (lambda: loads(forces={0: SINE}), "forces = {0: .* a list of pairs"),
+    "one force": (lambda: loads(forces=([0], SINE)), r"forces = \(\[0\], Sine.* a list of pairs"),
+    "a force of no kind": (lambda: loads(forces=SINE), "forces = Sine.* a list of pairs"),
+    "a signal's name": (lambda: loads(forces=[([0], "sine")]), "a force is 'sine'; expected a signal"),
+    "a motion as a number": (
+        lambda: creak.make_loads(DRIVEN, LOADS.time, motion={"b": 1.0}),
+        "motion 'b' is of type float; expected a signal",
+    ),
+    "a table that falls": (lambda: loads(forces=[(0, FALLING)]), "a force: times that do not rise"),
+    "a motion that falls": (
+        lambda: creak.make_loads(DRIVEN, LOADS.time, motion={"b": FALLING}),
+        "motion 'b': times that do not rise",
+    ),
+    "no lines": (
+        lambda: loads(forces=[(0, creak.Multisine(1.0, 0.5, 1.0))]),
+        "a multisine without a line from 1 to 0.5 Hz",
+    ),
+    "events the wrong way round": (lambda: creak.find_events(STOP, HISTORY), "history is of type GapOperator"),
+    "events of other gaps": (
+        lambda: creak.find_events(HISTORY, creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
+        "a history of 1 channels and gaps with 2",
+    ),
+    "slips of other gaps": (
+        lambda: creak.find_slips(HISTORY, creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
+        "a history of 1 channels and gaps with 2",
+    ),
     "half retained": (lambda: creak.craig_bampton(MASS, [0], count=0.5), "count = 0.5; expected a whole number"),
 }
 

@@ -25,7 +25,8 @@ def write_tree(group: h5py.Group, value: Any, skip: Collection[str] = (), packed
 
     The values decide: arrays are datasets, 64-bit integers as 32-bit ones where they fit; dataclasses, tuples and
     dictionaries that hold an array somewhere are groups (of numbers from 0, or of the keys); all else is a dataset with
-    JSON, infinities and not-a-numbers as Python writes them. What is None is left out.
+    JSON, infinities and not-a-numbers as Python writes them. What is None is left out, in pydantic models too: there it
+    is a key that is not given.
 
     Parameters
     ----------
@@ -136,7 +137,7 @@ def _read(group: h5py.Group, name: str, hint: Any) -> Any:
 def _plain(value: Any) -> Any:
     """Dataclasses, pydantic models, paths and NumPy's numbers as what JSON knows."""
     if hasattr(value, "model_dump"):
-        return value.model_dump()
+        return value.model_dump(exclude_none=True)
     if is_dataclass(value) and not isinstance(value, type):
         return {f.name: _plain(getattr(value, f.name)) for f in fields(value)}
     if isinstance(value, dict):

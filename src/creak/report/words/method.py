@@ -7,7 +7,7 @@ from typing import Any
 from creak.model.units import Units
 from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
-from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.contact_tables import ContactTable, FrictionTable, connector_names
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import ExcitationTable
@@ -118,6 +118,7 @@ def _reduced(t: ReductionTable) -> list[str]:
 def parameters(result: Findings, summary: dict[str, Any], units: Units) -> list[tuple[str, str]]:
     """Name and value of what decides the answer."""
     c, setup = result.setup.study.config, result.setup
+    connectors = connector_names(c.connector)
     rows = [
         ("Study file", setup.study.path.name),
         ("Deck", c.model.deck),
@@ -125,7 +126,7 @@ def parameters(result: Findings, summary: dict[str, Any], units: Units) -> list[
         ("Damping", _damping(result)),
         *((f"Excitation {name}", _excitation(table, units)) for name, table in c.excitation.items()),
         *((f"Contact {name}", _contact(result, name, units)) for name in c.contact),
-        *((f"Connector {t.name or '-'.join(t.node_sets)}", _connector(t, units)) for t in c.connector),
+        *((f"Connector {name}", _connector(t, units)) for name, t in zip(connectors, c.connector, strict=True)),
         *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
         *((f"Support {name}", _support(t)) for name, t in c.support.items()),
         ("Reduction", _reduction(result, summary, units)),

@@ -7,13 +7,14 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.play import Play, nodes_of_ends
+from creak.contact.play import Play, check_play, nodes_of_ends
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
 from creak.model.mesh import ElementBlock, Model, Own
 from creak.studies.design.named_nodes import nearest_nodes
 from creak.studies.file.case import Touching
+from creak.studies.file.contact_tables import connector_names
 from creak.studies.file.design.clip_tables import ClipTable
 
 ENDS = ("first", "second")
@@ -26,25 +27,10 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
 
     Raises
     ------
-    InputError : unknown sets, parts or library names; no node near a place; values that are no law.
+    InputError : a name given twice; unknown sets, parts or library names; no node near a place; values that are no law.
     """
-    if not touching.clips:
-        return model, [], []
-    from creak.studies.design.clip_library import clips_of  # its tables take time to make
-
     blocks, plays, notes = [], [], []
-    taken = {t.name or "-".join(t.node_sets) for t in touching.connectors} | {*touching.contacts}
-    for i, table in enumerate(clips_of(touching)):
-        name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
-        where = touching.places.where("clip", i)
-        if name in taken:
-            raise InputError(
-                f"the name {name!r} is taken by another contact, connector or clip",
-                where=where,
-                expected="a name of its own: results tell places by it",
-                fix="Rename one of them.",
-            )
-        taken.add(name)
+    for name, table, where in _named(touching):
         model, ends, told = _ends(model, table, name, where)
         notes += told
         if table.type == "bushing":
@@ -52,6 +38,43 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
         else:
             plays.append((_play(table, ends, name, where), where))
     return (replace(model, blocks=(*model.blocks, *blocks)) if blocks else model), plays, notes
+
+
+def check_clips(touching: Touching) -> None:
+    """Raise InputError for clips, and names of contacts, connectors and clips, that are wrong on any model."""
+    for name, table, where in _named(touching):
+        if table.type == "bushing":
+            _axes(table, *_six(table), where)
+        else:
+            check_play(_play(table, table.node_sets, name, where), where)
+
+
+def _named(touching: Touching) -> list[tuple[str, ClipTable, str]]:
+    """Name, values and place of each clip; contacts and connectors have other names."""
+    taken, found = {*touching.contacts}, []
+    for i, name in enumerate(connector_names(touching.connectors)):
+        _take(name, taken, touching.places.where("connector", i))
+    if not touching.clips:
+        return []
+    from creak.studies.design.clip_library import clips_of  # its tables take time to make
+
+    for i, table in enumerate(clips_of(touching)):
+        name = table.name or f"{touching.clips[i].use or table.type}.{i + 1}"
+        found.append((name, table, touching.places.where("clip", i)))
+        _take(name, taken, found[-1][2])
+    return found
+
+
+def _take(name: str, taken: set[str], where: str) -> None:
+    """Add a name to those taken, or raise InputError."""
+    if name in taken:
+        raise InputError(
+            f"the name {name!r} is taken by another contact, connector or clip",
+            where=where,
+            expected="a name of its own: results tell places by it",
+            fix="Rename one of them.",
+        )
+    taken.add(name)
 
 
 def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model, tuple[str, ...], list[str]]:
@@ -70,11 +93,16 @@ def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model,
 
 def _bushing(model: Model, table: ClipTable, ends: tuple[str, ...], name: str, where: str) -> ElementBlock:
     nodes: IntArray = np.column_stack(nodes_of_ends(model, ends, where))
-    stiffness, damping = np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
+    stiffness, damping = _six(table)
     first, second = _axes(table, stiffness, damping, where)
     own = Own(axis1=np.tile(first, (len(nodes), 1)), axis2=np.tile(second, (len(nodes), 1)))
     section = Bushing(name, table.ageing * np.diag(stiffness), np.diag(damping), 0.5)
     return ElementBlock(f"bush{len(ends)}", np.arange(1, len(nodes) + 1), nodes, section, BETWEEN, where, own)
+
+
+def _six(table: ClipTable) -> tuple[FloatArray, FloatArray]:
+    """Stiffness and damping of a bushing."""
+    return np.array(table.stiffness, dtype=np.float64), np.array(table.damping or [0.0] * 6)
 
 
 def _axes(table: ClipTable, k: FloatArray, c: FloatArray, where: str) -> tuple[FloatArray, FloatArray]:

@@ -39,7 +39,7 @@ def with_properties(
     known, notes = properties_of(model), []
     for kind, tables in (("material", materials), ("section", sections)):
         for name, table in tables.items():
-            for word in sorted(table.model_fields_set):
+            for word in table.given:
                 key = _known(known, kind, name, word, places.where(kind, name, word))
                 value = getattr(table, word)
                 model = _changed(model, key, value)

@@ -143,8 +143,8 @@ def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
 
 
 def is_row(word: str) -> bool:
-    """Whether a word of a key is the number of a row."""
-    return word.isascii() and word.isdigit() and len(word) < 10
+    """Whether a word of a key is the number of a row, in the one way to write it: 00 is none."""
+    return word.isascii() and word.isdigit() and len(word) < 10 and (word == "0" or word[0] != "0")
 
 
 def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:

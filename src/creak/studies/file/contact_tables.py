@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from typing import Annotated, Literal
 
 from pydantic import Discriminator, Tag, model_validator
@@ -82,7 +84,7 @@ class ConnectorTable(Table):
     preload: NonNegative = 0.0
     """force with which a one-sided stop (one limit) presses at rest; the limit is then where it presses so."""
     name: str | None = None
-    """For channels and events."""
+    """For channels and events; default: its node sets, and its number where several have the same."""
 
     @property
     def node_sets(self) -> tuple[str, ...]:
@@ -93,3 +95,11 @@ class ConnectorTable(Table):
         if len(self.node_sets) not in (1, 2):
             raise ValueError(f"nodes names {len(self.node_sets)} sets, expected one (to ground) or two")
         return self
+
+
+def connector_names(tables: Sequence[ConnectorTable]) -> list[str]:
+    """What results call each connector: its name, or `A-B` of its node sets; `A-B.2` where another has the same."""
+    plain = ["-".join(t.node_sets) for t in tables]
+    times = Counter(name for name, t in zip(plain, tables, strict=True) if not t.name)
+    numbered = [name if times[name] == 1 else f"{name}.{k}" for k, name in enumerate(plain, start=1)]
+    return [t.name or name for t, name in zip(tables, numbered, strict=True)]

@@ -20,7 +20,7 @@ from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.studies.design.nodal_table import Column, nodal_values
 from creak.studies.file.case import Touching
-from creak.studies.file.contact_tables import ContactTable, FrictionTable
+from creak.studies.file.contact_tables import ContactTable, FrictionTable, connector_names
 from creak.studies.file.table import DOFS
 
 COARSER = 2.0
@@ -147,8 +147,8 @@ def pressing_twice(gaps: GapOperator, touching: Touching) -> list[str]:
 def plays_of(touching: Touching) -> list[tuple[Play, str]]:
     """The connectors of a study with their places in it."""
     out = []
-    for i, t in enumerate(touching.connectors):
-        name = t.name or "-".join(t.node_sets)
+    names = connector_names(touching.connectors)
+    for i, (name, t) in enumerate(zip(names, touching.connectors, strict=True)):
         dof = DOFS.index(t.dof) + 1
         where = touching.places.where("connector", i)
         law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)

@@ -318,7 +318,7 @@ def check_frequencies(reduction: ReductionTable, time: TimeTable, driving: Drivi
             expected="5 to 15 times the excitation",
             fix=f"Raise f_max to {15 * highest:g}.",
         )
-    if highest > 0.5 / time.step:
+    if not time.exact and highest > 0.5 / time.step:
         raise InputError(
             f"step = {time.step:g} s cannot follow an excitation of {highest:g} Hz",
             where=places.where("time", "step"),

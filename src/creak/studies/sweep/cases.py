@@ -19,9 +19,10 @@ from creak.studies.file.changes import SEEDED, change_words, changed, short_keys
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.paths import DECKS, Contents, map_paths
-from creak.studies.file.places import overlap
-from creak.studies.file.reader import check_idle, explain
+from creak.studies.file.places import Places, overlap
+from creak.studies.file.reader import Study, check_idle, explain
 from creak.studies.file.toml_text import toml_text, toml_value
+from creak.studies.prepare.file_check import check_file
 from creak.studies.sweep.file import CaseTable, SweepFile
 from creak.version import version
 
@@ -160,7 +161,8 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     runs_reference = config.proof == "whole" or config.reduction.method == "none"
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
-    values = {k: value_at(plain, k) for k in sweep.keys}
+    given = config.model_dump(mode="json", by_alias=True, exclude_none=True)
+    values = {k: value_at(given, k) for k in sweep.keys}
     return Case(one.name, folder, values, _seed(config.excitation, one.seed), text, digest(content_of), deck_hash, key)
 
 
@@ -172,13 +174,11 @@ def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyCo
     InputError : a change names a key that studies do not have, or a wrong value.
     """
     try:
-        data = changed(sweep.data, one.changes, one.seed)
-        config = StudyConfig.model_validate(data)
-        check_idle(config, data, lambda *key: key[0])
-        return data, config
+        return _checked(sweep, one.changes, one.seed)
     except InputError as error:
-        problem, keys = error, [k for k in one.changes if suspicious(k, sweep, one)]
-        keys = keys or [k for k in one.changes if overlap(k, error.where)]
+        problem = error
+        keys = [k for k in one.changes if overlap(k, error.where) or f"the change {k} = " in error.where]
+        keys = keys or [k for k in one.changes if suspicious(k, sweep, one)]
     except ValidationError as error:
         at = [".".join(str(k) for k in e["loc"]) for e in error.errors()]
         problem = explain(sweep.path, "", error)
@@ -188,11 +188,19 @@ def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyCo
     raise InputError(text, where=where, expected=problem.expected, fix=problem.fix)
 
 
+def _checked(sweep: SweepFile, changes: Mapping[str, Any], seed: int | None) -> tuple[dict[str, Any], StudyConfig]:
+    data = changed(sweep.data, changes, seed)
+    config = StudyConfig.model_validate(data)
+    check_idle(config, data, lambda *key: key[0])
+    check_file(Study(config, "", Places(sweep.base, changes=changes)))
+    return data, config
+
+
 def suspicious(key: str, sweep: SweepFile, one: Combination) -> bool:
     """Whether this change alone cannot be made."""
     try:
-        changed(sweep.data, {key: one.changes[key]}, None)
-    except InputError:
+        _checked(sweep, {key: one.changes[key]}, None)
+    except (InputError, ValidationError):
         return True
     return False
 

@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from pydantic import Field, ValidationError, model_validator
 
 from creak.errors import InputError
+from creak.studies.file.changes import value_at
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.places import overlap
 from creak.studies.file.reader import explain, read_study, read_toml
@@ -28,6 +29,15 @@ def _changes(values: Mapping[str, Any], table: str) -> None:
         if isinstance(value, dict) and "." not in key:
             inner = next(iter(value), "f_max")
             raise ValueError(f'write keys of {table} in quotes: "{key}.{inner}" = ...')
+
+
+def _gives_seed(key: str, value: Any) -> bool:
+    """Whether a change gives a signal its seed, by itself or in a table."""
+    words, whole = key.split("."), ["signal", "seed"]
+    inside = whole[len(words[2:]) :]
+    if words[0] != "excitation" or words[2:] != whole[: len(words[2:])]:
+        return False
+    return not inside or value_at(value, ".".join(inside)) is not None
 
 
 class CaseTable(Table):
@@ -86,6 +96,11 @@ class SweepConfig(Table):
                 clash = next((k for k in others if overlap(k, key)), None)
                 if clash is not None:
                     raise ValueError(f"the case {case.name or ''!r} changes {key!r}, which {clash!r} changes too")
+        changes = [(key, value) for key, values in self.grid.items() for value in values]
+        changes += [change for case in self.case for change in case.changes.items()]
+        seeded = next((key for key, value in changes if _gives_seed(key, value)), None)
+        if self.seeds and seeded is not None:
+            raise ValueError(f"seeds and {seeded!r} both change the seed of a signal: give one of them")
         keys = list(self.grid)
         for i, key in enumerate(keys):
             clash = next((k for k in keys[:i] if overlap(k, key)), None)

@@ -90,6 +90,16 @@ def test_foam_and_stops_press_by_their_table(tmp_path):
     assert tip(tmp_path, 6.0, stop) == pytest.approx(GIVE * (6.0 - pressed), rel=EXACT)
 
 
+def test_connectors_between_the_same_sets_are_told_apart(tmp_path):
+    """Their events, too: one name is one place."""
+    one = '[[connector]]\ntype = "play"\nnodes = ["ROOT", "TIP"]\ndof = "y"\nupper = 0.1\nstiffness = 5\n'
+    named, other = f'{one}name = "hook"\n', one.replace('["ROOT", "TIP"]', '"TIP"')
+    assert clipped(tmp_path, one + named + other).connectors.group == ("ROOT-TIP", "hook", "TIP")
+    two = clipped(tmp_path, one + named + one.replace('"y"', '"z"')).connectors
+    assert two.group == ("ROOT-TIP.1", "hook", "ROOT-TIP.3")
+    assert two.names == tuple(f"{name}:upper" for name in two.group)
+
+
 def test_a_clip_with_play_is_a_connector_along_any_axis(tmp_path):
     play = '[[clip]]\nname = "hook"\ntype = "play"\nlower = -0.1\nupper = 0.2\nstiffness = 40\n'
     along_z = clipped(tmp_path, play + UP).connectors
@@ -149,8 +159,19 @@ def _part(folder: Path) -> str:
 
 
 TWICE = f'[[clip]]\nname = "hook"\ntype = "stop"\n{UP}stiffness = 1\n'
+CONNECTOR = '[[connector]]\ntype = "play"\nname = "hook"\nnodes = "TIP"\ndof = "z"\nupper = 1\nstiffness = 1\n'
 REFUSED = {
     "one name": (TWICE + TWICE, "the name 'hook' is taken"),
+    "connectors": (CONNECTOR + CONNECTOR, r"study.toml:12 \[connector.1\]: the name 'hook' is taken"),
+    "itself": (CONNECTOR.replace('"TIP"', '["TIP", "TIP"]'), r"\[connector.0\]: node 5 of 'TIP' is joined to itself"),
+    "bushing to itself": (
+        '[[clip]]\ntype = "bushing"\nnodes = ["INNER", "INNER"]\nstiffness = [1, 1, 1, 0, 0, 0]\n',
+        r"\[clip.0\]: node 2 of 'INNER' is joined to itself",
+    ),
+    "stop to itself": (
+        '[[clip]]\ntype = "stop"\nnodes = ["TIP", "TIP"]\naxis = [0, 0, 1]\nstiffness = 1\n',
+        "node 5 of 'TIP' is joined to itself",
+    ),
     "no type": (f"[[clip]]\n{UP}", "give type .*or use"),
     "unknown": (f'[[clip]]\nuse = "example-trim-slip"\n{UP}', "unknown clip .*example-trim-clip"),
     "no place": ('[[clip]]\ntype = "stop"\naxis = [0, 0, 1]\nstiffness = 1\n', "give either nodes, or at and parts"),

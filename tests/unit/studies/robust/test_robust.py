@@ -354,6 +354,10 @@ REFUSED = {
         '"connector.3.upper" = { type = "normal", sigma = 1, mean = 1 }',
         r"the study has 1 \[\[connector\]\]",
     ),
+    "other name of a row": (
+        '"connector.00.upper" = { type = "normal", sigma = 1, mean = 10 }',
+        r"the study has 1 \[\[connector\]\]; expected connector.0",
+    ),
     "no number": ('"connector.0.name" = { type = "normal", sigma = 1 }', "no number to scatter about"),
     "unknown type": ('"connector.0.upper" = { type = "gauss", sigma = 1 }', "scatter.vary.connector.0.upper.type"),
     "no sigma": ('"connector.0.upper" = { type = "normal" }', "give either sigma or tolerance"),

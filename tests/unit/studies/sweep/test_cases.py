@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from creak.studies.file.signals.course import MultisineTable
 from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
+from creak.studies.sweep.table import columns, waiting
 from helpers_decks import write_strips
 from helpers_refusal import refusal
 
@@ -51,6 +53,21 @@ changes = { "contact.tip.friction" = 0.5 }
     }
     assert [c.seed for c in cases[:2]] == [1, 2]
     assert len({c.id for c in cases}) == len(cases)
+
+
+CHANGED_TABLES = {
+    "reduction.interface": '{ type = "spacing", n = 2 }',
+    "excitation.root.signal": '{ type = "psd", unit = "unit2/Hz", values = [[5, 1], [50, 1]] }',
+    "contact.tip": '{ secondary = "UNDER", main = "OVER", friction = { static = 0.5, kinetic = 0.3 } }',
+    "output.nodes": '["TIP", "ROOT"]',
+}
+
+
+@pytest.mark.parametrize("key", CHANGED_TABLES)
+def test_a_table_as_a_value_is_shown_without_the_keys_that_it_lacks(tmp_path, key):
+    cases = cases_of(tmp_path, f'[[case]]\nname = "base"\n[[case]]\nchanges = {{ "{key}" = {CHANGED_TABLES[key]} }}')
+    for case, cell in zip(cases, columns([waiting(case) for case in cases])[key], strict=True):
+        assert tomllib.loads(f"value = {cell}")["value"] == case.changes[key]
 
 
 def test_keys_are_shortened_as_far_as_they_stay_apart():
@@ -94,6 +111,14 @@ def test_changes_replace_what_is_there():
     assert [c["lower"] for c in out["connector"]] == [1.0, 5.0]
     assert out["time"] == {"step": 1.0}
     assert base["connector"][1]["lower"] == 2.0
+
+
+def test_a_row_has_one_name():
+    """Else two changes of it could not be told from changes of two rows."""
+    base = {"connector": [{"lower": -1.0}, {"lower": -2.0}]}
+    for key in ("connector.00.lower", "connector.01.lower", "connector.01"):
+        with pytest.raises(InputError, match=r"the study has 2 \[\[connector\]\]; expected connector.0 to connector.1"):
+            changed(base, {key: -3.0}, None)
 
 
 def test_seeds_reach_every_multisine():
@@ -154,6 +179,46 @@ def test_wrong_changes_are_explained_before_anything_runs(tmp_path, text, words)
     said = str(refusal(cases_of, tmp_path, text))
     for word in words:
         assert word in said
+
+
+PLAY = """
+[[connector]]
+type = "play"
+nodes = "TIP_UPPER"
+dof = "z"
+lower = -0.1
+upper = 0.1
+stiffness = 5
+[[clip]]
+type = "play"
+nodes = "TIP_UPPER"
+axis = [0, 0, 1]
+lower = -0.1
+upper = 0.1
+stiffness = 5
+name = "hook"
+"""
+REFUSED_BY_A_RUN = {
+    "connector.0.lower": ("0.2", "lower = 0.2 lies above upper = 0.1"),
+    "connector.0.preload": ("1", "a preload and two limits"),
+    "connector.0.name": ('"hook"', "the name 'hook' is taken"),
+    "clip.0.upper": ("-0.2", "lower = -0.1 lies above upper = -0.2"),
+    "contact.tip.overclosure": ("[[0, 0], [1, 2], [2, 1]]", "does not rise"),
+    "reduction.f_max": ("10", "is not above the excitation"),
+    "excitation.root.signal": ('{ type = "step", amplitude = 1 }', "periods without a periodic excitation"),
+    "time.periods": ("1e-4", "step(s) of"),
+}
+
+
+@pytest.mark.parametrize("key", REFUSED_BY_A_RUN)
+def test_what_a_run_refuses_of_the_study_alone_is_told_before_anything_runs(tmp_path, key):
+    study = write_strips(tmp_path)
+    study.write_text(study.read_text() + PLAY)
+    value, told = REFUSED_BY_A_RUN[key]
+    assert len(cases_of(tmp_path, '[[case]]\nname = "base"')) == 1
+    said = str(refusal(cases_of, tmp_path, f'[[case]]\nchanges = {{ "time.substeps" = 2, "{key}" = {value} }}'))
+    assert said.startswith(f"{tmp_path / 'sweep.toml'}:3: case ")
+    assert told in said
 
 
 def test_seeds_without_a_multisine_are_an_error(tmp_path):

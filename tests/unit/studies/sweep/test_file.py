@@ -75,6 +75,15 @@ def text_without_mark(path: Path) -> str:
         ('base = "study.toml"\n[[case]]\n', ["a name or changes"]),
         ('base = "study.toml"\n[grid]\n"a.b" = [1]\n"a.b.c" = [1]', ["both 'a.b' and 'a.b.c'"]),
         ('base = "study.toml"\n[grid]\n"a.b" = [1]\n[[case]]\nchanges = { "a.b" = 3 }', ["'a.b'", "changes too"]),
+        (
+            'base = "study.toml"\nseeds = [3]\n[grid]\n"excitation.root.signal.seed" = [7, 8]',
+            ["seeds and", "signal.seed'"],
+        ),
+        (
+            'base = "study.toml"\nseeds = [3]\n[[case]]\nchanges = { "excitation.root.signal" = '
+            '{ type = "multisine", f_max = 50, amplitude = 1, seed = 7 } }',
+            ["seeds and 'excitation.root.signal'", "give one of them"],
+        ),
         ('base = "other.toml"\nseeds = [1]', ["no such study file", "other.toml"]),
         ("base = ", ["not valid TOML"]),
     ],

@@ -7,7 +7,16 @@ from pydantic import model_validator
 from creak.studies.file.table import Positive, Table
 
 
-class MaterialTable(Table):
+class PropertyTable(Table):
+    """Numbers in place of those of the deck."""
+
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Keys that have a number."""
+        return tuple(sorted(key for key, value in self if value is not None))
+
+
+class MaterialTable(PropertyTable):
     """[material.NAME]: a material of the deck with other numbers, wherever the deck uses it."""
 
     youngs_modulus: Positive | None = None
@@ -17,12 +26,12 @@ class MaterialTable(Table):
 
     @model_validator(mode="after")
     def _says_something(self) -> MaterialTable:
-        if not self.model_fields_set:
+        if not self.given:
             raise ValueError("changes nothing: give youngs_modulus or density")
         return self
 
 
-class SectionTable(Table):
+class SectionTable(PropertyTable):
     """[section.NAME]: a section, property or spring of the deck with another number."""
 
     thickness: Positive | None = None
@@ -36,9 +45,9 @@ class SectionTable(Table):
 
     @model_validator(mode="after")
     def _says_one_thing(self) -> SectionTable:
-        if not self.model_fields_set:
+        if not self.given:
             raise ValueError("changes nothing: give thickness, stiffness, stiffness_factor or mass")
-        if len(self.model_fields_set) > 1:
-            first, second, *_ = sorted(self.model_fields_set)
+        if len(self.given) > 1:
+            first, second, *_ = self.given
             raise ValueError(f"no section has both {first} and {second}")
         return self
