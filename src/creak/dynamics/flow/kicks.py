@@ -19,7 +19,7 @@ from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
 from creak.linalg.by_reference import by_value
 from creak.linalg.compiled import inner, inner_fast, with_arrays
-from creak.linalg.loops import acts, fill, put
+from creak.linalg.loops import acts, dot, fill, put
 
 THETA = 0.6
 """Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that
@@ -119,9 +119,10 @@ def drifted(laws, W, h, now, share, after):  # type: ignore[no-untyped-def]
 
     Where a gap was open then, by the mean of both rates: that of the step.
     """
+    weigh(laws, share, now)
     for i in range(after.drift.size):
         if after.gap[i] < 0.0 and now.force[i] > 0.0:
-            after.drift[i] = after.rate[i] - now.rate[i] - 0.5 * h * felt(laws, W, i, now.force, share)
+            after.drift[i] = after.rate[i] - now.rate[i] - 0.5 * h * dot(W[i], now.weighed)
         elif after.gap[i] < 0.0:
             after.drift[i] = 2.0 * (after.rate[i] - (after.gap[i] - now.gap[i]) / h)
         else:
@@ -226,6 +227,13 @@ def weight(laws, m, share, j):  # type: ignore[no-untyped-def]
 
 
 @inner
+def weigh(laws, share, x):  # type: ignore[no-untyped-def]
+    """x.weighed = share x.force"""
+    for j in range(x.force.size):
+        x.weighed[j] = weight(laws, share.size, share, j) * x.force[j]
+
+
+@inner
 def felt(laws, W, i, force, share):  # type: ignore[no-untyped-def]
     """(W (share force))_i"""
     total = 0.0
@@ -276,11 +284,12 @@ def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-d
     h: the step, negative for the half before the instant.
     """
     m = x.gap.size
+    weigh(laws, share, x)
     for j in range(x.force.size):
         if x.force[j] == 0.0:
             continue
         impulse = 0.5 * abs(h) * weight(laws, m, share, j)
-        rate = x.rate[j] + 0.25 * h * felt(laws, W, j, x.force, share)
+        rate = x.rate[j] + 0.25 * h * dot(W[j], x.weighed)
         carried = 0.0
         for a in range(x.support.shape[1]):
             carried += model.rows_s[j, a] * x.support[1, a]

@@ -88,6 +88,8 @@ class FlowState(NamedTuple):
     """(p1 - p0,) channel forces on the coordinates."""
     force: FloatArray
     """(m + 2 f,)"""
+    weighed: FloatArray
+    """(m + 2 f,) times the shares of half a kick."""
     gap: FloatArray
     rate: FloatArray
     """(m + 2 f,) of gaps and along the rubbing channels; after `press` that in the middle of the kick."""
@@ -301,6 +303,7 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
     return FlowState(
         np.zeros((2, n)),
         np.zeros(model.p1 - model.p0),
+        np.zeros(channels),
         np.zeros(channels),
         np.zeros(m),
         np.zeros(channels),
