@@ -127,10 +127,10 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     """
     computed = {c.name.lower(): c for c in _computed(histories)}
     found: list[tuple[_Computed, Course, bool]] = []
-    notes: list[str] = []
+    others: list[str] = []
     for channel in channels:
         if (c := computed.get(channel.name.lower())) is None:
-            notes.append(f"channel {channel.name!r} is nothing that the run computed and is left out")
+            others.append(repr(channel.name))
         else:
             found.append((c, *_measured(channel, c, histories, test)))
     if not found:
@@ -142,6 +142,7 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
             expected=f"names as {told}",
             fix=suggest(names[0], [c.name for c in computed.values()]) if names else "Name its columns so.",
         )
+    notes = [_left_out(others)] if others else []
     models = [_filtered(c.course, course) if rough else c.course for c, course, rough in found]
     shift = shift_between([(course, model) for (_, course, _), model in zip(found, models, strict=True)])
     units = UNITS[histories.units]
@@ -161,6 +162,12 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
     return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
+
+
+def _left_out(names: Sequence[str]) -> str:
+    told = first_few(names, len(names), NAMED)
+    subject, verb = ("channel", "is") if len(names) == 1 else ("channels", "are")
+    return f"{subject} {told} {verb} nothing that the run computed and {verb} left out"
 
 
 def fit_pressures(

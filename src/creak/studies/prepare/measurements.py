@@ -15,7 +15,7 @@ from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
 from creak.formats.measured.csv_modes import is_of_modes
 from creak.formats.measured.files import is_measured, read_channels
-from creak.formats.measured.histories import AXES
+from creak.formats.measured.histories import AXES, own_name
 from creak.formats.measured.mode_files import ModalTest, read_measured_modes, read_universal
 from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.unit_words import plain_unit
@@ -138,10 +138,10 @@ def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channe
 
 
 def named_by_place(channel: Channel) -> Channel:
-    """The channel under its node and direction, where it tells them, along the positive axis."""
-    node, direction = channel.at
-    if not node or not 1 <= abs(direction) <= 3:
-        return replace(channel, name=_plain(channel.name))
+    """The channel under its node and direction, where it tells them, along the positive axis; creak's own by title."""
+    (node, direction), own = channel.at, own_name(channel.name)
+    if own is not None or not node or not 1 <= abs(direction) <= 3:
+        return replace(channel, name=_plain(own or channel.name))
     values = channel.values if direction > 0 else -channel.values
     return replace(channel, name=f"{node} {AXES[abs(direction) - 1]}", values=values, at=(0, 0))
 

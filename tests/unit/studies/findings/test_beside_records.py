@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import creak
 from creak.errors import InputError
-from creak.formats.measured.histories import read_histories
+from creak.formats.measured.histories import read_histories, write_universal
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
+from creak.formats.stored.results import LineRecord
 from creak.studies.file.reader import read_study
 from creak.verify.events import contact_stretches
 from creak.verify.records import Course, fitted, shift_between
@@ -87,6 +90,22 @@ def test_units_and_signs_are_those_of_the_file(results, run, tmp_path):
     assert [p.name for p in found.pairs] == [f"{name} Z", "tip force"]
     assert found.shift == pytest.approx(0.0, abs=1e-9)
     assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+def test_what_creak_wrote_of_the_run_is_the_run(results, run, tmp_path):
+    """Displacements and normal forces come back; the relative motion of a line is no motion of its node."""
+    ids = run.node_ids[:1]
+    line = LineRecord(run.time[9:], np.ones((run.time.size - 9, 1, 3)), (f"tip:{run.node_names[0]}",), ids)
+    own = replace(run, elines=line)
+    write_universal(own, tmp_path / "own.unv")
+    found = creak.compare_records(results, tmp_path / "own.unv")
+    names = [f"{name} {axis}" for name in run.node_names for axis in "XYZ"]
+    assert [p.name for p in found.pairs] == names + [f"{name} normal force" for name in run.channels]
+    assert found.shift == pytest.approx(0.0, abs=1e-9)
+    assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0] * len(found.pairs), abs=1e-9)
+    (left_out,) = (note for note in found.notes if "left out" in note)
+    line_names = ", ".join(f"'tip:{run.node_names[0]} relative {axis}'" for axis in "xyz")
+    assert left_out == f"channels {line_names} are nothing that the run computed and are left out"
 
 
 def test_an_acceleration_is_compared_as_displacement(results, run, tmp_path):
