@@ -190,12 +190,22 @@ def test_a_channel_that_never_moves_has_no_correlation(results, run, tmp_path):
     assert any("hardly alike" in note for note in found.notes)
 
 
+@pytest.mark.parametrize(("head", "scale"), [("time [ms]", 1e3), ("t (µs)", 1e6), ("time [min]", 1 / 60), ("t [s]", 1)])
+def test_times_are_in_the_unit_of_their_head(results, run, tmp_path, head, scale):
+    test = table(tmp_path / "test.csv", scale * run.time, **columns(run))
+    test.write_text(test.read_text(encoding="utf-8").replace("time", head, 1), encoding="utf-8")
+    found = creak.compare_records(results, test)
+    assert found.shift == pytest.approx(0.0, abs=1e-6)
+    assert min(p.fit.fit for p in found.pairs) > 0.999
+
+
 WRONG = {
     "no channel of the run": ("time,tip foce\n0,1\n1,2\n", "none of its 1 channels is one that the run computed"),
     "a force in mm": ("time,tip force [mm]\n0,1\n1,2\n", "'tip force' is in mm; expected a force"),
     "a gap in m/s^2": ("time,tip gap [m/s^2]\n0,1\n1,2\n", "'tip gap' is in m/s\\^2; expected a length"),
     "a word": ("time,tip force\n0,1\n1,much\n", "test.csv:3"),
     "times that fall": ("time,tip force\n1,1\n0,2\n", "does not increase"),
+    "times in weeks": ("time [weeks],tip force\n0,1\n1,2\n", "the times are in weeks; expected one of s, ms, us, min, h"),
     "one row": ("time,tip force\n1,1\n", "two or more"),
 }
 
