@@ -18,7 +18,7 @@ from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
-from creak.studies.prepare.measurements import TABLES, record_channels
+from creak.studies.prepare.measurements import OF_CONTACT, TABLES, record_channels
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
 
@@ -29,6 +29,10 @@ SLOW = 3.0
 NAMED = 8
 SAMPLES = 10.0
 """In a period of the highest frequency of a pressure."""
+DROPPED = (
+    "A contact that cannot close is dropped by the pre-check: name the file in a [test.NAME] of the study, which keeps "
+    "its channels, or say [precheck] enabled = false, and run again."
+)
 PASCALS = {"pa": 1.0, "": 1.0}
 
 
@@ -133,14 +137,7 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
         else:
             found.append((c, *_measured(channel, c, histories, test)))
     if not found:
-        told = first_few([c.name for c in computed.values()], len(computed), NAMED)
-        names = [c.name for c in channels]
-        raise InputError(
-            f"none of its {len(names)} channels is one that the run computed",
-            where=test,
-            expected=f"names as {told}",
-            fix=suggest(names[0], [c.name for c in computed.values()]) if names else "Name its columns so.",
-        )
+        raise _nothing_computed([c.name for c in channels], [c.name for c in computed.values()], test)
     notes = [_left_out(others)] if others else []
     both = [_without_slow(course, c.course) if rough else (course, c.course) for c, course, rough in found]
     shift = shift_between(both)
@@ -165,10 +162,21 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
 
 
+def _nothing_computed(names: Sequence[str], known: Sequence[str], test: Path) -> InputError:
+    fix = suggest(names[0], known) if names and known else "Name its columns so."
+    return InputError(
+        f"none of its {len(names)} channels is one that the run computed",
+        where=test,
+        expected=f"names as {first_few(known, len(known), NAMED)}" if known else "a run of watched nodes or contacts",
+        fix=f"{fix if known else ''} {DROPPED if any(map(OF_CONTACT.fullmatch, names)) else ''}".strip(),
+    )
+
+
 def _left_out(names: Sequence[str]) -> str:
     told = first_few(names, len(names), NAMED)
     subject, verb = ("channel", "is") if len(names) == 1 else ("channels", "are")
-    return f"{subject} {told} {verb} nothing that the run computed and {verb} left out"
+    hint = f". {DROPPED}" if any(OF_CONTACT.fullmatch(name.strip("'")) for name in names) else ""
+    return f"{subject} {told} {verb} nothing that the run computed and {verb} left out{hint}"
 
 
 def fit_pressures(

@@ -48,6 +48,11 @@ class Measurement:
     """Rows of the nodes whose motion is among these."""
 
     @property
+    def contacts(self) -> frozenset[str]:
+        """Names of the contacts and connectors whose gap or force is among these, in small letters."""
+        return frozenset(m["name"].lower() for c in self.channels if (m := OF_CONTACT.fullmatch(c.name)))
+
+    @property
     def top(self) -> float:
         """Hz, highest of its modes and functions; 0: it has neither."""
         tops = [0.0 if self.modes is None else float(self.modes[0].frequencies.max())]

@@ -19,6 +19,7 @@ from creak.studies.findings.beside_records import fit_records
 from creak.verify.events import contact_stretches
 from creak.verify.records import Course, fitted, shift_between
 from helpers_decks import STUDY, write_strips
+from helpers_refusal import refusal
 
 LATE = 0.73123
 """s by which the clock of the test is ahead: no whole number of steps."""
@@ -197,6 +198,18 @@ def test_times_are_in_the_unit_of_their_head(results, run, tmp_path, head, scale
     found = creak.compare_records(results, test)
     assert found.shift == pytest.approx(0.0, abs=1e-6)
     assert min(p.fit.fit for p in found.pairs) > 0.999
+
+
+def test_a_contact_that_the_pre_check_dropped_is_named(run):
+    none = np.zeros((run.time.size, 0))
+    dropped = replace(run, channels=(), channel_nodes=np.array([]), gap=none, normal_force=none)
+    gap, z = (Channel(name, "mm", 0.0, 1e-3, np.sin(np.arange(900.0))) for name in ("tip gap", f"{run.node_names[0]} Z"))
+    (note,) = (n for n in fit_records(dropped, [gap, z], Path("test.csv"), 500.0).notes if "left out" in n)
+    assert "dropped by the pre-check" in note
+    still = replace(dropped, node_ids=np.array([]), node_names=(), displacement=np.zeros((run.time.size, 0, 6)))
+    words = str(refusal(fit_records, still, [gap], Path("test.csv"), 500.0))
+    assert "expected a run of watched nodes or contacts" in words
+    assert "dropped by the pre-check: name the file in a [test.NAME]" in words
 
 
 WRONG = {
