@@ -29,6 +29,10 @@ from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 
 TABLES = (".csv", ".txt")
 UNIVERSAL = (".unv", ".uff", ".u58", ".u55")
+SHORT = 0.05
+"""Share of the intervals of a table that may be shorter than its even step: rows that stand twice are no course."""
+PER_ROW = 10
+"""Even instants for each row of an uneven table."""
 MOTION = re.compile(r"(?P<node>.+) (?P<axis>[xyz])", re.IGNORECASE)
 OF_SOUND = re.compile(r"(?P<name>.+) pressure", re.IGNORECASE)
 OF_CONTACT = re.compile(r"(?P<name>.+?)(:[^:]+)? (gap|force|normal force)", re.IGNORECASE)
@@ -133,12 +137,14 @@ def record_channels(path: Path) -> Iterator[Channel]:
 
 
 def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channel]:
-    """Each column of a table that was read, over the first one, evenly sampled."""
+    """Each column of a table that was read, over the first one, evenly sampled: by a short interval (the quantile
+    `SHORT` of all), at `PER_ROW` instants for each row at most."""
     for column in header[1:]:
         time, values = table_column(path, header, rows, column)
         name, _, unit = column.partition("[")
-        step = float(np.diff(time).min())
-        at = np.arange(time[0], time[-1] + 0.5 * step, step)
+        most = PER_ROW * (time.size - 1)
+        step = max(float(np.quantile(np.diff(time), SHORT)), float(time[-1] - time[0]) / most)
+        at = time[0] + step * np.arange(min(int((time[-1] - time[0]) / step + 0.5), most) + 1)
         yield Channel(_plain(name), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
 
 

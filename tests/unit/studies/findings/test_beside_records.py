@@ -16,6 +16,7 @@ from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, w
 from creak.formats.stored.results import LineRecord
 from creak.studies.file.reader import read_study
 from creak.studies.findings.beside_records import fit_records
+from creak.studies.prepare.measurements import record_channels
 from creak.verify.events import contact_stretches
 from creak.verify.records import Course, fitted, shift_between
 from helpers_decks import STUDY, write_strips
@@ -189,6 +190,18 @@ def test_a_channel_that_never_moves_has_no_correlation(results, run, tmp_path):
     found = creak.compare_records(results, table(tmp_path / "test.csv", run.time, **still))
     assert np.isnan([p.fit.correlation for p in found.pairs]).all()
     assert any("hardly alike" in note for note in found.notes)
+
+
+@pytest.mark.parametrize("short", [1e-7, 1e-13])
+def test_one_short_interval_asks_for_no_more_memory(results, run, tmp_path, short):
+    """A row that stands twice but for a digit; 74 GiB would be its even samples by the shortest interval."""
+    twice = np.insert(run.time, 10, run.time[9] + short), *(np.insert(v, 10, v[9]) for v in columns(run).values())
+    rows = "\n".join(",".join(f"{x:.15g}" for x in row) for row in zip(*twice, strict=True))
+    (tmp_path / "test.csv").write_text("\n".join([",".join(["time", *columns(run)]), rows]), encoding="utf-8")
+    assert max(c.values.size for c in record_channels(tmp_path / "test.csv")) <= 10 * run.time.size + 1
+    found = creak.compare_records(results, tmp_path / "test.csv")
+    assert found.shift == pytest.approx(0.0, abs=1e-5)
+    assert min(p.fit.fit for p in found.pairs) > 0.97
 
 
 @pytest.mark.parametrize(("head", "scale"), [("time [ms]", 1e3), ("t (µs)", 1e6), ("time [min]", 1 / 60), ("t [s]", 1)])
