@@ -97,7 +97,7 @@ def shift_between(pairs: Sequence[tuple[Course, Course]]) -> float:
 
 
 def _cross_correlation(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Of each lag of a behind b, from the first at which they overlap to the last; 1: the same, and all of both overlaps."""
+    """Of each lag of a behind b, from the first at which they overlap to the last; 1: all of both is the same."""
     n = a.size + b.size - 1
     a, b = a - a.mean(), b - b.mean()
     size = float(np.linalg.norm(a) * np.linalg.norm(b)) or 1.0

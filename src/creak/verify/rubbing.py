@@ -176,7 +176,7 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
 
     Parameters
     ----------
-    f_max : of the low-pass, Hz; where the steps cannot hold it, or the window no period of it, the force is the raw one.
+    f_max : of the low-pass, Hz; where the steps cannot hold it, or the window no period, the force is the raw one.
     """
     time, force, weights = history.time, history.force[:, channels].sum(axis=1), history.weights
     inside = _inside(time, window)

@@ -100,7 +100,8 @@ def check_static(model: Model, driving: Driving, driven: Driven) -> None:
                 f"a static displacement moves node {model.nodes.label(node)} {DOFS[dof - 1]}, which the deck holds",
                 where=motion.where,
                 expected="nodes that the deck does not hold in this dof",
-                fix=f'Free them: [support.NAME] with {nodes} and free = ["{DOFS[dof - 1]}"]. The displacement holds them.',
+                fix=f'Free them: [support.NAME] with {nodes} and free = ["{DOFS[dof - 1]}"]. '
+                "The displacement holds them.",
             )
 
 

@@ -78,7 +78,7 @@ def prechecked(
     measured = np.array([name.lower() in tested and name not in closing for name in contacts.group], dtype=bool)
     notes = [f"pre-check: {closes.sum()} of {contacts.m} channels kept (linear gap falls to {table.words()} or less)"]
     if measured.any():
-        notes.append(f"pre-check: {measured.sum()} channels that cannot close are kept, for a test has their gap or force")
+        notes.append(f"pre-check: {measured.sum()} channels that cannot close are kept: a test has their gap or force")
     if not closes.any():
         notes.append(nothing_closes(contacts, smallest, table.words()))
     return contacts.select(np.flatnonzero(closes | measured)), notes

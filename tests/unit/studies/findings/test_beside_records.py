@@ -216,7 +216,9 @@ def test_times_are_in_the_unit_of_their_head(results, run, tmp_path, head, scale
 def test_a_contact_that_the_pre_check_dropped_is_named(run):
     none = np.zeros((run.time.size, 0))
     dropped = replace(run, channels=(), channel_nodes=np.array([]), gap=none, normal_force=none)
-    gap, z = (Channel(name, "mm", 0.0, 1e-3, np.sin(np.arange(900.0))) for name in ("tip gap", f"{run.node_names[0]} Z"))
+    gap, z = (
+        Channel(name, "mm", 0.0, 1e-3, np.sin(np.arange(900.0))) for name in ("tip gap", f"{run.node_names[0]} Z")
+    )
     (note,) = (n for n in fit_records(dropped, [gap, z], Path("test.csv"), 500.0).notes if "left out" in n)
     assert "dropped by the pre-check" in note
     still = replace(dropped, node_ids=np.array([]), node_names=(), displacement=np.zeros((run.time.size, 0, 6)))
@@ -231,7 +233,10 @@ WRONG = {
     "a gap in m/s^2": ("time,tip gap [m/s^2]\n0,1\n1,2\n", "'tip gap' is in m/s\\^2; expected a length"),
     "a word": ("time,tip force\n0,1\n1,much\n", "test.csv:3"),
     "times that fall": ("time,tip force\n1,1\n0,2\n", "does not increase"),
-    "times in weeks": ("time [weeks],tip force\n0,1\n1,2\n", "the times are in weeks; expected one of s, ms, us, min, h"),
+    "times in weeks": (
+        "time [weeks],tip force\n0,1\n1,2\n",
+        "the times are in weeks; expected one of s, ms, us, min, h",
+    ),
     "one row": ("time,tip force\n1,1\n", "two or more"),
 }
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import creak
+from creak.studies.file.config import PrecheckTable
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.file.config import PrecheckTable
 from creak.studies.run import precheck
-from creak.studies.run.precheck import prechecked
 from creak.studies.run.job import StudyResult, run_study
+from creak.studies.run.precheck import prechecked
 from creak.verify.reliability import reasons_against
 from helpers_core import channels
 from helpers_decks import STEEL, strip, write_strips

@@ -225,7 +225,7 @@ def test_what_cannot_be_heated_is_refused(tmp_path, case):
 
 def test_the_table_without_a_reference_is_named(tmp_path):
     """The first of two has one."""
-    tables = HEAT + f"[[static]]\ntemperature = {WARM}\nnode_set = \"TIP\"\n"
+    tables = HEAT + f'[[static]]\ntemperature = {WARM}\nnode_set = "TIP"\n'
     with pytest.raises(InputError, match=r":8 \[static\.1\]: no temperature without strain"):
         study(tmp_path, tables, BAR + STEEL + EXPANDS)
 
