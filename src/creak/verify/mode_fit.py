@@ -5,7 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from creak.arrays import FloatArray
+
+ALIKE = 1e-9
+"""Round-off of MAC."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +58,12 @@ class ModeFit:
     """(n_test,) modal phase collinearity, 1: real."""
     pairs: tuple[ModePair, ...]
     notes: tuple[str, ...]
+
+    @property
+    def of_one_channel(self) -> bool:
+        """Whether all shapes that move are alike at the sensors, as at a single one: MAC is 1 of any two of them."""
+        model, test = (np.isclose(mac, 1.0, rtol=0.0, atol=ALIKE) for mac in (self.mac, self.auto_mac_test))
+        return bool(test.all() and model.sum() > 1 and (model | (self.mac == 0.0)).all())
 
     @property
     def alone_test(self) -> list[int]:

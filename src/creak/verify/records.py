@@ -16,6 +16,8 @@ from creak.verify.nrmse import nrmse_fit
 Kind = Literal["motion", "gap", "force"]
 LEAST = 0.5
 """Share of the shorter record that overlaps at any shift."""
+EQUAL = 1e-3
+"""Share by which a correlation may be less than the largest and is as good: so much lies between samples of a peak."""
 PRESSED = 0.05
 """Share of the largest force above which a force presses: below it a sensor may be noisy."""
 
@@ -59,34 +61,63 @@ class RecordFit:
 def shift_between(pairs: Sequence[tuple[Course, Course]]) -> float:
     """What is added to the times of all measured courses so that they lie over the computed ones, s.
 
-    The sum of the normalised cross-correlations of all pairs (test, model) is largest; a parabola through it and its
-    neighbours gives the fraction of a step.
+    The sum of the cross-correlations of all pairs (test, model) is largest; of maxima that are `EQUAL` to it, as where
+    motion is periodic, the one of the smallest shift is taken. From there the mean correlation of what overlaps leads
+    to its own maximum, and a parabola through that and its neighbours gives the fraction of a step.
 
     Parameters
     ----------
-    pairs : the models at the same even instants; of the tests what all of them cover is taken.
+    pairs : the models at even instants, all of them parts of one row; what all cover is taken, of the tests too.
     """
-    time = pairs[0][1].time
-    step = float(np.diff(time).mean())
+    first, last = max(float(m.time[0]) for _, m in pairs), min(float(m.time[-1]) for _, m in pairs)
+    models = [m.values[(m.time >= first) & (m.time <= last)] for _, m in pairs]
+    step = float(np.diff(pairs[0][1].time).mean())
     start, end = max(float(t.time[0]) for t, _ in pairs), min(float(t.time[-1]) for t, _ in pairs)
     at = start + step * np.arange(int((end - start) / step + 1e-6) + 1)
-    n = at.size + time.size - 1
-    lag = np.arange(n) - (at.size - 1)
-    total: FloatArray = np.zeros(n)
-    for test, model in pairs:
-        a, b = cell_means(test.time, test.values[:, None], np.minimum(at, end))[:, 0], model.values
-        a, b = a - a.mean(), b - b.mean()
-        size = float(np.linalg.norm(a) * np.linalg.norm(b)) or 1.0
-        cross = np.fft.irfft(np.fft.rfft(b, n) * np.conj(np.fft.rfft(a, n)), n) / size
-        total = total + np.roll(cross, at.size - 1)
-    overlap = np.minimum(at.size, time.size - lag) - np.maximum(0, -lag)
-    total = np.where(overlap >= LEAST * min(at.size, time.size), total, -np.inf)
-    k, share = int(total.argmax()), 0.0
-    if 0 < k < n - 1 and np.isfinite(total[k - 1 : k + 2]).all():
-        left, here, right = total[k - 1 : k + 2].tolist()
-        bend = left - 2.0 * here + right
-        share = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
-    return float(time[0]) - start + step * (float(lag[k]) + share)
+    tests = [cell_means(t.time, t.values[:, None], np.minimum(at, end))[:, 0] for t, _ in pairs]
+    count, own = at.size, models[0].size
+    lag = np.arange(1 - count, own)
+    total = sum(map(_cross_correlation, tests, models), np.zeros(lag.size))
+    known = np.minimum(count, own - lag) - np.maximum(0, -lag) >= LEAST * min(count, own)
+    total = np.where(known, total, -np.inf)
+    k, share = _nearest_peak(total, np.abs(first - start + step * lag)), 0.0
+
+    def alike(k: int) -> float:
+        return float(np.mean([_overlapping(a, b, int(lag[k])) for a, b in zip(tests, models, strict=True)]))
+
+    here = alike(k)
+    while 0 < k < lag.size - 1 and known[k - 1 : k + 2].all():
+        left, right = alike(k - 1), alike(k + 1)
+        if max(left, right) <= here:
+            bend = left - 2.0 * here + right
+            share = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+            break
+        k, here = (k + 1, right) if right > left else (k - 1, left)
+    return first - start + step * (float(lag[k]) + share)
+
+
+def _cross_correlation(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Of each lag of a behind b, from the first at which they overlap to the last; 1: all of both is the same."""
+    n = a.size + b.size - 1
+    a, b = a - a.mean(), b - b.mean()
+    size = float(np.linalg.norm(a) * np.linalg.norm(b)) or 1.0
+    return np.roll(np.fft.irfft(np.fft.rfft(b, n) * np.conj(np.fft.rfft(a, n)), n), a.size - 1) / size
+
+
+def _overlapping(a: FloatArray, b: FloatArray, lag: int) -> float:
+    """Correlation of what overlaps where a begins `lag` steps after b; 0 where one is constant."""
+    count = min(a.size, b.size - lag)
+    x, y = a[max(0, -lag) : count], b[max(0, lag) : count + lag]
+    spread = float(np.std(x) * np.std(y))
+    return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread else 0.0
+
+
+def _nearest_peak(total: FloatArray, distance: FloatArray) -> int:
+    """Of the maxima that are as good as the largest value the one of the least distance."""
+    best = float(total.max())
+    peak = (total >= np.append(total[1:], -np.inf)) & (total >= np.append(-np.inf, total[:-1]))
+    equal = np.flatnonzero(peak & (total >= best - EQUAL * abs(best)))
+    return int(equal[distance[equal].argmin()])
 
 
 def fitted(test: Course, model: Course, shift: float, *, kind: Kind, f_max: float) -> RecordFit | None:

@@ -176,7 +176,7 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
 
     Parameters
     ----------
-    f_max : of the low-pass, Hz; where the steps cannot hold it the force is the raw one.
+    f_max : of the low-pass, Hz; where the steps cannot hold it, or the window no period, the force is the raw one.
     """
     time, force, weights = history.time, history.force[:, channels].sum(axis=1), history.weights
     inside = _inside(time, window)
@@ -184,7 +184,7 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
     closed = stretches(np.asarray(force[inside] > 0.0))
     if not closed or max(t[last] - t[first] for first, last in closed) < LASTING * (window[1] - window[0]):
         return None
-    if f_max * float(np.median(np.diff(time))) < HOLDS:
+    if f_max * float(np.median(np.diff(time))) < HOLDS and f_max * (window[1] - window[0]) >= 1.0:
         time, smooth = low_pass_uneven(time, force[:, None], f_max)
         force, weights = smooth[:, 0], np.ones(time.size)
     inside = _inside(time, window)

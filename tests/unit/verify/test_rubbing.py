@@ -147,6 +147,14 @@ def test_lasting_contact_is_told_by_its_force():
     assert pressing(hits, np.array([0]), WHOLE, 500.0) is None
 
 
+def test_force_in_a_window_shorter_than_a_period_of_the_low_pass():
+    """None of the instants of the low-pass lies in it: five of the record do, over one period of the ripple."""
+    history = record(0.0 * TIME, N + np.sin(2.0 * np.pi * TIME / 5e-4))
+    found = pressing(history, np.array([0]), (0.5000999, 0.5005001), 50.0)
+    assert found.mean == pytest.approx(N, rel=1e-9)
+    assert found.rms == pytest.approx(np.sqrt(0.5), rel=1e-9)
+
+
 def test_without_friction_there_is_force_alone():
     none = replace(gaps(), friction=None)
     rub = rub_of(record(0.0 * TIME), none, np.array([0]), WHOLE, 500.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,6 +26,7 @@ from creak.model.units import UNITS, UnitsName
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")
 WATCHED, ELINES, CONTACTS = 1, 2, 3
 """Subcases of a punch file."""
+OWN_TITLE = re.compile(r"\w+ run: (displacement (?P<axis>[XYZ])|(?P<what>relative [xyz]|normal force)) of (?P<name>.+)")
 
 
 @dataclass(frozen=True)
@@ -167,6 +169,13 @@ def _functions(h: Histories) -> Iterator[Function]:
     for k, (label, name) in enumerate(zip(h.channel_nodes.tolist(), h.channels, strict=True)):
         title = f"{h.run} run: normal force of {name}"
         yield Function(title, label, 0, REACTION_FORCE, "Normal force", force, h.time, h.normal_force[:, k])
+
+
+def own_name(title: str) -> str | None:
+    """What a title of `write_universal` names, as the channels of a run are named: `LID.3 X`, `flange:3 normal force`,
+    and `lid:7 relative x`, which is no motion of a node. None: another program wrote it."""
+    match = OWN_TITLE.fullmatch(title)
+    return None if match is None else f"{match['name']} {match['axis'] or match['what']}"
 
 
 def _relative(h: Histories, *, unique: bool = False) -> Iterator[tuple[int, str, FloatArray, FloatArray]]:

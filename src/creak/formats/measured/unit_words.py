@@ -16,6 +16,8 @@ MOTIONS = {
 """Label of a unit -> what it counts, and what it is in m and s."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
 
+SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+
 
 def plain_unit(unit: str) -> str:
     """`(m/sec**2)/N` as `m/s^2/n`."""

@@ -52,7 +52,8 @@ def against_tests(result: Findings) -> Iterator[Check]:
     for test in result.tests:
         if test.modes is not None:
             count, good = test.modes.frequencies_test.size, sum(map(fits, test.modes.pairs))
-            bar = f"MAC {GOOD_MAC:g}, frequency within {100.0 * GOOD_HZ:g}{THIN}%"
+            near = f"frequency within {100.0 * GOOD_HZ:g}{THIN}%"
+            bar = f"{near}; one channel tells no shape" if test.modes.of_one_channel else f"MAC {GOOD_MAC:g}, {near}"
             yield Check(f"Measured modes, {test.name}", bar, f"{good} of {count}", good == count)
         if test.frfs is not None:
             count, good = len(test.frfs.pairs), sum(map(frf_fits, test.frfs.pairs))

@@ -27,8 +27,12 @@ def fits(p: ModePair) -> bool:
 def sentence(found: ModeFit) -> str:
     """What fits and what does not."""
     count, good = found.frequencies_test.size, sum(map(fits, found.pairs))
-    bar = f"MAC of {GOOD_MAC:g} or more, frequency within {100.0 * GOOD_HZ:g} %"
-    said = f"{good} of {plural(count, 'measured mode')} fit ({bar})"
+    near = f"frequency within {100.0 * GOOD_HZ:g} %"
+    if found.of_one_channel:
+        blind = "at one channel MAC is 1 of any two shapes, so the shapes are not compared"
+        said = f"{good} of {plural(count, 'measured mode')} have a partner by frequency alone ({near}): {blind}"
+    else:
+        said = f"{good} of {plural(count, 'measured mode')} fit (MAC of {GOOD_MAC:g} or more, {near})"
     off = [_off(p) for p in found.pairs if not fits(p)]
     alone = [f"{found.frequencies_test[k]:g} Hz" for k in found.alone_test]
     extra = [f"{found.frequencies_model[k]:.6g} Hz" for k in found.alone_model]

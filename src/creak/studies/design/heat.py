@@ -34,6 +34,8 @@ class Heat:
     """Without strain, as the study says; it goes before that of materials."""
     otherwise: FloatArray
     """Where neither study nor material says it."""
+    table: IntArray
+    """Which [[static]] table gives the temperature, from 0; -1: none."""
 
 
 def heat_of(model: Model, driving: Driving) -> Heat | None:
@@ -44,7 +46,7 @@ def heat_of(model: Model, driving: Driving) -> Heat | None:
     InputError : an unknown node set, part or node; a file that cannot be used.
     """
     nothing = np.full(model.nodes.count, np.nan)
-    heat = Heat(nothing, nothing.copy(), nothing.copy())
+    heat = Heat(nothing, nothing.copy(), nothing.copy(), np.full(nothing.size, -1, dtype=np.int64))
     _put(heat.otherwise, model.initial_temperature)
     found, of_deck = False, np.zeros(model.nodes.count, dtype=bool)
     for k, table in enumerate(driving.statics):
@@ -52,12 +54,13 @@ def heat_of(model: Model, driving: Driving) -> Heat | None:
             nodes, value = _given(model, driving, k)
             heat.value[nodes] = value
             heat.reference[nodes] = np.nan if table.reference is None else table.reference
-            of_deck[nodes], found = False, True
+            heat.table[nodes], of_deck[nodes], found = k, False, True
         loads = deck_loads(model, driving, k)
         if loads is not None and loads.temperature is not None:
             _put(heat.value, loads.temperature)
             heat.reference[loads.temperature.nodes_idx] = np.nan
-            of_deck[loads.temperature.nodes_idx], found = True, True
+            at = loads.temperature.nodes_idx
+            heat.table[at], of_deck[at], found = k, True, True
     heat.otherwise[of_deck & np.isnan(heat.otherwise)] = 0.0
     return heat if found else None
 
@@ -125,11 +128,10 @@ def check_heat(model: Model, driving: Driving, superelements: bool) -> list[str]
     heat = heat_of(model, driving)
     if heat is None:
         return []
-    where = driving.places.where(
-        "static", next(k for k, t in enumerate(driving.statics) if (t.temperature, t.deck_loads) != (None, None))
-    )
     rises = []
     for block, rise in _heated(model, heat):
+        tables = heat.table[block.nodes_idx]
+        where = driving.places.where("static", int(tables[np.isnan(rise) if np.isnan(rise).any() else tables >= 0][0]))
         if np.isnan(rise).any():
             raise InputError(
                 f"no temperature without strain is known of {_material(block)}",
@@ -152,7 +154,7 @@ def check_heat(model: Model, driving: Driving, superelements: bool) -> list[str]
         raise InputError(
             "the temperature strains nothing: no element that it reaches expands, or none is warmer or colder than "
             "without strain",
-            where=where,
+            where=driving.places.where("static", max(int(heat.table.max()), 0)),
             expected="materials with expansion (*EXPANSION; A of MAT1, A1 of MAT8 and MAT9)",
             fix="Add it to the materials, or leave the temperature out.",
         )

@@ -13,6 +13,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows
 from creak.formats.measured.files import chosen_channel, is_measured
+from creak.formats.measured.unit_words import SECONDS, plain_unit
 from creak.model.magnitude import LARGEST, computable
 
 
@@ -60,11 +61,11 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
 
 
 def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tuple[FloatArray, FloatArray]:
-    """Time and values, each (n,), of a column of a table that `read_header` read; the first column is time.
+    """Time in s and values, each (n,), of a column of a table that `read_header` read; the first column is time.
 
     Raises
     ------
-    InputError : no such column; a value that is no finite number; times that do not increase.
+    InputError : no such column; a value that is no finite number; times that do not increase, or in no known unit.
     """
     if channel.lower() not in header[1:]:
         raise InputError(
@@ -72,7 +73,22 @@ def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tup
         )
     k = header.index(channel.lower(), 1)
     narrow = [(i, [row[0], row[k]] if k < len(row) else [row[0]]) for i, row in rows]
-    return _increasing(path, narrow, (header[0], channel))
+    time, values = _increasing(path, narrow, (header[0], channel))
+    return _seconds(path, header[0]) * time, values
+
+
+def _seconds(path: Path, head: str) -> float:
+    """What the unit in the head of a column of times, `time [ms]`, is in s; 1 without one."""
+    _, _, unit = head.replace("(", "[").replace(")", "]").partition("[")
+    word = plain_unit(unit)
+    if word not in SECONDS:
+        raise InputError(
+            f"the times are in {unit.rstrip('] ')}",
+            where=f"{path}:1",
+            expected=f"one of {', '.join(filter(None, SECONDS))}",
+            fix="Correct the head of the first column; without a unit it is s.",
+        )
+    return SECONDS[word]
 
 
 Rows = list[tuple[int, list[str]]]

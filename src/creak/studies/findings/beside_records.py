@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
@@ -17,19 +16,23 @@ from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
 from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
 from creak.model.units import UNITS
-from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
-from creak.studies.prepare.measurements import TABLES, record_channels
+from creak.studies.prepare.measurements import OF_CONTACT, TABLES, record_channels
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
 
 ALIKE = 0.5
 """Correlation below which the shift in time means little."""
 SLOW = 3.0
-"""Periods in the record of the slowest motion that is kept where an acceleration is integrated."""
+"""Periods in the shorter record of the slowest motion that is kept where an acceleration is integrated."""
 NAMED = 8
 SAMPLES = 10.0
 """In a period of the highest frequency of a pressure."""
+DROPPED = (
+    "A contact that cannot close is dropped by the pre-check: name the file in a [test.NAME] of the study, which keeps "
+    "its channels, or say [precheck] enabled = false, and run again."
+)
 PASCALS = {"pa": 1.0, "": 1.0}
 
 
@@ -127,40 +130,53 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     """
     computed = {c.name.lower(): c for c in _computed(histories)}
     found: list[tuple[_Computed, Course, bool]] = []
-    notes: list[str] = []
+    others: list[str] = []
     for channel in channels:
         if (c := computed.get(channel.name.lower())) is None:
-            notes.append(f"channel {channel.name!r} is nothing that the run computed and is left out")
+            others.append(repr(channel.name))
         else:
             found.append((c, *_measured(channel, c, histories, test)))
     if not found:
-        told = first_few([c.name for c in computed.values()], len(computed), NAMED)
-        names = [c.name for c in channels]
-        raise InputError(
-            f"none of its {len(names)} channels is one that the run computed",
-            where=test,
-            expected=f"names as {told}",
-            fix=suggest(names[0], [c.name for c in computed.values()]) if names else "Name its columns so.",
-        )
-    models = [_filtered(c.course, course) if rough else c.course for c, course, rough in found]
-    shift = shift_between([(course, model) for (_, course, _), model in zip(found, models, strict=True)])
+        raise _nothing_computed([c.name for c in channels], [c.name for c in computed.values()], test)
+    notes = [_left_out(others)] if others else []
+    both = [_without_slow(course, c.course) if rough else (course, c.course) for c, course, rough in found]
+    shift = shift_between(both)
     units = UNITS[histories.units]
     pairs = []
-    for (c, course, rough), model in zip(found, models, strict=True):
+    for (c, whole, rough), (course, model) in zip(found, both, strict=True):
         fit = fitted(course, model, shift, kind=c.kind, f_max=f_max)
+        if fit is not None and rough:
+            level = float(fit.model.mean() - fit.test.mean())
+            fit = fitted(replace(course, values=course.values + level), model, shift, kind=c.kind, f_max=f_max)
         if fit is None:
             raise InputError(f"channel {c.name} and the run have fewer than four instants in common", where=test)
         pairs.append(RecordPair(c.name, units.force if c.kind == "force" else units.length, fit))
         if rough:
-            notes.append(
-                f"{c.name} is an acceleration: both are compared as displacement above {_lowest(course):.3g} Hz"
-            )
+            lowest = 1.0 / _width(whole, c.course)
+            notes.append(f"{c.name} is an acceleration: both are compared as displacement above {lowest:.3g} Hz")
     known = [p.fit.correlation for p in pairs if np.isfinite(p.fit.correlation)]
     alike = float(np.mean(known)) if known else 0.0
     notes.insert(0, f"{shift:+.6g} s are added to the times of the test, where the mean correlation is {alike:.2f}")
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
     return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
+
+
+def _nothing_computed(names: Sequence[str], known: Sequence[str], test: Path) -> InputError:
+    fix = suggest(names[0], known) if names and known else "Name its columns so."
+    return InputError(
+        f"none of its {len(names)} channels is one that the run computed",
+        where=test,
+        expected=f"names as {first_few(known, len(known), NAMED)}" if known else "a run of watched nodes or contacts",
+        fix=f"{fix if known else ''} {DROPPED if any(map(OF_CONTACT.fullmatch, names)) else ''}".strip(),
+    )
+
+
+def _left_out(names: Sequence[str]) -> str:
+    told = first_few(names, len(names), NAMED)
+    subject, verb = ("channel", "is") if len(names) == 1 else ("channels", "are")
+    hint = f". {DROPPED}" if any(OF_CONTACT.fullmatch(name.strip("'")) for name in names) else ""
+    return f"{subject} {told} {verb} nothing that the run computed and {verb} left out{hint}"
 
 
 def fit_pressures(
@@ -232,7 +248,7 @@ def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple
         return Course(channel.time, size * UNITS[h.units].per_metre * values), False
     if c.kind == "motion" and order == ACCELERANCE:
         course = Course(channel.time, size * UNITS[h.units].per_metre * values)
-        return Course(course.time, integrate_twice(course.values, channel.step, _lowest(course))[0]), True
+        return replace(course, values=displacement_of(course.values, channel.step)), True
     raise InputError(
         f"channel {channel.name!r} is in {channel.unit}",
         where=path,
@@ -241,12 +257,13 @@ def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple
     )
 
 
-def _lowest(course: Course) -> float:
-    return SLOW / float(course.time[-1] - course.time[0])
+def _width(test: Course, model: Course) -> float:
+    """s of the mean that both lose: what is slower is not known of an integrated acceleration."""
+    return min(float(c.time[-1] - c.time[0]) for c in (test, model)) / SLOW
 
 
-def _filtered(model: Course, test: Course) -> Course:
-    """The displacement of the model without what is below the lowest frequency of an integrated acceleration."""
-    spectrum, freq = np.fft.rfft(model.values), np.fft.rfftfreq(model.time.size, float(np.diff(model.time).mean()))
-    kept: FloatArray = np.fft.irfft(np.where(freq >= _lowest(test), spectrum, 0.0), model.time.size)
-    return Course(model.time, kept)
+def _without_slow(test: Course, model: Course) -> tuple[Course, Course]:
+    """Both without what is slow, by the same filter. The mean of the test stays unknown: the sensor's zero is in it."""
+    width = _width(test, model)
+    filtered = [Course(*less_running_mean(c.time, c.values, width)) for c in (test, model)]
+    return filtered[0], filtered[1]

@@ -22,7 +22,7 @@ from creak.studies.models.correlation import Correlation, correlate
 from creak.studies.models.deck_modes import structure_modes
 from creak.studies.prepare.closed_joints import closed_joints, with_closed
 from creak.studies.prepare.linear_model import linear_structure
-from creak.studies.prepare.measured_damping import ABOVE, channel_rows
+from creak.studies.prepare.measured_damping import ABOVE, shapes_at
 from creak.studies.prepare.sensors import Sensors
 from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.mac import mac_matrix, pair_measured
@@ -135,8 +135,8 @@ def partners(case: UpdateCase, sensors: Sensors, trial: Trial, tests: Sequence[i
     tests : rows of the measured modes.
     """
     freq = trial.found.frequencies
-    rows = channel_rows(trial.joined.system, case.measured, sensors)
-    matrix = mac_matrix(real_shapes(case.measured.shapes), np.asarray(rows @ trial.found.shapes))
+    shapes = shapes_at(trial.joined.system, case.measured, sensors, trial.found.shapes)
+    matrix = mac_matrix(real_shapes(case.measured.shapes), shapes)
     partner = pair_measured(matrix, case.measured.frequencies, freq)
     most_like = np.where(freq > 0.0, matrix, -1.0).argmax(axis=1)
     return np.where(partner >= 0, partner, most_like)[list(tests)]

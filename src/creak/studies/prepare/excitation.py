@@ -94,6 +94,8 @@ class StaticMotion:
     labels: IntArray
     value: float
     where: str
+    node_set: str = ""
+    """Of the study's table; "": the deck's loads name the nodes."""
 
 
 def moved_before(model: Model, driving: Driving) -> list[StaticMotion]:
@@ -103,7 +105,8 @@ def moved_before(model: Model, driving: Driving) -> list[StaticMotion]:
         if table.displacement is not None:
             nodes = model.node_set(table.node_set or "", where=driving.places.where("static", k, "node_set"))
             labels = labels_of(nodes, DOFS.index(table.dof or "x") + 1)
-            found.append(StaticMotion(f"static.{k + 1}", labels, table.displacement, driving.places.where("static", k)))
+            where, moved = driving.places.where("static", k), table.displacement
+            found.append(StaticMotion(f"static.{k + 1}", labels, moved, where, table.node_set or ""))
     for k, loads in loads_taken(model, driving):
         found += [
             StaticMotion(f"static.{k + 1}.{j + 1}", m.labels, m.value, m.where) for j, m in enumerate(loads.moved)

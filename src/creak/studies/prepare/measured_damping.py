@@ -16,7 +16,7 @@ from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.modes import Measured, MeasuredModes
-from creak.model.dofs import TRANSLATIONS, node_dofs
+from creak.model.dofs import TRANSLATIONS, dofs_of, node_dofs
 from creak.reduction.modal import ModalShares
 from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.structure import Structure, modes_up_to
@@ -27,6 +27,8 @@ ABOVE = 1.3
 """Modes of the model are sought up to this multiple of the highest measured frequency."""
 COMPLEX = 0.5
 """Phase collinearity below which no real mode stands for one: points move on ellipses, as where a wave travels."""
+STILL = 1e-6
+"""Share of the largest displacement of a mode: where its motion at all sensors is less, it is round-off."""
 UNDAMPED = Rayleigh(0.0, 0.0)
 
 
@@ -57,15 +59,24 @@ def pair_shapes(
 
     Raises
     ------
-    InputError : the modes are complex through and through, or none has a partner.
+    InputError : the modes are complex through and through, none of the model moves the sensors, or none has a partner.
     """
     collinearity = phase_collinearity(measured.shapes)
     _require_real(measured, collinearity)
-    test, model = real_shapes(measured.shapes), np.asarray(channel_rows(system, measured, sensors) @ shapes)
+    test, model = real_shapes(measured.shapes), shapes_at(system, measured, sensors, shapes)
+    _require_motion(measured, model[:, freq > 0.0])
     matrix = mac_matrix(test, model)
     partner = pair_measured(matrix, measured.frequencies, freq)
     _require_pairs(measured, matrix[:, freq > 0.0], partner)
     return PairedShapes(test, model, matrix, partner, collinearity)
+
+
+def shapes_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:
+    """(n_channel, n_mode) motion of every channel in modes of a System, 0 of a mode that is `STILL` at all of them."""
+    found = np.asarray(channel_rows(system, measured, sensors) @ shapes)
+    moves = (system.coordinates >= 0) & np.isin(dofs_of(system.coordinates), TRANSLATIONS)
+    largest = np.abs(shapes[moves]).max(axis=0, initial=0.0)
+    return np.where(np.abs(found).max(axis=0, initial=0.0) < STILL * largest, 0.0, found)
 
 
 def channel_rows(system: System, measured: Measured, sensors: Sensors) -> Any:
@@ -157,6 +168,23 @@ def _require_real(measured: MeasuredModes, collinearity: FloatArray) -> None:
             expected="modes of a structure at rest, whose points move in phase or against it",
             fix="Modes of a rotating frame, or travelling waves, have no real partner. Else look at the phases.",
         )
+
+
+def _require_motion(measured: MeasuredModes, elastic: FloatArray) -> None:
+    if not elastic.size or elastic.any():
+        return
+    count = len(measured.sensors)
+    raise InputError(
+        f"no mode of the model moves {'its sensor' if count == 1 else f'any of its {count} channels'}: the node of "
+        f"sensor {measured.sensors[0]} cannot move along the direction {_direction(measured)}",
+        where=measured.path,
+        expected="directions in which the model moves",
+        fix="Are the directions in the axes of the deck? Correct them, or the places of the sensors.",
+    )
+
+
+def _direction(measured: MeasuredModes) -> str:
+    return " ".join(f"{x:.3g}" for x in measured.directions[0].tolist())
 
 
 def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray) -> None:

@@ -15,7 +15,7 @@ from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
 from creak.formats.measured.csv_modes import is_of_modes
 from creak.formats.measured.files import is_measured, read_channels
-from creak.formats.measured.histories import AXES
+from creak.formats.measured.histories import AXES, own_name
 from creak.formats.measured.mode_files import ModalTest, read_measured_modes, read_universal
 from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.unit_words import plain_unit
@@ -29,6 +29,10 @@ from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 
 TABLES = (".csv", ".txt")
 UNIVERSAL = (".unv", ".uff", ".u58", ".u55")
+SHORT = 0.05
+"""Share of the intervals of a table that may be shorter than its even step: rows that stand twice are no course."""
+PER_ROW = 10
+"""Even instants for each row of an uneven table."""
 MOTION = re.compile(r"(?P<node>.+) (?P<axis>[xyz])", re.IGNORECASE)
 OF_SOUND = re.compile(r"(?P<name>.+) pressure", re.IGNORECASE)
 OF_CONTACT = re.compile(r"(?P<name>.+?)(:[^:]+)? (gap|force|normal force)", re.IGNORECASE)
@@ -46,6 +50,11 @@ class Measurement:
     """Time histories, under the names that the run gives what they measure."""
     nodes_idx: IntArray
     """Rows of the nodes whose motion is among these."""
+
+    @property
+    def contacts(self) -> frozenset[str]:
+        """Names of the contacts and connectors whose gap or force is among these, in small letters."""
+        return frozenset(m["name"].lower() for c in self.channels if (m := OF_CONTACT.fullmatch(c.name)))
 
     @property
     def top(self) -> float:
@@ -128,20 +137,22 @@ def record_channels(path: Path) -> Iterator[Channel]:
 
 
 def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channel]:
-    """Each column of a table that was read, over the first one, evenly sampled."""
+    """Each column of a table that was read, over the first one, evenly sampled: by a short interval (the quantile
+    `SHORT` of all), at `PER_ROW` instants for each row at most."""
     for column in header[1:]:
         time, values = table_column(path, header, rows, column)
         name, _, unit = column.partition("[")
-        step = float(np.diff(time).min())
-        at = np.arange(time[0], time[-1] + 0.5 * step, step)
+        most = PER_ROW * (time.size - 1)
+        step = max(float(np.quantile(np.diff(time), SHORT)), float(time[-1] - time[0]) / most)
+        at = time[0] + step * np.arange(min(int((time[-1] - time[0]) / step + 0.5), most) + 1)
         yield Channel(_plain(name), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
 
 
 def named_by_place(channel: Channel) -> Channel:
-    """The channel under its node and direction, where it tells them, along the positive axis."""
-    node, direction = channel.at
-    if not node or not 1 <= abs(direction) <= 3:
-        return replace(channel, name=_plain(channel.name))
+    """The channel under its node and direction, where it tells them, along the positive axis; creak's own by title."""
+    (node, direction), own = channel.at, own_name(channel.name)
+    if own is not None or not node or not 1 <= abs(direction) <= 3:
+        return replace(channel, name=_plain(own or channel.name))
     values = channel.values if direction > 0 else -channel.values
     return replace(channel, name=f"{node} {AXES[abs(direction) - 1]}", values=values, at=(0, 0))
 

@@ -105,11 +105,13 @@ def check_static(model: Model, driving: Driving, driven: Driven) -> None:
         taken = [int(x) for x in motion.labels if int(x) in held]
         if taken:
             node, dof = node_and_dof(taken[0])
+            nodes = f'nodes = "{motion.node_set}"' if motion.node_set else "a node set of them as nodes"
             raise InputError(
                 f"a static displacement moves node {model.nodes.label(node)} {DOFS[dof - 1]}, which the deck holds",
                 where=motion.where,
                 expected="nodes that the deck does not hold in this dof",
-                fix="Take the dof out of the deck's boundary condition: the displacement holds it.",
+                fix=f'Free them: [support.NAME] with {nodes} and free = ["{DOFS[dof - 1]}"]. '
+                "The displacement holds them.",
             )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
@@ -60,21 +60,28 @@ def with_linear_gaps(setup: Setup, reference: ReferenceModel, progress: Progress
 
 
 def prechecked(
-    table: PrecheckTable, contacts: GapOperator, smallest: FloatArray | None
+    table: PrecheckTable, contacts: GapOperator, smallest: FloatArray | None, tested: Container[str] = ()
 ) -> tuple[GapOperator, list[str]]:
     """Channels that the gaps (m,) of the linear run let close (thesis 3.3.2), and a note of it.
 
     Parameters
     ----------
     smallest : of each channel; None: there was no such run.
+    tested : contacts, in small letters, whose gap or force is measured: where none of its channels closes all are kept.
     """
     if not table.enabled or contacts.m == 0:
         return contacts, []
     if smallest is None:
         return contacts, ["the pre-check was skipped: only contact holds the structure; all channels are kept"]
-    keep = np.flatnonzero(smallest <= table.near(contacts.gap0))
-    note = f"pre-check: {keep.size} of {contacts.m} channels kept (linear gap falls to {table.words()} or less)"
-    return contacts.select(keep), [note] if keep.size else [note, nothing_closes(contacts, smallest, table.words())]
+    closes = smallest <= table.near(contacts.gap0)
+    closing = set(np.array(contacts.group)[closes].tolist())
+    measured = np.array([name.lower() in tested and name not in closing for name in contacts.group], dtype=bool)
+    notes = [f"pre-check: {closes.sum()} of {contacts.m} channels kept (linear gap falls to {table.words()} or less)"]
+    if measured.any():
+        notes.append(f"pre-check: {measured.sum()} channels that cannot close are kept: a test has their gap or force")
+    if not closes.any():
+        notes.append(nothing_closes(contacts, smallest, table.words()))
+    return contacts.select(np.flatnonzero(closes | measured)), notes
 
 
 def linear_course(
@@ -208,7 +215,8 @@ def ready(
     c, mass = setup.study.config, reference.system.stats.mass
     figures = figure_warnings(setup.model, c.model.units, mass, reference.modes.omega2)
     reference = with_linear_gaps(setup, reference, progress)
-    kept, notes = prechecked(c.precheck, setup.contacts, reference.linear_gaps)
+    tested = frozenset[str]().union(*(test.contacts for test in setup.tests))
+    kept, notes = prechecked(c.precheck, setup.contacts, reference.linear_gaps, tested)
     if c.reduction.method != WHOLE:
         reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]

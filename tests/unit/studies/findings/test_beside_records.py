@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import creak
 from creak.errors import InputError
-from creak.formats.measured.histories import read_histories
+from creak.formats.measured.channel import Channel
+from creak.formats.measured.histories import Histories, read_histories, write_universal
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
+from creak.formats.stored.results import LineRecord
 from creak.studies.file.reader import read_study
+from creak.studies.findings.beside_records import fit_records
+from creak.studies.prepare.measurements import record_channels
 from creak.verify.events import contact_stretches
 from creak.verify.records import Course, fitted, shift_between
 from helpers_decks import STUDY, write_strips
+from helpers_refusal import refusal
 
 LATE = 0.73123
 """s by which the clock of the test is ahead: no whole number of steps."""
@@ -89,15 +97,47 @@ def test_units_and_signs_are_those_of_the_file(results, run, tmp_path):
     assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
+def test_what_creak_wrote_of_the_run_is_the_run(results, run, tmp_path):
+    """Displacements and normal forces come back; the relative motion of a line is no motion of its node."""
+    ids = run.node_ids[:1]
+    line = LineRecord(run.time[9:], np.ones((run.time.size - 9, 1, 3)), (f"tip:{run.node_names[0]}",), ids)
+    own = replace(run, elines=line)
+    write_universal(own, tmp_path / "own.unv")
+    found = creak.compare_records(results, tmp_path / "own.unv")
+    names = [f"{name} {axis}" for name in run.node_names for axis in "XYZ"]
+    assert [p.name for p in found.pairs] == names + [f"{name} normal force" for name in run.channels]
+    assert found.shift == pytest.approx(0.0, abs=1e-9)
+    assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0] * len(found.pairs), abs=1e-9)
+    (left_out,) = (note for note in found.notes if "left out" in note)
+    line_names = ", ".join(f"'tip:{run.node_names[0]} relative {axis}'" for axis in "xyz")
+    assert left_out == f"channels {line_names} are nothing that the run computed and are left out"
+
+
 def test_an_acceleration_is_compared_as_displacement(results, run, tmp_path):
-    """That of the run, differentiated in the frequency domain, comes back above the lowest frequency."""
+    """That of the run, differentiated in the frequency domain: what splines lose of its highest frequencies is left."""
     u, n = run.displacement[:, 0, 2], run.time.size
     freq = np.fft.rfftfreq(n, run.time[1] - run.time[0])
     a = np.fft.irfft(-((2.0 * np.pi * freq) ** 2) * np.fft.rfft(u), n)
     test = table(tmp_path / "test.csv", run.time, **{f"{run.node_names[0]} z [m/s^2]": 1e-3 * a})
     (pair,) = creak.compare_records(results, test).pairs
-    assert pair.fit.fit == pytest.approx(1.0, abs=1e-6)
+    assert pair.fit.fit > 0.999
     assert np.abs(pair.fit.test).max() > 0.3 * np.abs(u).max()
+
+
+@pytest.mark.parametrize(("starts", "ends"), [(0.0, 0.5), (0.0, 0.47), (0.0, 0.4), (0.02, 0.45), (0.0, 5.0)])
+def test_an_acceleration_of_any_length_lies_over_the_motion(run, starts, ends):
+    """A sine whose periods are whole in neither record, an offset of the sensor and another clock: cells of time lose
+    less than 1e-3 of it. Of shifts that whole periods tell apart the smallest is taken."""
+    w, size, late = 2.0 * np.pi * 11.0, 0.05, 0.013
+    time, at = np.linspace(0.0, 0.5, 1002), np.arange(starts, ends, 1e-4)
+    moved = np.zeros((time.size, 1, 6))
+    moved[:, 0, 0] = size * np.sin(w * time)
+    none = np.zeros((time.size, 0))
+    own = Histories("reduced", "mm-t-s", time, np.array([95]), ("95",), moved, (), np.array([]), none, none)
+    a = Channel("95 X", "m/s^2", starts + late, 1e-4, -1e-3 * size * w**2 * np.sin(w * at) + 0.01)
+    found = fit_records(own, [a], Path("test.csv"), 500.0)
+    assert found.shift == pytest.approx(-late, abs=1e-3 / 11.0)
+    assert found.pairs[0].fit.fit > 0.999
 
 
 def test_what_disagrees_is_measured(results, run, tmp_path):
@@ -152,12 +192,51 @@ def test_a_channel_that_never_moves_has_no_correlation(results, run, tmp_path):
     assert any("hardly alike" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("short", [1e-7, 1e-13])
+def test_one_short_interval_asks_for_no_more_memory(results, run, tmp_path, short):
+    """A row that stands twice but for a digit; 74 GiB would be its even samples by the shortest interval."""
+    twice = np.insert(run.time, 10, run.time[9] + short), *(np.insert(v, 10, v[9]) for v in columns(run).values())
+    rows = "\n".join(",".join(f"{x:.15g}" for x in row) for row in zip(*twice, strict=True))
+    (tmp_path / "test.csv").write_text("\n".join([",".join(["time", *columns(run)]), rows]), encoding="utf-8")
+    assert max(c.values.size for c in record_channels(tmp_path / "test.csv")) <= 10 * run.time.size + 1
+    found = creak.compare_records(results, tmp_path / "test.csv")
+    assert found.shift == pytest.approx(0.0, abs=1e-5)
+    assert min(p.fit.fit for p in found.pairs) > 0.97
+
+
+@pytest.mark.parametrize(("head", "scale"), [("time [ms]", 1e3), ("t (µs)", 1e6), ("time [min]", 1 / 60), ("t [s]", 1)])
+def test_times_are_in_the_unit_of_their_head(results, run, tmp_path, head, scale):
+    test = table(tmp_path / "test.csv", scale * run.time, **columns(run))
+    test.write_text(test.read_text(encoding="utf-8").replace("time", head, 1), encoding="utf-8")
+    found = creak.compare_records(results, test)
+    assert found.shift == pytest.approx(0.0, abs=1e-6)
+    assert min(p.fit.fit for p in found.pairs) > 0.999
+
+
+def test_a_contact_that_the_pre_check_dropped_is_named(run):
+    none = np.zeros((run.time.size, 0))
+    dropped = replace(run, channels=(), channel_nodes=np.array([]), gap=none, normal_force=none)
+    gap, z = (
+        Channel(name, "mm", 0.0, 1e-3, np.sin(np.arange(900.0))) for name in ("tip gap", f"{run.node_names[0]} Z")
+    )
+    (note,) = (n for n in fit_records(dropped, [gap, z], Path("test.csv"), 500.0).notes if "left out" in n)
+    assert "dropped by the pre-check" in note
+    still = replace(dropped, node_ids=np.array([]), node_names=(), displacement=np.zeros((run.time.size, 0, 6)))
+    words = str(refusal(fit_records, still, [gap], Path("test.csv"), 500.0))
+    assert "expected a run of watched nodes or contacts" in words
+    assert "dropped by the pre-check: name the file in a [test.NAME]" in words
+
+
 WRONG = {
     "no channel of the run": ("time,tip foce\n0,1\n1,2\n", "none of its 1 channels is one that the run computed"),
     "a force in mm": ("time,tip force [mm]\n0,1\n1,2\n", "'tip force' is in mm; expected a force"),
     "a gap in m/s^2": ("time,tip gap [m/s^2]\n0,1\n1,2\n", "'tip gap' is in m/s\\^2; expected a length"),
     "a word": ("time,tip force\n0,1\n1,much\n", "test.csv:3"),
     "times that fall": ("time,tip force\n1,1\n0,2\n", "does not increase"),
+    "times in weeks": (
+        "time [weeks],tip force\n0,1\n1,2\n",
+        "the times are in weeks; expected one of s, ms, us, min, h",
+    ),
     "one row": ("time,tip force\n1,1\n", "two or more"),
 }
 

@@ -13,7 +13,9 @@ import pytest
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.uff import write_uff
+from creak.report.words.correlation import sentence
 from creak.studies.models.correlation import correlate
+from creak.studies.models.deck_modes import deck_modes
 from creak.studies.prepare.sensors import read_sensor_map
 from helpers_modal import (
     COUNT,
@@ -283,6 +285,35 @@ def test_what_has_no_partner_is_told_on_both_sides(strip, tmp_path):
     told = c.as_dict()
     assert told["test_without_partner"] == [{"mode": 2, "frequency": pytest.approx(t.frequencies[1])}]
     assert told["model_without_partner"][0]["mode"] == 2
+
+
+@pytest.mark.parametrize("directions", [("x",), ("x", "y")])
+def test_what_the_model_cannot_do_is_no_round_off_that_fits(tmp_path, directions):
+    """A flat strip that bends along z moves nothing in its plane: so do its modes but the fifth."""
+    deck = strip_deck(tmp_path)
+    bending, every = (deck_modes(deck, count=count) for count in (4, COUNT))
+    t = measured_strip(deck)[1]
+    path = tmp_path / "t.csv"
+    path.write_text(csv_text(replace(t, shapes=t.shapes[:, :, [2]] * np.ones(3)), directions))
+    with pytest.raises(InputError, match=f"no mode of the model moves any of its {11 * len(directions)} channels"):
+        correlate(bending, read_measured_modes(path))
+    path.write_text(csv_text(t, directions))
+    c = correlate(every, read_measured_modes(path))
+    assert np.delete(c.mac, 4, axis=1).max() == 0.0
+    assert [(p.test, p.model) for p in c.pairs] == [(4, 4)]
+
+
+def test_one_channel_tells_no_shape(strip, tmp_path):
+    """The fifth mode moves in the plane, which a sensor along z does not see."""
+    found, t = strip
+    path = tmp_path / "t.csv"
+    path.write_text(csv_text(replace(t, points=t.points[-1:], labels=t.labels[-1:], shapes=t.shapes[:, -1:]), ("z",)))
+    c = correlate(found, read_measured_modes(path))
+    assert c.of_one_channel
+    assert [p.model for p in c.pairs] == [0, 1, 2, 3, 5]
+    said = sentence(c)
+    assert said.startswith("5 of 6 measured modes have a partner by frequency alone (frequency within 5 %)")
+    assert "the shapes are not compared" in said
 
 
 def test_the_units_of_a_deck_in_metres(tmp_path):

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 
 import creak
+from creak.studies.file.config import PrecheckTable
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import precheck
 from creak.studies.run.job import StudyResult, run_study
+from creak.studies.run.precheck import prechecked
 from creak.verify.reliability import reasons_against
+from helpers_core import channels
 from helpers_decks import STEEL, strip, write_strips
 from helpers_decks import STUDY as TWO
 from helpers_findings import summarised
@@ -110,6 +113,19 @@ def test_the_unreduced_model_alone_is_watched_too(tmp_path):
     result = run(tmp_path, study)
     assert result.closed_later > 0
     assert any(e.group == "back" for e in result.runs["reference"].events)
+
+
+@pytest.mark.parametrize(("smallest", "tested", "kept", "told"), [
+    ([2.0, 0.0, 2.0], "b", [1, 2], 1), ([2.0, 2.0, 2.0], "a", [0, 1], 2),
+    ([2.0, 0.0, 2.0], "a", [1], 0), ([0.0, 2.0, 2.0], "", [0], 0),
+])  # fmt: skip
+def test_a_contact_that_a_test_asks_for_keeps_its_channels(smallest, tested, kept, told):
+    """Where none of them closes; one that closes has those that do."""
+    table, gaps = PrecheckTable(), channels(np.eye(3), 2.0, 1e3)
+    gaps = replace(gaps, names=("A:1", "A:2", "B:3"), group=("A", "A", "B"))
+    found, notes = prechecked(table, gaps, np.array(smallest), {tested})
+    assert found.names == tuple(gaps.names[k] for k in kept)
+    assert [f"{told} channels that cannot close are kept" in n for n in notes].count(True) == bool(told)
 
 
 def test_nothing_closes_nothing_is_run_again(thrown):

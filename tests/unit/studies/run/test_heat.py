@@ -223,6 +223,13 @@ def test_what_cannot_be_heated_is_refused(tmp_path, case):
         study(tmp_path, tables, (BAR + STEEL + EXPANDS).replace(old, new) if old else BAR + STEEL + EXPANDS)
 
 
+def test_the_table_without_a_reference_is_named(tmp_path):
+    """The first of two has one."""
+    tables = HEAT + f'[[static]]\ntemperature = {WARM}\nnode_set = "TIP"\n'
+    with pytest.raises(InputError, match=r":8 \[static\.1\]: no temperature without strain"):
+        study(tmp_path, tables, BAR + STEEL + EXPANDS)
+
+
 def test_refused_in_decks(tmp_path):
     for steps, match in (
         (HEATED.replace(f"ALL, {WARM}", "ALL, 80., 2."), "vary through the section"),

@@ -203,7 +203,10 @@ REFUSED = {
     "no set": ("[[static]]\nforce = 1\n", "force needs node_set and dof"),
     "set of gravity": ('[[static]]\ngravity = [0, 0, -1]\nnode_set = "TIP"\n', "acts on the whole model"),
     "force on a support": ('[[static]]\nforce = 1\nnode_set = "ROOT"\ndof = "z"\n', "it loads nothing"),
-    "held node moved": ('[[static]]\ndisplacement = 1\nnode_set = "ROOT"\ndof = "z"\n', "which the deck holds"),
+    "held node moved": (
+        '[[static]]\ndisplacement = 1\nnode_set = "ROOT"\ndof = "z"\n',
+        r'which the deck holds.*Free them: \[support.NAME\] with nodes = "ROOT" and free = \["z"\]',
+    ),
     "not a number": ("[[static]]\ngravity = [0, 0, nan]\n", "gravity"),
     "one table": ("[static]\ngravity = [0, 0, -1]\n", "Write \\[\\[static\\]\\]"),
 }
