@@ -74,7 +74,7 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
         status[i] = SMOOTH if p - lack > 0.0 else OPEN
         error = abs(p - max(0.0, p - lack))
         allowed = ACCURATE * top + ROUND * size[i] / own
-        excess[i] = _ratio(error, allowed)
+        excess[i] = _ratio(error, allowed) if lack - lack == 0.0 else np.inf  # no number, no solution
         t = c.tangent[i]
         if t >= 0:
             if status[i] == SMOOTH:

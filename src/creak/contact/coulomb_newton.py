@@ -6,9 +6,11 @@ Source: Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991. It need no
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
+from creak.arrays import FloatArray, IntArray
 from creak.contact.coulomb import OPEN, SLIDE, STICK, assess, bounded, response, set_open, tidy
 from creak.contact.laws.friction import coefficient, coefficient_slope
 from creak.contact.laws.pieces import overclosure_at, piece_of
@@ -24,13 +26,39 @@ SHARP = 0.01
 of what slides is the same, and the factor costs as much as five steps."""
 
 
+class Kept(NamedTuple):
+    """A factor and what it was made for: it is tried first in the next step, where it mostly serves again."""
+
+    matrix: FloatArray
+    """(N N,) that of the `counts[2]` forces of closed channels, row by row."""
+    order: IntArray
+    unknown: IntArray
+    """(N,) rows that were taken; places in x."""
+    status: IntArray
+    """(N,) of the channels"""
+    counts: IntArray
+    """(3,) channels, forces, and those of closed channels; -1: there is none."""
+
+
+def new_kept(size: int) -> Kept:
+    """For up to `size` forces; none is there yet."""
+    none = np.zeros(size, dtype=np.int64)
+    return Kept(np.zeros(size * size), none, none.copy(), none.copy(), np.full(3, -1))
+
+
+fresh = with_arrays(new_kept)
+
+
 @with_arrays
-def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
-    """True with x, r, status at the solution; False where it does not get there."""
-    size, last, factored = np.empty(x.size), np.inf, 0
-    before, unknown = np.empty(status.size, dtype=np.int64), np.empty(x.size, dtype=np.int64)
-    order, J, b = np.empty(x.size, dtype=np.int64), np.empty((0, 0)), np.empty(x.size)
-    fill(before, -1)
+def room_for(kept, size):  # type: ignore[no-untyped-def]
+    """`kept`, or a new one where it is too small."""
+    return kept if kept.order.size >= size else fresh(size)
+
+
+@with_arrays
+def newton(c, holds, x, r, excess, status, kept):  # type: ignore[no-untyped-def]
+    """True with x, r, status at the solution; False where it does not get there. kept: with room for all forces."""
+    size, last, factored, b = np.empty(x.size), np.inf, 0, np.empty(x.size)
     while factored < MAX_NEWTON:
         response(c, x, r, size)
         worst = assess(c, holds, x, r, size, excess, status)
@@ -41,27 +69,27 @@ def newton(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
             return False
         if _opened(c, x, status):
             response(c, x, r, size)
-        if not (worst < SHARP * last and _alike(before, status)):
+        if not (worst < SHARP * last and _serves(kept, x, status)):
             factored += 1
-            known = places(_closed(c, x, status), unknown)
-            J = np.empty((known, known))
-            if not _factor(c, holds, x, r, status, unknown[:known], J, order[:known]):
+            if not _factor(c, holds, x, r, status, kept):
                 return False
-            put(before, 0, status)
         last = worst
         _right_side(c, holds, x, r, status, b)
-        step = b[unknown[: J.shape[0]]]
-        solve_factored(J, order[: step.size], step)
-        for k in range(step.size):
-            x[unknown[k]] += step[k]
+        known = kept.counts[2]
+        step = b[kept.unknown[:known]]
+        solve_factored(kept.matrix[: known * known].reshape((known, known)), kept.order[:known], step)
+        for k in range(known):
+            x[kept.unknown[k]] += step[k]
     return False
 
 
 @with_arrays
-def _alike(before, status):  # type: ignore[no-untyped-def]
-    """Are the states those that the factor was made for?"""
+def _serves(kept, x, status):  # type: ignore[no-untyped-def]
+    """Was the factor made for these states?"""
+    if kept.counts[0] != status.size or kept.counts[1] != x.size:
+        return False
     for i in range(status.size):  # noqa: SIM110 (compiled)
-        if before[i] != status[i]:
+        if kept.status[i] != status[i]:
             return False
     return True
 
@@ -91,12 +119,17 @@ def _closed(c, x, status):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def _factor(c, holds, x, r, status, unknown, J, order):  # type: ignore[no-untyped-def]
+def _factor(c, holds, x, r, status, kept):  # type: ignore[no-untyped-def]
     """The matrix of the closed channels and its factor; False where it is singular."""
+    known = places(_closed(c, x, status), kept.unknown)
+    J, unknown = kept.matrix[: known * known].reshape((known, known)), kept.unknown[:known]
+    put(kept.status, 0, status)
+    kept.counts[0], kept.counts[1], kept.counts[2] = status.size, x.size, known
     for e in (0.0, REGULARISATION):
         _linearise(c, holds, x, r, status, unknown, e, J)
-        if factor_general(J, order):
+        if factor_general(J, kept.order[:known]):
             return True
+    kept.counts[0] = -1
     return False
 
 
@@ -113,16 +146,16 @@ def _linearise(c, holds, x, r, status, unknown, e, J):  # type: ignore[no-untype
     for i in range(status.size):
         if status[i] == OPEN:
             continue
-        own = c.A[i, i] + c.law.compliance[piece_of(c.law, i, x[i])]
+        own = 1.0 / (c.A[i, i] + c.law.compliance[piece_of(c.law, i, x[i])])
         k = place[i]
         for q in range(unknown.size):
-            J[k, q] = c.A[i, unknown[q]] / own
+            J[k, q] = c.A[i, unknown[q]] * own
         J[k, k] = 1.0 + e
         if status[i] == STICK:
-            t, k = c.tangent[i], place[c.tangent[i]]
+            t, k, own = c.tangent[i], place[c.tangent[i]], 1.0 / c.slack[i]
             for a in range(2):
                 for q in range(unknown.size):
-                    J[k + a, q] = c.A[t + a, unknown[q]] / c.slack[i]
+                    J[k + a, q] = c.A[t + a, unknown[q]] * own
                 J[k + a, k + a] += e
         elif status[i] == SLIDE:
             _linearise_sliding(c, holds, x, r, i, unknown, place, J)
@@ -161,7 +194,7 @@ def _linearise_sliding(c, holds, x, r, i, unknown, place, J):  # type: ignore[no
 
     The turning of z is weighted with mu p / |z| cut at 1, which keeps the matrix regular on the way.
     """
-    t, p, w = c.tangent[i], max(x[i], 0.0), c.slack[i]
+    t, p, w = c.tangent[i], max(x[i], 0.0), 1.0 / c.slack[i]
     k = place[t]
     e1, e2, length, speed, mu = _sliding(c, holds, x, r, i)
     slope = -coefficient_slope(speed, c.static[i], c.kinetic[i], c.decay[i]) * c.speed * p if speed > 0.0 else 0.0
@@ -170,8 +203,8 @@ def _linearise_sliding(c, holds, x, r, i, unknown, place, J):  # type: ignore[no
     for q in range(unknown.size):
         a1, a2 = c.A[t, unknown[q]], c.A[t + 1, unknown[q]]
         along = slope * (e1 * a1 + e2 * a2)
-        J[k, q] = (q11 * a1 + q12 * a2) / w - along * e1
-        J[k + 1, q] = (q12 * a1 + q22 * a2) / w - along * e2
+        J[k, q] = (q11 * a1 + q12 * a2) * w - along * e1
+        J[k + 1, q] = (q12 * a1 + q22 * a2) * w - along * e2
     J[k, k] += 1.0 - q11
     J[k, k + 1] -= q12
     J[k + 1, k] -= q12

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.contact.coulomb import SLIDE, Rubbing
-from creak.contact.coulomb_newton import newton
+from creak.contact.coulomb_newton import newton, room_for
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.linalg.compiled import with_arrays
@@ -25,7 +25,7 @@ FIRST_SWEEPS = 10
 
 
 @with_arrays
-def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
+def solve_rubbing(c, stuck, x, kept):  # type: ignore[no-untyped-def]
     """x in place (on entry the forces of the step before); stuck (n,) in and out. Returns a code of `pivoting`.
 
     A channel that was stuck keeps its static limit until it cannot hold; then the step is solved again with its
@@ -33,7 +33,7 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
     """
     n = stuck.size
     r, excess, status = np.empty(x.size), np.empty(n), np.empty(n, dtype=np.int64)
-    holds = stuck.copy()
+    holds, kept = stuck.copy(), room_for(kept, x.size)
     code = SOLVED
     if not acts(x, 0, n):
         p = np.zeros(n)
@@ -41,7 +41,7 @@ def solve_rubbing(c, stuck, x):  # type: ignore[no-untyped-def]
         if code == SOLVED:
             put(x, 0, p)
     for _ in range(n + 1):
-        if not _converge(c, holds, x, r, excess, status):
+        if not _converge(c, holds, x, r, excess, status, kept):
             return NO_SOLUTION if code == NO_SOLUTION else UNENDED
         if not _released(c, holds, status):
             break
@@ -62,20 +62,22 @@ def _released(c, holds, status):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
+def _converge(c, holds, x, r, excess, status, kept):  # type: ignore[no-untyped-def]
     """Newton with sweeps; where that fails, within a proximal point method. x, r and status at the solution.
 
     Its problems have A + w R and free - w R x_before, R the diagonal of A: regular and easy for large w, and at the
     limit x = x_before the problem itself is solved. w falls by a pace as long as they are solved, and rises where one
     is not; every fourth time the problem itself (w = 0) is tried.
     """
-    A, free, slack, start, before = c.A.copy(), c.free.copy(), c.slack.copy(), x.copy(), x.copy()
+    start = x.copy()
+    if _newton_and_sweeps(c, holds, x, r, excess, status, kept):
+        return True
+    A, free, slack, before = c.A.copy(), c.free.copy(), c.slack.copy(), x.copy()
     near = Rubbing(A, free, c.law, c.tangent, c.static, c.kinetic, c.decay, c.speed, slack)
-    first = 0
     for pace in PACES:
         put(x, 0, start)
         weight = 1.0
-        for k in range(first, MAX_PROXIMAL):
+        for k in range(1, MAX_PROXIMAL):
             w = 0.0 if k % 4 == 0 else weight
             for i in range(x.size):
                 before[i] = x[i]
@@ -83,24 +85,23 @@ def _converge(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
                 free[i] = c.free[i] - w * c.A[i, i] * x[i]
             for i in range(slack.size):
                 slack[i] = (1.0 + w) * c.slack[i]
-            solved = _newton_and_sweeps(near, holds, x, r, excess, status)
+            solved = _newton_and_sweeps(near, holds, x, r, excess, status, kept)
             if w == 0.0:
                 if solved:
                     return True
                 put(x, 0, before)
             else:
                 weight = weight * pace if solved else min(1.0, 3.0 * weight)
-        first = 1
     return False
 
 
 @with_arrays
-def _newton_and_sweeps(c, holds, x, r, excess, status):  # type: ignore[no-untyped-def]
+def _newton_and_sweeps(c, holds, x, r, excess, status, kept):  # type: ignore[no-untyped-def]
     """Newton, tried again after more and more sweeps; False with x after the last of them."""
     sweeps = np.int64(FIRST_SWEEPS)  # a plain number would have `sweep` compiled twice
     y = x.copy()
     for _ in range(ROUNDS):
-        if newton(c, holds, x, r, excess, status):
+        if newton(c, holds, x, r, excess, status, kept):
             return True
         put(x, 0, y)
         if sweep(c, holds, x, r, excess, status, sweeps):

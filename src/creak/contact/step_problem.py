@@ -15,6 +15,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
 from creak.contact.coulomb import Rubbing
+from creak.contact.coulomb_newton import fresh
 from creak.contact.coulomb_solve import solve_rubbing
 from creak.contact.laws.linear import linear_energy, linear_pieces
 from creak.contact.laws.parameters import LawArrays
@@ -69,7 +70,7 @@ def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-d
 
 
 @with_arrays
-def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
+def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force, kept):  # type: ignore[no-untyped-def]
     """Channel forces at the end of a step, to be called from compiled code.
 
     Parameters
@@ -79,6 +80,7 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     rate_gain : 1 / time. slip_gain : -. step : time.
     stuck : (f,) bool; in: was stuck (or open) at the start of the step, out: is at its end.
     force : (m + 2f,) in: a first guess, the forces of the step before; out: the solution.
+    kept : a factor of the step before (`coulomb_newton.Kept`), and of this one; of size 0: nothing is kept.
 
     Returns
     -------
@@ -96,7 +98,7 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
         members = chosen[: places(inside, chosen)]
         put(stuck, 0, was_stuck)
         code = _solve_members(
-            A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force
+            A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force, kept
         )
         if code != SOLVED or members.size == m:
             return code
@@ -123,7 +125,7 @@ def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force):  # type: ignore[no-untyped-def]
+def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force, kept):  # type: ignore[no-untyped-def]
     """Solve for the forces of some channels, all others open."""
     n, m = members.size, gap_free.size
     rub = _rubbing_members(A, slip_free, laws, members, m)
@@ -142,7 +144,7 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
             inner[k, j] = A[at[k], at[j]]
     law = _pieces(laws, members, gap_free, rate_free, rate_gain)
     c, holds = _rubbing(inner, free, law, tangent, slip_gain / step, laws, rub, stuck)
-    code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x)
+    code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x, kept)
     fill(stuck, True)
     for k in range(n):
         if rub[k] >= 0:
@@ -216,7 +218,8 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
 @either
 def solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
     """`solve_step`, for Python."""
-    return solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
+    kept = fresh(0)
+    return solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force, kept)
 
 
 def solve_channels(

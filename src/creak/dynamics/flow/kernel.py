@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.contact.coulomb_newton import Kept, new_kept
 from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.flow.block import (
@@ -26,7 +27,7 @@ from creak.dynamics.flow.block import (
     under_way,
 )
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
-from creak.dynamics.flow.held import CALM, NEVER, SAME, WAIT, Held, new_held
+from creak.dynamics.flow.held import CALM, MOST, NEVER, SAME, WAIT, Held, new_held
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow.lasting import PATIENCE, follow_swing, hold_on, rests, wait_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
@@ -67,13 +68,17 @@ class Desk(NamedTuple):
     share: FloatArray
     """(m,)"""
     together: Held
+    factor: Kept
+    """Of the friction of the last kick."""
 
 
 def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
     """For one march at a time; lasts: there may be long steps of lasting contact."""
     m, n_support = model.gap0.size, model.support.shape[2]
     course, drive, D = np.empty((n_support, 6)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
-    return Desk(course, drive, D, np.empty(bands), np.ones(m), new_held(model, loads, levels, lasts))
+    rubbing = model.rows.shape[0] if model.rows.shape[0] > m else 0
+    held = new_held(model, loads, levels, lasts)
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_kept(rubbing if rubbing <= MOST else 0))
 
 
 @inner
@@ -297,7 +302,7 @@ def march(  # type: ignore[no-untyped-def]
             if held:
                 code = DONE
             elif level == levels:
-                code = press(model, laws, A, W, light, gain, h, now, after, share, block.is_near)
+                code = press(model, laws, A, W, light, gain, h, now, after, share, block.is_near, desk.factor)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):

@@ -38,7 +38,7 @@ SWEEPS = 3
 
 
 @inner
-def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # type: ignore[no-untyped-def]
+def press(model, laws, A, W, light, gain, h, now, after, share, watched, kept):  # type: ignore[no-untyped-def]
     """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
 
     A: None where only springs press, on coordinates with mass: then no solver is compiled. watched: (m,) channels whose
@@ -55,7 +55,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched):  # typ
             if after.gap[i] < 0.0:
                 after.force[i] = spring_force(laws, i, after.gap[i])
     else:
-        code = solve_kick(laws, A, W, h, now, after, share)
+        code = solve_kick(laws, A, W, h, now, after, share, kept)
         if code != DONE:
             return code
     if model.damped:
@@ -100,7 +100,7 @@ def any_closed(after):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def solve_kick(laws, A, W, h, now, after, share):  # type: ignore[no-untyped-def]
+def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyped-def]
     """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver."""
     m = after.gap.size
     put(after.force, 0, now.force)
@@ -110,7 +110,8 @@ def solve_kick(laws, A, W, h, now, after, share):  # type: ignore[no-untyped-def
     slip, rate = seen[m:], seen[:m].copy()
     for j in range(slip.size):
         slip[j] = h * slip[j] - RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
-    return solve_step(A, after.gap.copy(), rate, RATE / h, slip, RATE, h, by_value(laws), after.stuck, after.force)
+    gap, stuck, force = after.gap.copy(), after.stuck, after.force
+    return solve_step(A, gap, rate, RATE / h, slip, RATE, h, by_value(laws), stuck, force, by_value(kept))
 
 
 @inner
