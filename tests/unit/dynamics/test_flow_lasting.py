@@ -156,6 +156,38 @@ def test_sliding_that_turns_under_a_force_that_swings(decay, damping):
     assert history.contact_steps < 240 * 128 / 10
 
 
+def test_friction_never_pushes_along_beside_a_part_that_is_pressed_hard():
+    """A block of 10 mg on a belt that swings, beside a part pressed by 1000 N, which sets what may jump in a step.
+
+    The share of time that it slides is that of the same block alone, whatever its mass: it scales with nothing.
+    """
+    end, m, swing = 0.5, 1e-5, 2.0 * np.pi * 9.0
+    M, K = np.diag([1.0, m, m]), np.diag([1e4, m * (2.0 * np.pi * 11.0) ** 2, m * (2.0 * np.pi * 17.0) ** 2])
+    wall = Supports(("belt",), *(np.zeros((3, 1)),) * 3, *(np.zeros((1, 1)),) * 3, np.zeros((3, 1)))
+
+    def rows(labels):
+        pick = sp.csr_matrix((np.ones(labels.size), (np.arange(labels.size), np.minimum(labels, 2))), (labels.size, 3))
+        return sp.csr_matrix(pick.multiply((labels < 3)[:, None])), (labels == 3).astype(float)[:, None]
+
+    system = replace(system_of(M, K, alpha=100.0), rows=rows, supports=wall, labels=np.arange(4))
+    load = np.array([1000.0, 10.0 * m])
+    gaps = channels([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]], -load / 1e5, 1e5)
+    along, across = (
+        channels([row, other], 0.0, 0.0).G
+        for row, other in (((0, 0, 0, 0), (0, 1, 0, -1)), ((0, 0, 0, 0), (0, 0, 1, 0)))
+    )
+    gaps = replace(gaps, tangents=(along, across), friction=Friction(*(np.full(2, x) for x in (0.2, 0.2, 0.0))))
+    time = np.linspace(0.0, end, 1000 * SAMPLES + 1)
+    c, s = np.cos(swing * time), np.sin(swing * time)
+    belt = 1e-3 * np.array([1.0 - c, swing * s, swing**2 * c])[:, :, None]
+    push = 800.0 * np.sin(2.0 * np.pi * 3.0 * time)
+    loads = Loads(time, belt, push[:, None], (np.array([0]),))
+    history = simulate_flow(diagonalise(system), replace(gaps, preload=load), loads, observed=np.arange(3))
+    work = (history.tangential * history.sliding)[:, 2:].sum(axis=1)
+    assert work.min() < 0.0
+    assert work.max() <= 1e-9 * -work.min()
+
+
 def test_what_creeps_follows_the_pull_in_long_steps():
     """A light mass at its limit of friction: where it creeps to hangs on its own force. A pull that turns leads it on
     a pursuit curve, x' = (e . F' / k) e / |e|^2 with e = F / k - x of length mu N / k."""

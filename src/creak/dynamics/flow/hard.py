@@ -24,6 +24,9 @@ HARD = 100.0
 """Spring over the largest that a held mode is: its period is then .5 % too long."""
 SHORT = 200.0
 """Contact frequency over that of a mass on its spring: contact lasts .25 % of its period."""
+ALONE = 10
+"""Power of the share of the largest held mode by which a channel counts as such a mass: from half on. The highest modes
+of a plate at one of its nodes have up to .4."""
 LOADS = 100.0
 """Contact frequency of a mass times the flight step: contact lasts 3 % of it."""
 STEPS = 64
@@ -44,7 +47,7 @@ def hard_springs(omega2: FloatArray, mobility: FloatArray, H: float) -> FloatArr
         total = float(p.sum())
         if total > 0.0:
             local, largest = held(omega2, p / total)
-            mass = largest**4 * max(SHORT**2 * local, (LOADS / H) ** 2)
+            mass = largest**ALONE * max(SHORT**2 * local, (LOADS / H) ** 2)
             springs[i] = max(HARD * largest * local, mass) / total
     return springs
 

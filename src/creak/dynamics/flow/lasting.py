@@ -44,18 +44,20 @@ from creak.linalg.loops import put
 PATIENCE = 4
 """Steps near contact that the same channels press before a long one is tried. Kicks keep the energy less
 (h^2 / 8) p W p, so a force p is to be small against that of the blow when long steps begin."""
-SHORTEST = 2
-"""Levels above the step near contact that a long one lies at least: it costs as much as three or four kicks."""
+SHORTEST = 1.0
+"""Product of the shortest long step and the frequency of the contact springs, less than twice: at 1/4 for the step near
+contact it costs as much as its four kicks, and where it is longer a line follows no vibration of the contact."""
 STIFF = 8.0
 """Largest product of a long step and the frequency of the contact springs: between its ends what a spring holds moves
 as if it were free, and a line that misses the force by e leaves it e omega h / 60 of a vibration."""
 MEMORY = 8.0
 """Flight steps over which the swing of the forces is remembered."""
-STILL = 1e-6
-"""Jump over a force below which nothing swings."""
+STILL = 1e-5
+"""Jump over all forces together that is allowed whatever they swing by: what is left of a blow would keep the march in
+kicks for long, and a hundred-thousandth of the load is nothing to anyone."""
 EASY = 0.125
 """Jump over what is allowed from which on a step of twice the length is tried: its jump is eight times as large."""
-FIRST_PAUSE, LAST_PAUSE = 1 << SHORTEST, 64
+FIRST_PAUSE, LAST_PAUSE = 4, 64
 """Steps near contact to the next try after one that failed: twice as many each time."""
 
 
@@ -65,6 +67,8 @@ class Lasting(NamedTuple):
     tried: bool
     first: int
     """Level of the longest."""
+    last: int
+    """Level of the shortest."""
     jump: float
     """Largest of all forces together, over what they swing by."""
 
@@ -121,9 +125,9 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
     end = block.mark[END] if under_way(block) else parts
     while level < levels and (at % (parts >> level) != 0 or at + (parts >> level) > end):
         level += 1
-    if level > levels - SHORTEST:  # where such a step may begin is ahead
+    if level > lasting.last:  # where such a step may begin is ahead
         return -1
-    while level <= levels - SHORTEST:
+    while level <= lasting.last:
         h = H / (1 << level)
         jump = hold(model, laws, slope, P[level], level, lasting, held, gain, D, course, h, now, after, block)
         if jump <= 1.0:
@@ -131,7 +135,7 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
             next_[LEVEL], next_[WAIT], next_[PAUSE] = level - 1 if easy else level, 0, FIRST_PAUSE
             return level
         level += 1
-    next_[LEVEL], next_[WAIT] = levels - SHORTEST, next_[PAUSE]
+    next_[LEVEL], next_[WAIT] = lasting.last, next_[PAUSE]
     next_[PAUSE] = min(2 * next_[PAUSE], LAST_PAUSE)
     return -1
 
@@ -198,7 +202,9 @@ def stays(laws, held, h, now):  # type: ignore[no-untyped-def]
     for at in range(b, c, 2):
         v0, v1 = now.rate[held.channel[at]], now.rate[held.channel[at + 1]]
         for x in (-GAUSS, GAUSS, 1.0):
-            if v0 * rate_at(held, at, c, h, x) + v1 * rate_at(held, at + 1, c, h, x) <= 0.0:
+            w0, w1 = rate_at(held, at, c, h, x), rate_at(held, at + 1, c, h, x)
+            pushes = (force[at] + x * force[c + at]) * w0 + (force[at + 1] + x * force[c + at + 1]) * w1 > 0.0
+            if v0 * w0 + v1 * w1 <= 0.0 or (pushes and x < 1.0):
                 return False
     return True
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -267,8 +268,9 @@ class FlowRun:
         """Long steps, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
         steps, levels = self.steps, self.steps.levels
         first = next((n for n in range(levels) if steps.fastest * self.H / 2**n <= STIFF), levels)
-        tried = self.model.presses and not self.light and first <= levels - SHORTEST
-        return Lasting(tried, first, 0.01 * resolution.contact**2)
+        last = levels - max(1, round(math.log2(SHORTEST / resolution.contact)))
+        tried = self.model.presses and not self.light and first <= last
+        return Lasting(tried, first, last, 0.01 * resolution.contact**2)
 
     def _check_dampers(self) -> None:
         laws = self.gaps.laws
