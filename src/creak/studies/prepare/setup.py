@@ -57,7 +57,13 @@ from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pre
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.rotation_check import check_rotations
-from creak.studies.prepare.start_check import check_held, drive_warnings, start_warnings, undamped_warnings
+from creak.studies.prepare.start_check import (
+    check_held,
+    drive_warnings,
+    nothing_rattles,
+    start_warnings,
+    undamped_warnings,
+)
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.watched import watched
@@ -178,12 +184,8 @@ class Setup:
     @property
     def no_contact(self) -> str | None:
         """Why nothing of the study can touch, in a sentence; None: something can."""
-        if self.contacts.presses or self.connectors.presses:
-            return None
-        what = "no contact and no connector"
-        if self.contacts.m + self.connectors.m:
-            what = "contacts and connectors without any stiffness"
-        return f"the study has {what}, so nothing can rattle: fill in a [contact.NAME] or a [[connector]]"
+        presses = self.contacts.presses or self.connectors.presses
+        return None if presses else nothing_rattles(self.study.path, self.contacts.m + self.connectors.m)
 
     def unstarted(self) -> Setup:
         """The setup before its static loads."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.formats.endings import is_deck
 from creak.model.dofs import TRANSLATIONS, node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
@@ -96,9 +98,9 @@ def undamped_warnings(
         return []
     return [
         Warned(
-            "nothing is damped: neither the deck nor the study says how, so that no vibration dies out and each blow "
+            "nothing is damped: neither the deck nor a study says how, so that no vibration dies out and each blow "
             "decides over all that follow; give the study the line damping.modal = 0.02 above its first table (or "
-            "modal = 0.02 under [damping]): 2 % of critical in every mode; 0 says that none is meant"
+            "modal = 0.02 under [damping]; a deck *DAMPING): 2 % of critical in every mode; 0 says that none is meant"
         )
     ]
 
@@ -115,6 +117,15 @@ def figure_warnings(model: Model, units: str, mass: float, omega2: FloatArray) -
     elastic = omega2[omega2 > 0.0]
     frequency = float(np.sqrt(elastic[0]) / (2.0 * np.pi)) if elastic.size else None
     return [Warned(text) for text in unit_warnings(model, units, mass=mass, frequency=frequency)]
+
+
+def nothing_rattles(path: Path, channels: int) -> str:
+    """For a study, or a deck that is run by itself, without channels that press."""
+    of, fix = "study", "fill in a [contact.NAME] or a [[connector]]"
+    if is_deck(path):
+        of, fix = "deck", f"write a study for it by creak new {path.name}"
+    what = "contacts and connectors without any stiffness" if channels else "no contact and no connector"
+    return f"the {of} has {what}, so nothing can rattle: {fix}"
 
 
 def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: str) -> str:
