@@ -16,6 +16,8 @@ from creak.verify.nrmse import nrmse_fit
 Kind = Literal["motion", "gap", "force"]
 LEAST = 0.5
 """Share of the shorter record that overlaps at any shift."""
+ROUND_OFF = 1e-12
+"""Difference of two correlations."""
 EQUAL = 1e-3
 """Share by which a correlation may be less than the largest and is as good: so much lies between samples of a peak."""
 PRESSED = 0.05
@@ -90,7 +92,7 @@ def shift_between(pairs: Sequence[tuple[Course, Course]]) -> float:
         left, right = alike(k - 1), alike(k + 1)
         if max(left, right) <= here:
             bend = left - 2.0 * here + right
-            share = 0.5 * (left - right) / bend if bend < 0.0 else 0.0
+            share = 0.5 * (left - right) / bend if bend < 0.0 and abs(left - right) > ROUND_OFF else 0.0
             break
         k, here = (k + 1, right) if right > left else (k - 1, left)
     return first - start + step * (float(lag[k]) + share)

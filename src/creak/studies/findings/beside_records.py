@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -33,6 +34,8 @@ DROPPED = (
     "A contact that cannot close is dropped by the pre-check: name the file in a [test.NAME] of the study, which keeps "
     "its channels, or say [precheck] enabled = false, and run again."
 )
+OF_LINES = re.compile(r" relative [xyz]'?$")
+OF_LINES_WORDS = ": motion of one side of an E-line against the other is not compared"
 PASCALS = {"pa": 1.0, "": 1.0}
 
 
@@ -176,7 +179,8 @@ def _left_out(names: Sequence[str]) -> str:
     told = first_few(names, len(names), NAMED)
     subject, verb = ("channel", "is") if len(names) == 1 else ("channels", "are")
     hint = f". {DROPPED}" if any(OF_CONTACT.fullmatch(name.strip("'")) for name in names) else ""
-    return f"{subject} {told} {verb} nothing that the run computed and {verb} left out{hint}"
+    nothing = "" if all(OF_LINES.search(name) for name in names) else f"nothing that the run computed and {verb} "
+    return f"{subject} {told} {verb} {nothing}left out{hint}{OF_LINES_WORDS if not nothing else ''}"
 
 
 def fit_pressures(
