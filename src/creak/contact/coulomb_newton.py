@@ -5,14 +5,13 @@ Source: Alart and Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991. It need no
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.coulomb import OPEN, SLIDE, STICK, assess, bounded, response, set_open, tidy
-from creak.contact.laws.friction import coefficient, coefficient_slope
+from creak.contact.laws.friction import against, coefficient, coefficient_slope
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.pivoting import REGULARISATION
 from creak.contact.small_systems import factor_general, solve_factored
@@ -180,11 +179,9 @@ def _right_side(c, holds, x, r, status, b):  # type: ignore[no-untyped-def]
 @with_arrays
 def _sliding(c, holds, x, r, i):  # type: ignore[no-untyped-def]
     """Direction and length of z = tau - d / compliance, the speed along -z, and mu there."""
-    t, w = c.tangent[i], c.slack[i]
-    z1, z2 = x[t] - r[t] / w, x[t + 1] - r[t + 1] / w
-    length = math.hypot(z1, z2)
-    e1, e2 = z1 / length, z2 / length
-    speed = max(0.0, -(e1 * r[t] + e2 * r[t + 1])) * c.speed
+    t = c.tangent[i]
+    e1, e2, length, way = against(x[t], x[t + 1], r[t], r[t + 1], c.slack[i])
+    speed = way * c.speed
     return e1, e2, length, speed, coefficient(speed, c.static[i], c.kinetic[i], c.decay[i], holds[i])
 
 

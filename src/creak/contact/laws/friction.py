@@ -33,6 +33,15 @@ def coefficient_slope(speed, static, kinetic, decay):  # type: ignore[no-untyped
 
 
 @either
+def against(tau1, tau2, d1, d2, compliance):  # type: ignore[no-untyped-def]
+    """Direction and length of z = tau - d / compliance (of -d without one), and how far d goes against it, >= 0."""
+    z1, z2 = (tau1 - d1 / compliance, tau2 - d2 / compliance) if compliance > 0.0 else (-d1, -d2)
+    length = math.hypot(z1, z2)
+    e1, e2 = (z1 / length, z2 / length) if length > 0.0 else (0.0, 0.0)
+    return e1, e2, length, max(0.0, -(e1 * d1 + e2 * d2))
+
+
+@either
 def friction_violations(p, tau1, tau2, d1, d2, limit, mu, compliance):  # type: ignore[no-untyped-def]
     """Distances, in force, from sticking and from sliding; one is exactly 0 where Coulomb's law holds.
 

@@ -8,11 +8,9 @@ the projected law (Alart, Curnier, Comput. Methods Appl. Mech. Eng. 92, 1991), a
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from creak.contact.laws.friction import coefficient, coefficient_slope
+from creak.contact.laws.friction import against, coefficient, coefficient_slope
 from creak.contact.small_systems import factor_general, solve_factored
 from creak.dynamics.flow.held import GAUSS, parts_of
 from creak.linalg.compiled import with_arrays
@@ -70,10 +68,7 @@ def _law(laws, held, slot, h, tau, j, side, J, lack):  # type: ignore[no-untyped
     v1, v2 = _speed(held, by, h, x, j, tau), _speed(held, by, h, x, j + 1, tau)
     w = 0.5 * (_moved(by, s, h, x, j, j) + _moved(by, s, h, x, j + 1, j + 1))
     turns = w > 0.0
-    z1, z2 = (t1 - v1 / w, t2 - v2 / w) if turns else (-v1, -v2)
-    length = math.hypot(z1, z2)
-    e1, e2 = (z1 / length, z2 / length) if length > 0.0 else (0.0, 0.0)
-    speed = max(0.0, -(e1 * v1 + e2 * v2))
+    e1, e2, length, speed = against(t1, t2, v1, v2, w)
     mu = coefficient(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f], False)
     slope = coefficient_slope(speed, laws.mu_static[f], laws.mu_kinetic[f], laws.decay[f]) * pressed
     turn = min(1.0, mu * pressed / length) if turns and length > 0.0 else 0.0

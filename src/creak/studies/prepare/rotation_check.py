@@ -8,11 +8,11 @@ import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.assembly.constraints import linear_equations
-from creak.assembly.coupling import Driven
+from creak.assembly.coupling import Driven, labels_of
 from creak.assembly.system import System
 from creak.contact.play import Play, nodes_of_ends
 from creak.errors import InputError
-from creak.model.dofs import dof_label, dofs_of, node_and_dof, nodes_of
+from creak.model.dofs import dofs_of, node_and_dof, nodes_of
 from creak.model.materials import AxialSpring, PointMass, Section, SolidSection, Spring, TrussSection
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving
@@ -56,8 +56,7 @@ def _asked(model: Model, driving: Driving, driven: Driven) -> Iterator[tuple[str
     places = driving.places
     for name, table in driving.forcing.items():
         nodes = model.node_set(table.node_set, where=places.where("excitation", name, "node_set"))
-        labels = np.array([dof_label(n, DOFS.index(table.dof) + 1) for n in nodes.tolist()], dtype=np.int64)
-        yield "a moment", places.where("excitation", name, "dof"), labels
+        yield "a moment", places.where("excitation", name, "dof"), labels_of(nodes, DOFS.index(table.dof) + 1)
     for name in driving.moving:
         yield "a prescribed rotation", places.where("excitation", name, "dof"), driven.labels[name]
     for where, labels, _ in static_forces(model, driving, spread=False):
@@ -67,8 +66,7 @@ def _asked(model: Model, driving: Driving, driven: Driven) -> Iterator[tuple[str
 
 
 def _turned(model: Model, p: Play, where: str) -> IntArray:
-    nodes = np.concatenate(nodes_of_ends(model, p.nodes, where))
-    return np.array([dof_label(n, p.dof) for n in nodes.tolist()], dtype=np.int64)
+    return labels_of(np.concatenate(nodes_of_ends(model, p.nodes, where)), p.dof)
 
 
 def _turning(model: Model, superelements: Sequence[System]) -> BoolArray:

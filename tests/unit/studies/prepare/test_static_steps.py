@@ -52,6 +52,7 @@ def tip(folder, steps: str) -> np.ndarray:
         (static(DOWN) + dynamic(), -SAG),
         (static(DOWN.replace("BEAM,", ",")) + dynamic(DOWN), -SAG),
         (static(SET_BY_SET) + dynamic(), -SAG),
+        (static(SET_BY_SET) + dynamic(SET_BY_SET), -SAG),
         (static(DOWN) + "*STEP, PERTURBATION\n*STATIC\n*CLOAD\nTIP, 3, 9.\n*END STEP\n" + dynamic(), -SAG),
         (static(DOWN) + static("*CLOAD\nTIP, 3, 0.2\n") + dynamic(), 0.2 * GIVE - SAG),
         (static("*CLOAD\nTIP, 3, 0.2\n") + static("*CLOAD\nTIP, 3, 0.1\n") + dynamic(), 0.1 * GIVE),

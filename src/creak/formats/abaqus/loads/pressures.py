@@ -86,11 +86,6 @@ def together(gravity: Gravity, bodies: Bodies) -> FloatArray:
     return np.asarray(first)
 
 
-def has_gravity(block: Block) -> bool:
-    """Whether a *DLOAD has a GRAV line."""
-    return any(_label(fields) == "GRAV" for fields, _ in block.rows())
-
-
 def pressures_of(block: Block, bodies: Bodies) -> dict[tuple[str, str], list[PointLoad]]:
     """Forces of each line of pressure under its set (surface) and label: P along the normal of shells, P1 to P6 into
     faces of solids; of *DSLOAD P, onto the side of the surface.

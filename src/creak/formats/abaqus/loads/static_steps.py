@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.abaqus.loads.forces import along_global_axes, step_loads, step_motion
-from creak.formats.abaqus.loads.pressures import Bodies, Gravity, gravity_of, has_gravity, pressures_of, together
+from creak.formats.abaqus.loads.pressures import Bodies, Gravity, gravity_of, pressures_of, together
 from creak.formats.abaqus.loads.temperatures import heated
 from creak.formats.abaqus.mesh.transforms import Transforms
 from creak.formats.abaqus.text.lexer import Block
@@ -69,7 +69,7 @@ def read_static(
         for block in [b for b in step.blocks if b.name in DISTRIBUTED]:
             where = block.where
             pressed |= pressures_of(block, bodies)
-            if block.name == "DLOAD" and has_gravity(block):
+            if block.name == "DLOAD":
                 given |= gravity_of(block, bodies)
     gravity = together(given, bodies)
     _check_goes_on(dynamic, gravity, bool(forces), bodies)
@@ -121,6 +121,7 @@ def _check_goes_on(
     bodies: Bodies,
 ) -> None:
     """Raise InputError where the *DYNAMIC step changes the static loads."""
+    again, last = Gravity(), None
     for block in dynamic.blocks:
         if block.name == "DLOAD" and pressures_of(block, bodies):
             raise InputError(
@@ -129,13 +130,8 @@ def _check_goes_on(
                 where=block.where,
                 fix="Move it there, or write what varies in time as *CLOAD.",
             )
-        if block.name == "DLOAD" and not np.allclose(together(gravity_of(block, bodies), bodies), gravity, rtol=1e-9):
-            raise InputError(
-                "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",
-                expected="the same, or none",
-                where=block.where,
-                fix="Give it in the *STATIC step alone: it goes on.",
-            )
+        if block.name == "DLOAD":
+            again, last = again | gravity_of(block, bodies), block
         if block.name == "CLOAD" and forces and block.option("OP", "MOD") == "NEW":
             raise InputError(
                 "*CLOAD, OP=NEW takes the loads of the *STATIC step away at once",
@@ -143,6 +139,13 @@ def _check_goes_on(
                 where=block.where,
                 fix="Leave OP=NEW out, or the loads of the *STATIC step.",
             )
+    if last is not None and not np.allclose(together(again, bodies), gravity, rtol=1e-9):
+        raise InputError(
+            "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",
+            expected="the same, or none",
+            where=last.where,
+            fix="Give it in the *STATIC step alone: it goes on.",
+        )
 
 
 def check_same_supports(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -164,26 +165,27 @@ class Elements:
     @property
     def structural(self) -> BoolArray:
         """(n_elem,) True for shells, beams, trusses and solids."""
-        table = np.array([t.kind in STRUCTURAL for t in TYPES])
-        return np.asarray(table[self.type_idx], dtype=np.bool_)
+        return self.of_kinds(STRUCTURAL)
 
     @property
     def heavy(self) -> BoolArray:
         """(n_elem,) True for those and point masses."""
-        table = np.array([t.kind in (*STRUCTURAL, "mass") for t in TYPES])
-        return np.asarray(table[self.type_idx], dtype=np.bool_)
+        return self.of_kinds((*STRUCTURAL, "mass"))
+
+    def of_kinds(self, kinds: Collection[str]) -> BoolArray:
+        """(n_elem,) True for elements of these."""
+        return np.array([t.kind in kinds for t in TYPES])[self.type_idx]
 
     def turn(self, nodes: IntArray) -> bool:
         """Whether something other than solids and bars, which have no rotations, is at any of the node rows."""
-        table = np.array([t.kind not in ROTATIONLESS for t in TYPES])
-        return bool(np.isin(self.nodes_idx[table[self.type_idx]], nodes).any())
+        return bool(np.isin(self.nodes_idx[~self.of_kinds(ROTATIONLESS)], nodes).any())
 
     @cached_property
     def free_faces(self) -> BoolArray:
         """(n_elem, most facets) True for the facets of solids (`FACES`) that no other solid has."""
         rows, sides, corners = [], [], []
         for kind in FACES:
-            mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[self.type_idx])
+            mine = np.flatnonzero(self.of_kinds((kind,)))
             faces = faces_of(kind, self.nodes_idx[mine, : 1 + max(max(face) for face in FACES[kind])])
             rows.append(np.repeat(mine, faces.shape[1]))
             sides.append(np.tile(np.arange(faces.shape[1]), mine.size))
