@@ -109,8 +109,9 @@ verification: $(VENV)/dev.stamp
 	$(BIN)/python -m pytest --measured=docs/verification.json
 	$(BIN)/python -m tools.verification_page
 
-# The figures that pages and advice rest on, and those of the gallery.
+# The figures that pages and advice rest on, those of the tutorial and of the gallery.
 evidence: $(VENV)/dev.stamp
+	$(BIN)/python -m benchmarks.tutorial
 	$(BIN)/python -m benchmarks.evidence
 	$(BIN)/python -m tools.evidence_pages
 	$(BIN)/python -m benchmarks.ranking --out docs/ranking.json

@@ -30,6 +30,13 @@ class Block:
     text: str
 
 
+def of_the_source(name: str) -> Path:
+    """A file or folder that is not in the wheel; without it the test is skipped."""
+    if not (ROOT / name).exists():
+        pytest.skip(f"{name} belongs to the source tree")
+    return ROOT / name
+
+
 def text_of(page: Path) -> str:
     return page.read_text(encoding="utf-8")
 

@@ -18,7 +18,7 @@ import pytest
 
 from helpers_cli import caller, empty_reports
 from helpers_commands import Command, Workshop, all_commands, concrete, inputs, outputs, shorten_thesis
-from helpers_docs import PAGES, ROOT, shell_words
+from helpers_docs import PAGES, ROOT, of_the_source, shell_words
 
 pytestmark = pytest.mark.slow
 
@@ -123,12 +123,6 @@ def test_most_commands_are_run():
 def test_files_of_a_command(line, reads, writes):
     assert inputs(line.split()) == reads
     assert outputs(line.split()) == writes
-
-
-def of_the_source(name):
-    if not (ROOT / name).exists():
-        pytest.skip(f"{name} belongs to the source tree")
-    return ROOT / name
 
 
 def test_targets_of_make_exist():

@@ -4,15 +4,7 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
-from helpers_docs import PAGES, ROOT, text_of
-
-
-def of_the_source(name: str) -> str:
-    if not (ROOT / name).exists():
-        pytest.skip(f"{name} belongs to the source tree")
-    return text_of(ROOT / name)
+from helpers_docs import PAGES, ROOT, of_the_source, text_of
 
 
 def test_the_readme_is_read_in_three_minutes():
@@ -20,11 +12,11 @@ def test_the_readme_is_read_in_three_minutes():
 
 
 def test_the_changes_of_the_first_version_fit_a_page():
-    assert len(of_the_source("CHANGELOG.md").split("\n## 0.1.0")[1].split("\n## ")[0].splitlines()) <= 60
+    assert len(text_of(of_the_source("CHANGELOG.md")).split("\n## 0.1.0")[1].split("\n## ")[0].splitlines()) <= 60
 
 
 def recipe(target: str) -> str:
-    found = re.search(rf"^{target}:.*\n((?:\t.*\n)+)", of_the_source("Makefile"), re.MULTILINE)
+    found = re.search(rf"^{target}:.*\n((?:\t.*\n)+)", text_of(of_the_source("Makefile")), re.MULTILINE)
     assert found
     return found[1]
 
