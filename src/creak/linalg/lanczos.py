@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.linalg.dense_product import inner, product, right_solve, subtract_product, symmetric
 from creak.linalg.factor import Factor
 from creak.linalg.memory import require
@@ -44,7 +44,7 @@ ROWS = 8192
 """Rows of the basis turned into eigenvectors at a time."""
 BESIDE = 1.4
 """Free memory over that of the vectors that are expected, from which on they lie in memory and not in a file."""
-WORK, DENSE = 8, 3
+WORK, DENSE = 8, 4
 """Blocks beside the basis, and matrices of the size of T, that are there at a time."""
 FEWER = "Ask for fewer modes (a lower f_max or count), or cut the part into substructures."
 """What to do where the vectors are too many."""
@@ -168,28 +168,26 @@ def lanczos(
     W, Z, _ = krylov.next_block(np.zeros((n, 0)), width, 0.0)
     if W.shape[1] == 0:  # no mass at all
         return Ritz(np.zeros(0), np.zeros((n, 0)), krylov.columns)
-    T, back, look = np.zeros((0, 0)), np.zeros((0, W.shape[1])), _first_look(values, width, below > 0)
+    projection, back, look = _Projection(sought), np.zeros((0, W.shape[1])), _first_look(values, width, below > 0)
     while True:
         W, alpha = krylov.step(W, Z, back)
-        scale = float(np.abs(T).max(initial=np.abs(alpha).max()))
+        scale = projection.border(back, alpha)
         used = krylov.basis.used
         W, Z, R = krylov.next_block(W, min(width, n - used), DEPENDENT * scale, Z)
-        T = _bordered(T, back, alpha)
         back = R.T
         exhausted = W.shape[1] == 0
         if progress is not None and not exhausted:
             progress(min(used // 3, max(wanted - 1, 0)), wanted)
         if exhausted or used >= look:
-            theta, S = _eigen(T)
-            error = np.linalg.norm(R @ S[-alpha.shape[0] :], axis=0)
-            order, missing = sought.select(theta, error, exhausted)
+            missing = projection.missing(R, exhausted)
             if exhausted or missing == 0:
                 break
             look = used + max(_next_look(missing, width, below > 0), int(LOOK * used))
     del W, Z
     if progress is not None:
         progress(wanted, wanted)
-    return Ritz(shift + 1.0 / theta[order], krylov.basis.combined(S[:, order[:wanted]]), krylov.columns)
+    order, S = projection.order, projection.vectors
+    return Ritz(shift + 1.0 / projection.theta[order], krylov.basis.combined(S[:, order[:wanted]]), krylov.columns)
 
 
 @dataclass(frozen=True)
@@ -211,11 +209,8 @@ class _Sought:
         Those with theta < 0 lie below the shift; those above it come with falling theta > 0. Eigenvalues that
         are nothing beside the largest are those of massless motion (infinite frequency).
         """
-        size = np.abs(theta)
-        finite = size > FINITE * size.max()
-        away = np.divide(1.0, theta, out=np.zeros_like(theta), where=finite)
-        weight = np.clip(np.abs(self.shift + away) * size, LOW, 1.0)
-        good = finite & ((error <= TOLERANCE * size * weight) | exhausted)
+        finite, away = _inverse(theta)
+        good = finite & (self.converged(theta, error) | exhausted)
         under, over = (np.flatnonzero(p) for p in (finite & (theta < 0.0), finite & (theta > 0.0)))
         under = under[np.argsort(away[under])]
         under = under[max(under.size - self.below, 0) :]
@@ -226,6 +221,64 @@ class _Sought:
         if 0 < self.within <= order.size:
             first, last = self.shift + away[order[[0, self.within - 1]]]
         return order, max(missing, int(first <= self.lower), int(last >= self.upper))
+
+    def converged(self, theta: FloatArray, error: FloatArray) -> BoolArray:
+        """Which of the finite eigenvalues are as good as they have to be."""
+        size, (_, away) = np.abs(theta), _inverse(theta)
+        return np.asarray(error <= TOLERANCE * size * np.clip(np.abs(self.shift + away) * size, LOW, 1.0))
+
+
+def _inverse(theta: FloatArray) -> tuple[BoolArray, FloatArray]:
+    """Which eigenvalues are something beside the largest, and 1 / theta of those; 0 of others."""
+    finite = np.abs(theta) > FINITE * np.abs(theta).max(initial=0.0)
+    return finite, np.divide(1.0, theta, out=np.zeros_like(theta), where=finite)
+
+
+class _Projection:
+    """A in the Krylov space, T = Q' M A Q, block tridiagonal, and its eigenvalues, looked at again and again.
+
+    Most have converged at the first look. Further blocks are coupled to them by their residuals alone, which are
+    nothing: until all seem to have converged, T is looked at in the Ritz vectors of the look before without those.
+    """
+
+    def __init__(self, sought: _Sought) -> None:
+        self._sought = sought
+        self._T, self._few = np.zeros((0, 0)), np.zeros((0, 0))
+        self._last: FloatArray | None = None
+        self._done: tuple[FloatArray, FloatArray] | None = None
+        self.theta, self.vectors, self.order = np.zeros(0), np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+
+    def border(self, back: FloatArray, alpha: FloatArray) -> float:
+        """One more block, which `back` (previous, new) couples to the last one; the largest entry until now."""
+        scale = float(np.abs(self._T).max(initial=np.abs(alpha).max()))
+        self._T = _bordered(self._T, back, alpha)
+        if self._last is not None:  # all Ritz vectors of the last look reach into the block before
+            back, self._last = self._last.T @ back, None
+        if self._done is not None:
+            self._few = _bordered(self._few, back, alpha)
+        self._width = alpha.shape[0]
+        return scale
+
+    def missing(self, R: FloatArray, exhausted: bool) -> int:
+        """How many eigenvalues have not converged, R the coupling to the next block."""
+        if self._done is not None and not exhausted and (missing := self._look(self._few, R, *self._done)):
+            return missing
+        nothing = np.zeros(0)
+        return self._look(self._T, R, nothing, nothing, exhausted)
+
+    def _look(
+        self, T: FloatArray, R: FloatArray, known: FloatArray, errors: FloatArray, exhausted: bool = False
+    ) -> int:
+        """The same by T and by `known` eigenvalues, with their `errors`, that are not in it."""
+        self.theta, self.vectors = theta, S = _eigen(T)
+        last = S[-self._width :]
+        error = np.linalg.norm(R @ last, axis=0)
+        both = np.concatenate([known, theta]), np.concatenate([errors, error])
+        self.order, missing = self._sought.select(*both, exhausted)
+        done = self._sought.converged(theta, error)
+        self._done = np.concatenate([known, theta[done]]), np.concatenate([errors, error[done]])
+        self._few, self._last = np.diag(theta[~done]), last[:, ~done]
+        return missing
 
 
 def _first_look(values: int, width: int, amid: bool) -> int:
