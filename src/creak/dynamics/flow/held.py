@@ -31,7 +31,7 @@ from creak.dynamics.flow.model import FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import fly, mean_of, mean_value, place_of, rate_of, times
 from creak.dynamics.loads import Loads
 from creak.linalg.compiled import inner, inner_fast, with_arrays
-from creak.linalg.loops import dot, fill
+from creak.linalg.loops import dot, fill, put
 
 NEVER = 1 << 40
 """Steps"""
@@ -253,7 +253,8 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
                 E[i, j], E[b + i, j] = way, mean
     K = np.empty((2 * b, 2 * b))
     for i in range(2 * b):
-        K[i, :b], K[i, b:] = E[i, :b], E[i, c : c + b]
+        put(K[i], 0, E[i, :b])
+        put(K[i], b, E[i, c : c + b])
     for i in range(b):
         if i < n:
             K[i, i] += 1.0 / held.slope[i]
@@ -267,8 +268,8 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
         else:
             K[i, i] = K[b + i, b + i] = 1.0
     inverse = np.linalg.inv(K)
-    kept = held.inverse[slot][: 4 * b * b].reshape((2 * b, 2 * b))
-    kept[:, :] = inverse
+    for i in range(2 * b):
+        put(held.inverse[slot], 2 * b * i, inverse[i])
     if c > b:
         beside(held, slot, R, inverse, E)
 
@@ -279,8 +280,14 @@ def beside(held, slot, R, inverse, E):  # type: ignore[no-untyped-def]
     b, c = held.ends[1], held.ends[2]
     s = c - b
     to, by = parts_of(held, slot)
-    of_slides = np.hstack((E[:, b:c], E[:, c + b :]))
-    to[:, :] = -inverse @ of_slides
+    for i in range(2 * b):
+        row = to[i]
+        fill(row, 0.0)
+        for k in range(2 * b):
+            share = inverse[i, k]
+            for j in range(s):
+                row[j] -= share * E[k, b + j]
+                row[s + j] -= share * E[k, c + b + j]
     for i in range(2 * s):
         row = R[b + i if i < s else c + b + i - s]
         for j in range(2 * s):
