@@ -41,14 +41,10 @@ def compile_start() -> None:
 def compile_lasting() -> None:
     """The part of it that takes long steps, a quarter: the signature is that of the call in `kernel.march`."""
     run, typeof = _at_rest(False), cast(Any, numba.typeof)
-    desk, x, time, at = run.desk, Reference(typeof(run.empty())), numba.float64, numba.int64
-    bundles = run.model, run.steps.laws, run.lasting, desk.together, run.block
-    model, laws, lasting, together, block = (Reference(typeof(bundle)) for bundle in bundles)
-    gain, D, course = typeof(run.gain), typeof(desk.D), typeof(desk.course)
+    bundles = run.model, run.scheme, run.desk, run.empty(), run.block
+    model, scheme, desk, x, block = (Reference(typeof(bundle)) for bundle in bundles)
     with few_collections():
-        hold_on.compile(
-            (model, laws, typeof(run.slope), typeof(run.P), lasting, together, gain, D, course, time, at, x, x, block)
-        )
+        hold_on.compile((model, scheme, desk, numba.int64, x, x, block))
 
 
 def _at_rest(solver: bool) -> FlowRun:

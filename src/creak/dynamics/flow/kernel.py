@@ -11,8 +11,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
 from creak.contact.coulomb_newton import Kept, new_kept
+from creak.contact.laws.parameters import LawArrays
 from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
 from creak.dynamics.flow.block import (
@@ -29,7 +30,7 @@ from creak.dynamics.flow.block import (
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.held import CALM, MOST, NEVER, SAME, WAIT, Held, new_held
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow.lasting import PATIENCE, follow_swing, hold_on, rests, wait_on
+from creak.dynamics.flow.lasting import PATIENCE, Lasting, follow_swing, hold_on, rests, wait_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
@@ -52,6 +53,29 @@ from creak.linalg.loops import acts, fill, put
 
 FULL = -2
 """Code: no room left in the table."""
+
+
+class Scheme(NamedTuple):
+    """What a run marches by, from its first step to its last."""
+
+    H: float
+    """s, of a flight step"""
+    laws: LawArrays
+    slope: FloatArray
+    """(m,) steepest slope of each law"""
+    P: FloatArray
+    """(level + 1, ...) exact motion in a step of each level"""
+    W: FloatArray
+    """(m + 2 f, m + 2 f) mobility of the channels in a step near contact"""
+    gain: FloatArray
+    """half a step near contact over each mass"""
+    band: IntArray
+    """(n,) frequency band of each mode"""
+    reach: FloatArray
+    """(level + 1, n_band, m) how far a gap may be off its cubic, over the root of the band's energy"""
+    lasting: Lasting
+    light: bool
+    """whether channels move coordinates without mass"""
 
 
 class Desk(NamedTuple):
@@ -111,28 +135,7 @@ def all_finite(after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def advance(  # type: ignore[no-untyped-def]
-    model,
-    laws,
-    slope,
-    P,
-    W,
-    springs,
-    gain,
-    band,
-    reach,
-    D,
-    course,
-    energy,
-    share,
-    H,
-    at,
-    level,
-    kicked,
-    now,
-    after,
-    block,
-):
+def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):  # type: ignore[no-untyped-def]
     """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h).
 
     The step begins at the level of the last one: the shortest where a kick goes on, one longer where its place in the
@@ -142,6 +145,7 @@ def advance(  # type: ignore[no-untyped-def]
     the kick is found and the step flown once more. Then the works of that half are booked, and the rates are looked at
     that the next kick needs.
     """
+    laws, P, W, gain, D, course, energy = scheme.laws, scheme.P, scheme.W, scheme.gain, desk.D, desk.course, desk.energy
     levels = P.shape[0] - 1
     parts = 1 << levels
     if not model.presses:
@@ -151,9 +155,9 @@ def advance(  # type: ignore[no-untyped-def]
     elif level > 0 and at % (parts >> (level - 1)) == 0:
         level -= 1
     if model.presses and level < levels:
-        band_energies(model, band, D, now, energy)
+        band_energies(model, scheme.band, D, now, energy)
     while True:
-        h = H / (1 << level)
+        h = scheme.H / (1 << level)
         fly(model, P[level], gain, D, now, after, kicked)
         settle_supports(course, h, after)
         if under_way(block):
@@ -163,17 +167,17 @@ def advance(  # type: ignore[no-untyped-def]
         if level == levels or not model.presses:
             break
         look_rates(model, after)
-        if not may_close(model, course, now, after, h, reach[level], energy, slope):
+        if not may_close(model, course, now, after, h, scheme.reach[level], energy, scheme.slope):
             break
         level += 1
     if kicked:
-        if lessen(model, laws, W, gain, h, now, after, share):
+        if lessen(model, laws, W, gain, h, now, after, desk.share):
             fly(model, P[level], gain, D, now, after, kicked)
             if under_way(block):
                 look_near(block, model, now, after, h, not springs)
             else:
                 look_gaps(model, after)
-        book_half(model, laws, W, h, now, share, after.energy)
+        book_half(model, laws, W, h, now, desk.share, after.energy)
     if model.damped:
         book_slack(laws, h, now, after, after.energy)
     if level == levels and model.presses:
@@ -185,29 +189,7 @@ def advance(  # type: ignore[no-untyped-def]
 
 
 @outer
-def march(  # type: ignore[no-untyped-def]
-    model,
-    laws,
-    slope,
-    P,
-    A,
-    W,
-    lasting,
-    gain,
-    light,
-    band,
-    reach,
-    block,
-    cone,
-    desk,
-    now,
-    after,
-    out,
-    H,
-    begin,
-    end,
-    used,
-):
+def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used):  # type: ignore[no-untyped-def]
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow.rows`).
 
     Channels that press at rest count as lasting from the start. Where only springs press, rates of open channels are
@@ -235,10 +217,10 @@ def march(  # type: ignore[no-untyped-def]
 
     At its end the instant is written with its energies, and its motion is kept.
     """
-    model, laws, lasting, block = by_reference(model), by_reference(laws), by_reference(lasting), by_reference(block)
-    cone, desk, out = by_reference(cone), by_reference(desk), by_reference(out)
-    now, after = by_reference(now), by_reference(after)
-    n_x, levels = model.order.size, P.shape[0] - 1
+    model, scheme, block, cone = by_reference(model), by_reference(scheme), by_reference(block), by_reference(cone)
+    desk, out, now, after = by_reference(desk), by_reference(out), by_reference(now), by_reference(after)
+    H, laws, W, gain, lasting, light = scheme.H, scheme.laws, scheme.W, scheme.gain, scheme.lasting, scheme.light
+    n_x, levels = model.order.size, scheme.P.shape[0] - 1
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
@@ -262,40 +244,21 @@ def march(  # type: ignore[no-untyped-def]
             put(after.energy, 0, now.energy)
             if kicked and block.length > 0 and not under_way(block) and at % APART == 0:
                 begins = (step + at / parts) * H
-                open_block(block, model, slope, band, D, energy, course, H / parts, begins, used, at, now, calm)
+                open_block(
+                    block, model, scheme.slope, scheme.band, D, energy, course, H / parts, begins, used, at, now, calm
+                )
             tried = calm and together.next[WAIT] <= 0
             if tried and not held:
                 look_watched(block, model, now)
             longest = -1
             if tried:
-                longest = hold_on(model, laws, slope, P, lasting, together, gain, D, course, H, at, now, after, block)
+                longest = hold_on(model, scheme, desk, at, now, after, block)
             held = longest >= 0
             if held:
                 level, h = longest, H / (1 << longest)
                 settled(W, H / parts, after)
             if not held:
-                level, h = advance(
-                    model,
-                    laws,
-                    slope,
-                    P,
-                    W,
-                    springs,
-                    gain,
-                    band,
-                    reach,
-                    D,
-                    course,
-                    energy,
-                    share,
-                    H,
-                    at,
-                    level,
-                    kicked,
-                    now,
-                    after,
-                    block,
-                )
+                level, h = advance(model, scheme, springs, desk, at, level, kicked, now, after, block)
             for j in range(n_x):
                 after.amplitude[j] = value(drive[j], 0, h)
             shift_loads(D, h)

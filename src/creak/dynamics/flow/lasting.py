@@ -112,9 +112,10 @@ def wait_on(held, changed, now, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, after, block):  # type: ignore[no-untyped-def]
+def hold_on(model, scheme, desk, at, now, after, block):  # type: ignore[no-untyped-def]
     """The longest step that the channels go on as they are from part `at` of a flight step: its level, -1 of none."""
-    next_, levels = held.next, P.shape[0] - 1
+    held, laws, lasting = desk.together, scheme.laws, scheme.lasting
+    next_, levels = held.next, scheme.P.shape[0] - 1
     parts, level = 1 << levels, max(next_[LEVEL], lasting.first)
     if not is_held(held, laws, now):
         early = cost(model, laws, now) - next_[SAME]
@@ -128,8 +129,7 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
     if level > lasting.last:  # where such a step may begin is ahead
         return -1
     while level <= lasting.last:
-        h = H / (1 << level)
-        jump = hold(model, laws, slope, P[level], level, lasting, held, gain, D, course, h, now, after, block)
+        jump = hold(model, scheme, desk, level, scheme.H / (1 << level), now, after, block)
         if jump <= 1.0:
             easy = jump <= EASY and level > 0
             next_[LEVEL], next_[WAIT], next_[PAUSE] = level - 1 if easy else level, 0, FIRST_PAUSE
@@ -141,17 +141,18 @@ def hold_on(model, laws, slope, P, lasting, held, gain, D, course, H, at, now, a
 
 
 @inner
-def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
+def hold(model, scheme, desk, level, h, now, after, block):  # type: ignore[no-untyped-def]
     """A long step: its jump over what is allowed; more than 1, and nothing is done, where one channel would not go on
     as it is, or a force is no line."""
+    held, laws, P, gain, D = desk.together, scheme.laws, scheme.P[level], scheme.gain, desk.D
     slot = level % held.known.size
     if held.known[slot] != level:
         respond(model, laws, P, gain, h, held, slot, after)
         held.known[slot] = level
     fly(model, P, gain, D, now, after, np.bool_(False))
     mean_of(model, P, D, now, held.mean)
-    settle_supports(course, h, after)
-    see(model, held, course, h, now, after)
+    settle_supports(desk.course, h, after)
+    see(model, held, desk.course, h, now, after)
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
     R = held.response[slot][: 4 * c * c].reshape((2 * c, 2 * c))
     for i in range(n, b):
@@ -164,10 +165,10 @@ def hold(model, laws, slope, P, level, lasting, held, gain, D, course, h, now, a
         if not slide(laws, held, slot, h, now):
             return np.inf
         bind(model, laws, held, slot, h, now)
-    jump = jump_of(held, lasting, now)
+    jump = jump_of(held, scheme.lasting, now)
     if not jump <= 1.0 or not stays(laws, held, h, now) or (under_way(block) and spent(held, c, h, block)):
         return np.inf
-    return jump if go(model, laws, slope, P, held, gain, D, course, h, now, after, block) else np.inf
+    return jump if go(model, scheme, desk, P, h, now, after, block) else np.inf
 
 
 @inner
@@ -219,8 +220,9 @@ def spent(held, c, h, block):  # type: ignore[no-untyped-def]
 
 
 @inner
-def go(model, laws, slope, P, held, gain, D, course, h, now, after, block):  # type: ignore[no-untyped-def]
+def go(model, scheme, desk, P, h, now, after, block):  # type: ignore[no-untyped-def]
     """The step under the channels' forces; False where another one closes in it."""
+    held, laws, gain, D, course = desk.together, scheme.laws, scheme.gain, desk.D, desk.course
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
     quiet(after)
     put(after.stuck, 0, now.stuck)
@@ -232,7 +234,7 @@ def go(model, laws, slope, P, held, gain, D, course, h, now, after, block):  # t
     else:
         look(model, after)
     for i in range(now.gap.size):
-        watched = slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
+        watched = scheme.slope[i] > 0.0 and now.force[i] <= 0.0 and block.is_near[i]
         if watched and dips(now.gap[i], h * now.rate[i], after.gap[i], h * after.rate[i]):
             return False
     v = after.x.reshape(after.x.size)[model.v0 : model.v1]

@@ -21,7 +21,7 @@ from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
-from creak.dynamics.flow.kernel import FULL, march, new_desk
+from creak.dynamics.flow.kernel import FULL, Scheme, march, new_desk
 from creak.dynamics.flow.kicks import GIVE, RATE, THETA
 from creak.dynamics.flow.lasting import SHORTEST, STIFF, Lasting
 from creak.dynamics.flow.model import (
@@ -192,6 +192,7 @@ class FlowRun:
         if all(np.array_equal(getattr(gaps.laws, key), getattr(before.laws, key)) for key in SHARED):
             friction = {key: getattr(gaps.laws, key) for key in ("mu_static", "mu_kinetic", "decay")}
             other.steps = replace(self.steps, laws=self.steps.laws._replace(**friction))
+            other.scheme = self.scheme._replace(laws=other.steps.laws)
             if gaps.preload is not None:
                 given["gap0"] = gaps.with_stiffness(other.steps.laws.stiffness).gap0
             other.model = self.model._replace(**given)
@@ -221,7 +222,9 @@ class FlowRun:
         """What a run writes to while it goes on."""
         self.block = self._block()
         self.cone = new_cone(2 * self.gaps.m + 2 * (self.model.rows.shape[0] - self.gaps.m))
-        self.desk = new_desk(self.model, self.loads, self.steps.reach.shape[1], self.steps.levels, self.lasting.tried)
+        self.desk = new_desk(
+            self.model, self.loads, self.steps.reach.shape[1], self.steps.levels, self.scheme.lasting.tried
+        )
 
     def _resolve(self) -> None:
         """Steps near contact, and what channels do within one."""
@@ -232,44 +235,54 @@ class FlowRun:
             self.model = self.model._replace(gap0=gaps.with_stiffness(self.steps.laws.stiffness).gap0)
         h, m, k = self.steps.h, self.model.m, self.model.k
         heavy = m > 0.0
-        self.gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
+        gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
         if self.form.basis is not None:
-            self.gain = np.full(2 * m.size, 0.5 * h)
+            gain = np.full(2 * m.size, 0.5 * h)
         n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
         rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
-        self.W = symmetric((push * (2.0 / h * self.gain)) @ rates.T)
-        self.light = not heavy.all()
-        static = np.zeros_like(self.W)
-        if self.light:
+        W = symmetric((push * (2.0 / h * gain)) @ rates.T)
+        light = not heavy.all()
+        static = np.zeros_like(W)
+        if light:
             give = np.where(heavy, 0.0, 1.0 / np.where(heavy, 1.0, k))
             normal = rows[: gaps.m]
-            self.light = bool(np.any(normal**2 @ give > 1e-12 * (normal**2 @ (2.0 * h * self.gain))))
+            light = bool(np.any(normal**2 @ give > 1e-12 * (normal**2 @ (2.0 * h * gain))))
             static[: gaps.m, : gaps.m] = symmetric((normal * give) @ normal.T)
-        self._check_light()
+        self._check_light(light)
         self._check_dampers()
-        self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or self.light)
-        give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(self.W))
-        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * (self.W + np.diag(give)))
-        self.P = np.stack([self.form.flow(self.H / 2**level) for level in range(self.steps.levels + 1)])
-        self.lasting = self._lasting(resolution)
-        self.slope = steepest(self.steps.laws)
+        self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or light)
+        give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(W))
+        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * (W + np.diag(give)))
+        steps = self.steps
+        self.scheme = Scheme(
+            steps.H,
+            steps.laws,
+            steepest(steps.laws),
+            np.stack([self.form.flow(steps.H / 2**level) for level in range(steps.levels + 1)]),
+            W,
+            gain,
+            steps.band,
+            steps.reach,
+            self._lasting(resolution, light),
+            light,
+        )
 
     def _block(self) -> Block:
         """Blocks of contact: none where coordinates without mass move at once."""
         steps, levels = self.steps, self.steps.levels
-        few = self.gaps.m < FEWEST or self.light or not self.model.presses
+        few = self.gaps.m < FEWEST or self.scheme.light or not self.model.presses
         lengths = [n for n in STEPS if n <= 2**levels]
         width = np.linalg.norm(seen_through(self.form, steps.mollifier), axis=1)
         none = few or not lengths
         off = np.stack([straight(self.form, steps, n * steps.h) for n in lengths or STEPS])
         return new_block(0 if none else lengths[0], off, width)
 
-    def _lasting(self, resolution: Resolution) -> Lasting:
+    def _lasting(self, resolution: Resolution, light: bool) -> Lasting:
         """Long steps, their forces closer than those of kicks, off by (omega_c h)^2 / 24."""
         steps, levels = self.steps, self.steps.levels
         first = next((n for n in range(levels) if steps.fastest * self.H / 2**n <= STIFF), levels)
         last = levels - max(1, round(math.log2(SHORTEST / resolution.contact)))
-        tried = self.model.presses and not self.light and first <= last
+        tried = self.model.presses and not light and first <= last
         return Lasting(tried, first, last, 0.01 * resolution.contact**2)
 
     def _check_dampers(self) -> None:
@@ -283,8 +296,8 @@ class FlowRun:
                 fix="Give the channel a stiffness, or take its damper away.",
             )
 
-    def _check_light(self) -> None:
-        if self.light and (self.gaps.rubbing or self.model.damped):
+    def _check_light(self, light: bool) -> None:
+        if light and (self.gaps.rubbing or self.model.damped):
             raise InputError(
                 "friction or a damper acts on coordinates without mass",
                 where=self.system.name,
@@ -304,23 +317,14 @@ class FlowRun:
     def chunk(self, now: FlowState, after: FlowState, out: Output, begin: int, end: int) -> Chunk:
         code, *others = march(
             self.model,
-            self.steps.laws,
-            self.slope,
-            self.P,
+            self.scheme,
             self.A if self.solver else None,
-            self.W,
-            self.lasting,
-            self.gain,
-            self.light,
-            self.steps.band,
-            self.steps.reach,
             self.block,
             self.cone,
             self.desk,
             now,
             after,
             out,
-            self.H,
             begin,
             end,
             self.log.used,
@@ -329,7 +333,7 @@ class FlowRun:
 
     def start(self) -> FlowState:
         x = self._start()
-        begin_books(self.model, self.steps.laws, self.W, self.steps.h, x)
+        begin_books(self.model, self.steps.laws, self.scheme.W, self.steps.h, x)
         return x
 
     def _start(self) -> FlowState:
@@ -347,7 +351,7 @@ class FlowRun:
         if model.presses and rest.any() and still:
             x.force[:] = rest
             x.F[:] = x.force @ model.push
-            x.drift[:] = -h * (self.W[:m] @ rest)
+            x.drift[:] = -h * (self.scheme.W[:m] @ rest)
         elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
             with one_blas_thread():
@@ -355,7 +359,7 @@ class FlowRun:
             x.F[:] = x.force @ model.push
             if model.massless.size:
                 x.x[0, model.massless] += x.F[model.massless] / model.k[model.massless]
-            if self.light:
+            if self.scheme.light:
                 x.gap[:] += self.A[:m] @ x.force
         return x
 
