@@ -140,3 +140,24 @@ def test_what_is_louder_than_the_standard_reaches_is_loud():
     found = answer(summary([place(force=0.01, level=130.0)]))
     assert (found.light, found.headline) == (RED, "1 place rattles; worst is rib 1: loud, beyond ISO 532-1")
     assert answer(summary([place(force=0.01)])).light == GREEN
+
+
+def event(t_end, force):
+    return {"t_end": t_end, "force_place": force}
+
+
+@pytest.mark.parametrize(
+    ("places", "events", "told"),
+    [
+        ([], [event(0.2, 30.0), event(0.4, 9.0)], "as the motion builds up, 2 events, the hardest 30.0 N"),
+        ([place(force=2.0)], [event(0.2, 30.0), event(1.5, 2.0)], "1 event, the hardest 30.0 N"),
+        ([place(force=20.0)], [event(0.2, 30.0)], ""),
+        ([], [], ""),
+    ],
+)
+def test_what_hit_harder_before_is_told(places, events, told):
+    """Only the last second of two counts."""
+    said = summary(places)
+    said["runs"]["reduced"]["events"] = events
+    lines = " ".join(" ".join(answer_lines(said)).split())
+    assert (told in lines) if told else "before that" not in lines

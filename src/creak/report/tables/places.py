@@ -9,6 +9,7 @@ from creak.model.units import Units
 from creak.report.figures.scene import Animations
 from creak.report.sound_parts import players
 from creak.report.tables.checks import RUN_WORDS
+from creak.report.words.answer import earlier
 from creak.report.words.text import number, plural, share
 from creak.report.words.verdict import span
 from creak.studies.findings.limits import limit_words
@@ -67,13 +68,13 @@ def place_parts(result: Findings, summary: dict[str, Any], motions: Animations, 
         "audio_all": audio[-1] if audio else "",
         "places_words": "Not known: the run says nothing of rattle."
         if summary.get("unanswered")
-        else _words(result, places, units, heard=heard),
+        else _words(result, places, units, summary, heard=heard),
         "places_cut": cut,
         "limits": limit_words(summary["limits"]),
     }
 
 
-def _words(result: Findings, places: tuple[Place, ...], units: Units, *, heard: bool) -> str:
+def _words(result: Findings, places: tuple[Place, ...], units: Units, summary: dict[str, Any], *, heard: bool) -> str:
     run = main_run(result.runs)
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
@@ -85,8 +86,13 @@ def _words(result: Findings, places: tuple[Place, ...], units: Units, *, heard: 
     return (
         f"{plural(len(places), 'place')} of the {RUN_WORDS[run.name]} run {span(result)}, the {first} first. "
         f"Contact nodes that touch side by side, or within {number(near(result.setup.model), 2)} {units.length}, are "
-        "one place; forces are low-passed peaks of its nodes together."
+        f"one place; forces are low-passed peaks of its nodes together.{_before(summary, run.name)}"
     )
+
+
+def _before(summary: dict[str, Any], run: str) -> str:
+    told = earlier(summary, summary["runs"][run])
+    return f" {told[:1].upper()}{told[1:]}." if told else ""
 
 
 def _row(

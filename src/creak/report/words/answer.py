@@ -23,6 +23,8 @@ HEARD = ((FAINT, "hardly audible"), (1.0, "faint"), (LOUD, "clearly audible"), (
 """N5 in sone below which creak's own word holds: 1 sone is a tone of 40 dB at 1 kHz, 4 sone one of 60 dB."""
 PRESSED = ((FAINT, "soft"), (5.0, "moderate"), (math.inf, "hard"))
 """The same of the force of a place, N, where nothing is heard."""
+LOUDER = 2.0
+"""Times as hard as all that is counted, from which on a hit before it is told."""
 OWN = "creak's own words, for want of a [limit]"
 WIDTH = 80
 """Columns of the terminal's answer."""
@@ -79,6 +81,8 @@ class Answer:
     """Hz up to which it is computed, where it goes on by statistical energy; None: it does not."""
     still: str
     """What is said where there is no place: that nothing touches, or what rests."""
+    before: str
+    """What hit harder before the time that is counted; empty where nothing did."""
 
 
 def answer(summary: Mapping[str, Any]) -> Answer:
@@ -92,7 +96,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
     band = sound.get("band")
     return Answer(
         light,
-        _headline(summary, places, seconds),
+        _headline(summary, places, seconds, before := earlier(summary, run)),
         why,
         tuple(limit_words(summary["limits"] or [])),
         places,
@@ -103,7 +107,21 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         None if band is None else (band["low"], band["high"]),
         computed_to(band),
         _still(run),
+        before,
     )
+
+
+def earlier(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+    """What hit harder before the last period of the excitation, which alone is counted; empty where nothing did.
+
+    Harder: by more than the `LOUDER` times that the motion of a run from rest may differ from its last period's.
+    """
+    start = (summary["verification"].get("window") or (0.0, 0.0))[0]
+    events = [e for e in run.get("events", ()) if e["t_end"] <= start]
+    hardest = max((e["force_place"] for e in events), default=0.0)
+    if hardest <= LOUDER * max((p["force"] for p in run["places"]), default=0.0):
+        return ""
+    return f"before that, as the motion builds up, {plural(len(events), 'event')}, the hardest {number(hardest, 3)} N"
 
 
 def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
@@ -168,13 +186,13 @@ def word_of(value: float, words: Sequence[tuple[float, str]]) -> str:
     return next(word for most, word in words if value < most or most == math.inf)
 
 
-def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float) -> str:
+def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, before: str) -> str:
     if summary["stopped"]:
         return f"The run stopped early, and tells only of its beginning: {summary['stopped']}"
     if summary["unanswered"]:
         return f"No answer: {summary['unanswered'].partition(':')[0]}"
     if not places:
-        return f"Nothing rattles or squeaks in {number(seconds, 3)} s"
+        return f"Nothing rattles or squeaks in {number(seconds, 3)} s" + (f"; {before}" if before else "")
     worst = _worst(places)
     assert worst is not None
     kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
@@ -300,6 +318,8 @@ def _texts(found: Answer) -> Iterator[str]:
         yield f"cause: {worst.cause}"
         if worst.helps:
             yield f"would help: {worst.helps}"
+    if found.places and found.before:
+        yield found.before
     yield from found.limits
     own = [] if found.limits else [f"judged by {found.why}"]
     band = [] if found.band is None else [f"loudness {_band(found)}"]

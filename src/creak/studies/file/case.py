@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from creak.errors import InputError
 from creak.model.units import UnitsName
 from creak.studies.file.config import OutputTable, TimeTable
@@ -14,6 +16,11 @@ from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.places import Places
 from creak.studies.file.tolerance_tables import ToleranceFile
+
+MOST_PERIODS = 1000
+"""Of the longest period after which all excitations still count as repeating together."""
+IN_STEP = 1e-6
+"""Share of its own period by which an excitation may be off when all begin again."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +60,22 @@ class Driving:
     @property
     def period(self) -> float | None:
         """Longest period of the excitations that have one, s; None when nothing is periodic."""
-        periods = (table.signal.repeats for table in self.excitations.values())
-        return max((p for p in periods if p is not None), default=None)
+        return max((p for p in self._periods if p is not None), default=None)
+
+    @property
+    def repeats(self) -> float | None:
+        """s after which all excitations begin again together; None where they hardly ever do, or one never does."""
+        periods, longest = self._periods, self.period
+        if longest is None or None in periods:
+            return None
+        whole = longest * np.arange(1.0, MOST_PERIODS + 1.0)
+        counts = whole[:, None] / np.array(periods, dtype=float)
+        together = np.flatnonzero(np.all(np.abs(counts - np.round(counts)) <= IN_STEP, axis=1))
+        return float(whole[together[0]]) if together.size else None
+
+    @property
+    def _periods(self) -> list[float | None]:
+        return [table.signal.repeats for table in self.excitations.values()]
 
 
 @dataclass(frozen=True)
@@ -67,6 +88,8 @@ class Course:
     """Hz, up to which motion is compared."""
     period: float | None
     """s, longest of the excitation."""
+    repeats: float | None
+    """s after which all of the excitation begins again."""
     until: float | None
     """s, where the unreduced model is run no longer than that beside the reduced one."""
     places: Places

@@ -53,7 +53,8 @@ class Study:
         """How long the run is, and what of it is kept."""
         c = self.config
         until = c.reference.until if c.proof == "whole" and c.reduction.method != "none" else None
-        return Course(c.time, c.output, c.verification.f_max, self.driving.period, until, self.places)
+        drives = self.driving
+        return Course(c.time, c.output, c.verification.f_max, drives.period, drives.repeats, until, self.places)
 
     @property
     def lines(self) -> Lines:

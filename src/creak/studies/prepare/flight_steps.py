@@ -6,13 +6,15 @@ import math
 from dataclasses import replace
 
 import numpy as np
+from scipy.signal import find_peaks, peak_widths
 
+from creak.arrays import FloatArray
 from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
 from creak.studies.file.case import Driving
-from creak.studies.file.config import VerificationTable
+from creak.studies.file.config import TimeTable, VerificationTable
 from creak.studies.file.reader import Study
-from creak.studies.file.signals.course import RecordTable, TableTable
+from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import highest_frequency
 
@@ -25,6 +27,12 @@ PER_PERIOD = 10.0
 within 1e-4 of a sine."""
 WRITTEN = 1000.0
 """Instants written of a short run."""
+EVEN = 0.5
+"""Share of the median spacing of points below which some stand closer than the others."""
+LEAST = 1e-3
+"""Height of a lobe that is followed, as a share of all that a signal spans."""
+PER_LOBE, FEWEST = 10.0, 2.5
+"""Flight steps in a lobe at half its height, and how few of them are told."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
 """Of [time] accuracy."""
 
@@ -55,20 +63,57 @@ def with_flight_steps(study: Study) -> Study:
     return replace(study, config=c.model_copy(update=tables))
 
 
+def unfollowed(driving: Driving, time: TimeTable) -> list[str]:
+    """Excitations that change faster than the flight steps of a run follow; those whose frequencies are known are told
+    by these."""
+    steps = _wanted(driving).items() if time.integrator == "exact" else ()
+    return [
+        f"[excitation.{name}] changes within {PER_LOBE * wanted:.2g} s, which flight steps of {time.step:.2g} s do not "
+        "follow: what this moves is not right; a higher [verification] f_max makes them shorter"
+        for name, wanted in steps
+        if FEWEST * time.step > PER_LOBE * wanted and not driving.excitations[name].signal.highest
+    ]
+
+
 def _resolved(driving: Driving, v: VerificationTable) -> float:
     """s of a flight step that follows what is compared and the excitations: their highest frequency, their samples."""
     longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
     highest = highest_frequency(driving)
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
+    return max(min([longest, *steps, *_wanted(driving).values()]), longest / FASTEST)
+
+
+def _wanted(driving: Driving) -> dict[str, float]:
+    """s of the longest flight step that follows each excitation whose frequencies do not tell it."""
+    found = {}
     for name, table in driving.excitations.items():
         signal = table.signal
-        steps += [] if signal.resolving is None else [signal.resolving]
-        if isinstance(signal, TableTable) and signal.values is not None:
-            time = np.array([point[0] for point in signal.values])
+        if signal.resolving is not None:
+            found[name] = signal.resolving
+        elif isinstance(signal, TableTable) and signal.values is not None:
+            found[name] = _between_points(*columns(signal.values))
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
             path, where = driving.places.sibling(signal.file), driving.places.where("excitation", name, "signal")
-            time, _ = read_signal(path, signal.channel, where)
-        else:
-            continue
-        steps += [float(np.median(np.diff(time)))] if time.size > 1 else []
-    return max(min([longest, *steps]), longest / FASTEST)
+            found[name] = _between_points(*read_signal(path, signal.channel, where))
+    return found
+
+
+def _between_points(time: FloatArray, value: FloatArray) -> float:
+    """s of a flight step that follows straight lines between points.
+
+    The median of their spacing; where a lobe is narrower than that, at half its height, a tenth of its width.
+    """
+    if time.size < 2:
+        return np.inf
+    between = np.diff(time)
+    median, first, last = float(np.median(between)), 2.0 * time[0] - time[1], 2.0 * time[-1] - time[-2]
+    if between.min() > EVEN * median:
+        return median
+    time, value = np.concatenate([[first], time, [last]]), np.concatenate([[0.0], value, [0.0]])
+    narrow, least = median, LEAST * float(np.ptp(value))
+    for side in (value, -value):
+        peaks, _ = find_peaks(side, prominence=least)
+        _, _, left, right = peak_widths(side, peaks)
+        width = np.interp(right, np.arange(time.size), time) - np.interp(left, np.arange(time.size), time)
+        narrow = min(narrow, *(width[width < median] / PER_LOBE)) if np.any(width < median) else narrow
+    return narrow

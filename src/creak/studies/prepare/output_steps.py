@@ -121,8 +121,8 @@ def _steps(course: Course, key: str, interval: float) -> int:
 
 
 def excitation_window(course: Course, time: FloatArray) -> tuple[float, float]:
-    """The time span that verification looks at: the last period, or all of a run without one."""
-    period, end = course.period, float(time[-1])
+    """The time span that verification looks at: the last period of what drives it, or all of a run that has none."""
+    period, end = course.repeats, float(time[-1])
     return (end - period, end) if period is not None and period < end else (0.0, end)
 
 

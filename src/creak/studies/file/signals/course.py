@@ -60,6 +60,10 @@ MOST_LINES = 100_000
 """Of a multisine, which is summed line by line at each instant."""
 
 
+PER_FLANK = 5.0
+"""Flight steps in a flank of a trapezoid or of a smooth step."""
+
+
 def check_lines(f_min: float, f_max: float, period: float, most: int) -> None:
     """Raise ValueError for more lines than a signal may have."""
     if (lines := (f_max - f_min) * period) > most:
@@ -213,6 +217,11 @@ class SmoothStepTable(Course):
     def _rises(self) -> SmoothStepTable:
         _increase(self.values)
         return self
+
+    @property
+    def resolving(self) -> float | None:
+        moves = [b[0] - a[0] for a, b in pairwise(self.values) if a[1] != b[1]]
+        return min(moves) / PER_FLANK if moves else None
 
     def made(self) -> sources.Signal:
         return SmoothStep(*columns(self.values))

@@ -9,13 +9,13 @@ from pydantic import Field, model_validator
 
 from creak.signals import sources
 from creak.signals.vibration import HalfSine, SineSweep, trapezoid
-from creak.studies.file.signals.course import Course, Points, Shown, check_lines
+from creak.studies.file.signals.course import PER_FLANK, Course, Points, Shown, check_lines
 from creak.studies.file.table import Finite, NonNegative, Positive
 
 LOBE = 1.5
 """Times one over the duration of a shock: where the first lobe of its spectrum ends."""
-PER_SHOCK, PER_FLANK = 20.0, 5.0
-"""Flight steps in half a sine, and in a flank of a trapezoid."""
+PER_SHOCK = 20.0
+"""Flight steps in half a sine."""
 
 
 MOST_RANDOM_LINES = 10_000_000
