@@ -24,7 +24,7 @@ from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
 from creak.reduction.interface.characteristic import second_level
-from creak.reduction.modal import ModalDamping, support_motion
+from creak.reduction.modal import ModalDamping, support_motion, without_modal_damping
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.part_jobs import reduce_elsewhere
@@ -146,7 +146,8 @@ def reduce_model(
         for k in range(band.raised):
             found = _modes_of_whole(band.raised_to(k + 1), reference, progress, found)
         static = static_shapes(setup.loads, reference, reduction)
-        whole = _whole(setup.model, reference, gaps, found, band.kept_modes(found.omega2), static)
+        kept = band.kept_modes(found.omega2)
+        whole = _whole(setup.model, structure.modal, band, reference, gaps, found, kept, static)
         return _with_times(whole, wall, cpu)
     cut, superelements, failed = partition(structure, reduction, exterior, reference, gaps), [], []
     notes = reduce_elsewhere(setup, reference, gaps, store, progress)
@@ -193,13 +194,24 @@ def _modes_of_whole(band: Band, reference: ReferenceModel, progress: Progress, f
 
 
 def _whole(
-    model: Model, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int, static: FloatArray
+    model: Model,
+    modal: ModalDamping | None,
+    band: Band,
+    reference: ReferenceModel,
+    gaps: GapOperator,
+    found: Modes,
+    kept: int,
+    static: FloatArray,
 ) -> ReducedModel:
-    """Gap modes of the assembly, with the lowest of its modes and the static shapes of forces."""
-    system = reference.system
+    """Gap modes of the assembly, with the lowest of its modes and the static shapes of forces.
+
+    The modal damping of the assembly is that of the modes up to the first f_max: the reduced model gets its own.
+    """
+    system = without_modal_damping(reference.system, reference.support_shapes)
     own = found if kept == found.omega2.size else lowest(found, kept)
     rows = channel_matrices(system, gaps).rows
     reduced = gap_modes(system, rows, modes=own, stiffness=reference.stiffness, static=static)
+    reduced = with_damping(modal, band, reduced)
     return ReducedModel((), model, reduced, reduced.stats.retained, own.omega2.size, 0.0, 0.0, [], None, found)
 
 
@@ -251,7 +263,9 @@ def with_more_modes(
     if found is not None:
         found = found if known else _modes_of_whole(band, reference, progress)
         static = static_shapes(setup.loads, reference, reduction)
-        return _with_times(_whole(setup.model, reference, gaps, found, found.omega2.size, static), wall, cpu)
+        kept = found.omega2.size
+        whole = _whole(setup.model, structure.modal, band, reference, gaps, found, kept, static)
+        return _with_times(whole, wall, cpu)
     if not known:
         cut = partition(structure, reduction, exterior, reference, gaps)
         parts = []

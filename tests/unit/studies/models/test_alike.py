@@ -11,6 +11,7 @@ from creak.assembly.system import to_dense
 from creak.reduction.modal import without_modal_damping
 from creak.studies.file.reader import read_study
 from creak.studies.models.alike import damped_alike
+from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
@@ -94,3 +95,14 @@ def test_other_damping_and_a_band_that_was_not_raised_stay(setup, complete):
     few = run_study(setup, silent).reduced
     assert not few.complete
     assert damped_alike(setup.modal, False, reference, few) is reference.system
+
+
+def test_every_mode_of_gap_modes_has_its_share_whatever_is_known_of_the_whole(setup, complete):
+    """Residual shapes and modes beyond the first f_max too, by SciPy's eigh."""
+    _, reference = complete
+    high = set_up(creak.change_study(setup.study, {"reduction.method": "gap-modes", "reduction.f_max": 1e5}))
+    system = reduce_model(high, reference, high.contacts, silent).system
+    omega2, phi = sla.eigh(to_dense(system.K), to_dense(system.M))
+    shares = np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * np.sqrt(omega2))
+    assert system.n > reference.modes.omega2.size
+    np.testing.assert_allclose(shares, ZETA, rtol=1e-6)
