@@ -147,7 +147,7 @@ def reduce_model(
             found = _modes_of_whole(band.raised_to(k + 1), reference, progress, found)
         static = static_shapes(setup.loads, reference, reduction)
         kept = band.kept_modes(found.omega2)
-        whole = _whole(setup.model, structure.modal, band, reference, gaps, found, kept, static)
+        whole = _whole(setup.model, structure.modal, reference, gaps, found, kept, static)
         return _with_times(whole, wall, cpu)
     cut, superelements, failed = partition(structure, reduction, exterior, reference, gaps), [], []
     notes = reduce_elsewhere(setup, reference, gaps, store, progress)
@@ -196,7 +196,6 @@ def _modes_of_whole(band: Band, reference: ReferenceModel, progress: Progress, f
 def _whole(
     model: Model,
     modal: ModalDamping | None,
-    band: Band,
     reference: ReferenceModel,
     gaps: GapOperator,
     found: Modes,
@@ -205,13 +204,15 @@ def _whole(
 ) -> ReducedModel:
     """Gap modes of the assembly, with the lowest of its modes and the static shapes of forces.
 
-    The modal damping of the assembly is that of the modes up to the first f_max: the reduced model gets its own.
+    Modal damping is that of all modes that are kept, where these are more than those up to the first f_max that the
+    assembly is damped by; beyond them it grows with the frequency (`with_modal_damping`).
     """
-    system = without_modal_damping(reference.system, reference.support_shapes)
+    system, R = reference.system, reference.support_shapes
     own = found if kept == found.omega2.size else lowest(found, kept)
+    if modal is not None and own.omega2.size > reference.modes.omega2.size:
+        system = damped(modal, without_modal_damping(system, R), own, R)
     rows = channel_matrices(system, gaps).rows
     reduced = gap_modes(system, rows, modes=own, stiffness=reference.stiffness, static=static)
-    reduced = with_damping(modal, band, reduced)
     return ReducedModel((), model, reduced, reduced.stats.retained, own.omega2.size, 0.0, 0.0, [], None, found)
 
 
@@ -264,7 +265,7 @@ def with_more_modes(
         found = found if known else _modes_of_whole(band, reference, progress)
         static = static_shapes(setup.loads, reference, reduction)
         kept = found.omega2.size
-        whole = _whole(setup.model, structure.modal, band, reference, gaps, found, kept, static)
+        whole = _whole(setup.model, structure.modal, reference, gaps, found, kept, static)
         return _with_times(whole, wall, cpu)
     if not known:
         cut = partition(structure, reduction, exterior, reference, gaps)
