@@ -31,6 +31,8 @@ EVEN = 0.5
 """Share of the median spacing of points below which some stand closer than the others."""
 LEAST = 1e-3
 """Height of a lobe that is followed, as a share of all that a signal spans."""
+FEW = 20
+"""Lobes that are followed one by one."""
 PER_LOBE, FEWEST = 10.0, 2.5
 """Flight steps in a lobe at half its height, and how few of them are told."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
@@ -101,7 +103,8 @@ def _wanted(driving: Driving) -> dict[str, float]:
 def _between_points(time: FloatArray, value: FloatArray) -> float:
     """s of a flight step that follows straight lines between points.
 
-    The median of their spacing; where a lobe is narrower than that, at half its height, a tenth of its width.
+    The median of their spacing; where a few lobes are narrower than that, at half their height, a tenth of their width.
+    Many are those of a record with uneven steps, which the median follows as it does even ones.
     """
     if time.size < 2:
         return np.inf
@@ -110,10 +113,10 @@ def _between_points(time: FloatArray, value: FloatArray) -> float:
     if between.min() > EVEN * median:
         return median
     time, value = np.concatenate([[first], time, [last]]), np.concatenate([[0.0], value, [0.0]])
-    narrow, least = median, LEAST * float(np.ptp(value))
+    narrow, least = list[float](), LEAST * float(np.ptp(value))
     for side in (value, -value):
         peaks, _ = find_peaks(side, prominence=least)
-        _, _, left, right = peak_widths(side, peaks)
-        width = np.interp(right, np.arange(time.size), time) - np.interp(left, np.arange(time.size), time)
-        narrow = min(narrow, *(width[width < median] / PER_LOBE)) if np.any(width < median) else narrow
-    return narrow
+        _, _, *ends = peak_widths(side, peaks)
+        left, right = (np.interp(at, np.arange(time.size), time) for at in ends)
+        narrow += (right - left)[right - left < median].tolist()
+    return min(narrow) / PER_LOBE if 0 < len(narrow) <= FEW else median
