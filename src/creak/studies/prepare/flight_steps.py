@@ -6,7 +6,6 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.signal import find_peaks, peak_widths
 
 from creak.arrays import FloatArray
 from creak.dynamics.flow.march import SAMPLES
@@ -112,6 +111,8 @@ def _between_points(time: FloatArray, value: FloatArray) -> float:
     median, first, last = float(np.median(between)), 2.0 * time[0] - time[1], 2.0 * time[-1] - time[-2]
     if between.min() > EVEN * median:
         return median
+    from scipy.signal import find_peaks, peak_widths  # half a second that other studies need not wait for
+
     time, value = np.concatenate([[first], time, [last]]), np.concatenate([[0.0], value, [0.0]])
     narrow, least = list[float](), LEAST * float(np.ptp(value))
     for side in (value, -value):
