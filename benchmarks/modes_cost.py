@@ -28,6 +28,7 @@ from creak.formats.decks import read_model
 from creak.linalg import lanczos as lanczos_module
 from creak.linalg import modes as modes_module
 from creak.linalg import pencil as pencil_module
+from creak.linalg import ritz
 from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
 from creak.reduction.constraint_modes import COLUMNS
@@ -170,7 +171,7 @@ def _timed_names() -> list[tuple[Any, str, str]]:
         (lanczos_module.BlockProduct, "__call__", MASS),
         (krylov, "step", ORTHOGONAL),
         (krylov, "next_block", ORTHOGONAL),
-        (lanczos_module, "_eigen", DENSE),
+        (ritz, "_eigen", DENSE),
         (basis, "combined", VECTORS),
         (modes_module, "_residual", RESIDUAL),
     ]

@@ -14,7 +14,7 @@ from benchmarks.modes_peers_decks import calculix_deck, moving_bodies, mystran_d
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
-from creak.linalg import lanczos
+from creak.linalg import ritz
 from creak.studies.models.deck_modes import deck_modes
 from creak_thesis.door import write_door
 
@@ -76,7 +76,7 @@ def test_time_belongs_to_the_innermost_phase():
 
 
 def test_a_timed_name_that_is_gone_stops_the_benchmark(monkeypatch):
-    monkeypatch.delattr(lanczos, "_eigen")
+    monkeypatch.delattr(ritz, "_eigen")
     with pytest.raises(AttributeError, match="_eigen"):
         modes_cost.measure(*chain(), COUNT, False)
 
