@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any
@@ -64,29 +65,37 @@ class PartMatrices:
 
 
 def common_rayleigh(model: Model) -> Rayleigh:
-    """The Rayleigh numbers of the structural material with most elements.
+    """The Rayleigh numbers of the structural material with most elements; without any, of most masses and springs.
 
     Blocks that differ (other materials, springs, point masses) get the difference in an explicit matrix, so
     the sum is each material's own damping.
     """
-    weight: dict[tuple[float, float], int] = {}
-    for block in model.blocks:
-        if isinstance(block.section, Structural):
-            key = rayleigh(block.section)
-            weight[key] = weight.get(key, 0) + block.ids.size
-    alpha, beta = max(weight, key=lambda k: weight[k]) if weight else (0.0, 0.0)
+    structural, masses, springs = Counter[tuple[float, float]](), Counter[float](), Counter[float]()
+    for section, n in ((b.section, b.ids.size) for b in model.blocks):
+        alpha, beta = rayleigh(section)
+        if isinstance(section, Structural):
+            structural[alpha, beta] += n
+        if _has_mass(section):
+            masses[alpha] += n
+        if isinstance(section, Discrete) and has_stiffness(section):
+            springs[beta] += n
+    if structural:
+        return Rayleigh(*structural.most_common(1)[0][0])
+    alpha, beta = (of.most_common(1)[0][0] if of else 0.0 for of in (masses, springs))
     return Rayleigh(alpha, beta)
 
 
+def _has_mass(section: Section) -> bool:
+    return bool(section.mass.any()) if isinstance(section, NodalMatrices) else not isinstance(section, Discrete)
+
+
 def is_damped(model: Model) -> bool:
-    """Whether a material, a point mass or a dashpot of the model damps anything."""
+    """Whether a material, a point mass, a spring or a dashpot of the model damps anything."""
     return any(_damps(block.section) for block in model.blocks)
 
 
 def _damps(section: Section) -> bool:
-    if isinstance(section, Discrete):
-        return has_dashpot(section)
-    return section.alpha != 0.0 if isinstance(section, PointMass) else any(rayleigh(section))
+    return any(rayleigh(section)) or (isinstance(section, Discrete) and has_dashpot(section))
 
 
 def assemble_blocks(
@@ -132,13 +141,9 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
     dashpot = isinstance(section, Discrete) and has_dashpot(section)
     if override:
         return 0.0, 0.0, dashpot
-    if isinstance(section, Discrete):
-        alpha = common.alpha if isinstance(section, NodalMatrices) and section.mass.any() else 0.0
-        return -alpha, -common.beta if has_stiffness(section) else 0.0, dashpot
-    if isinstance(section, PointMass):
-        return section.alpha - common.alpha, 0.0, False
     alpha, beta = rayleigh(section)
-    return alpha - common.alpha, beta - common.beta, False
+    limp = isinstance(section, PointMass) or (isinstance(section, Discrete) and not has_stiffness(section))
+    return alpha - common.alpha if _has_mass(section) else 0.0, 0.0 if limp else beta - common.beta, dashpot
 
 
 def damps_by_itself(model: Model, common: Rayleigh, override: bool) -> bool:

@@ -28,7 +28,7 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
 
     A, B, D = integral of Q (1, z, z^2) dz with each ply's plane-stress matrix Q turned to the element's axes
     (Jones, Mechanics of Composite Materials, eq. 4.22-4.24). Transverse shear from equilibrium, see
-    `_shear_stiffness`; 5/6 G t for one ply.
+    `_shear_stiffness`; 5/6 G t for one ply. alpha and beta are the plies' mean by mass, or by thickness.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     density = np.array([p.material.density for p in plies])
     A, B, D = (np.einsum("k,kij->ij", (z[1:] ** n - z[:-1] ** n) / n, Q) for n in (1, 2, 3))
     mass, moment, inertia = (float(density @ (z[1:] ** n - z[:-1] ** n)) / n for n in (1, 2, 3))
-    share = density * np.diff(z) / max(mass, 1e-300)
+    share = density * np.diff(z) / mass if mass > 0.0 else np.diff(z) / total
     alpha, beta = (float(share @ np.array([getattr(p.material, key) for p in plies])) for key in ("alpha", "beta"))
     middle = GeneralShell(
         name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass, moment, inertia, total, 0.0, alpha, beta

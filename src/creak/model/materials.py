@@ -236,6 +236,8 @@ class Spring:
     dof2: int = 0
     stiffness: float = 0.0
     damping: float = 0.0
+    beta: float = 0.0
+    """Stiffness-proportional damping beside the dashpot, s."""
 
 
 @dataclass(frozen=True)
@@ -245,6 +247,8 @@ class AxialSpring:
     name: str
     stiffness: float = 0.0
     damping: float = 0.0
+    beta: float = 0.0
+    """As of `Spring`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,6 +265,8 @@ class Bushing:
     damping: FloatArray
     """(6, 6)"""
     location: float = 1.0
+    beta: float = 0.0
+    """As of `Spring`."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,6 +280,10 @@ class NodalMatrices:
     """(d, d)"""
     damping: FloatArray
     """(d, d)"""
+    alpha: float = 0.0
+    """Mass-proportional damping beside the matrix, 1/s."""
+    beta: float = 0.0
+    """As of `Spring`."""
 
 
 Structural = ShellSection | GeneralShell | BeamSection | TrussSection | SolidSection
@@ -281,9 +291,13 @@ Discrete = Spring | AxialSpring | Bushing | NodalMatrices
 Section = Structural | PointMass | Discrete
 
 
-def rayleigh(section: Structural) -> tuple[float, float]:
-    """alpha (1/s) and beta (s) of the section's material."""
-    source = section if isinstance(section, GeneralShell) else section.material
+def rayleigh(section: Section) -> tuple[float, float]:
+    """alpha (1/s) and beta (s) of the section's material, or its own: C = alpha M + beta K (+ its dashpot)."""
+    if isinstance(section, PointMass):
+        return section.alpha, 0.0
+    if isinstance(section, Spring | AxialSpring | Bushing):
+        return 0.0, section.beta
+    source = section if isinstance(section, GeneralShell | NodalMatrices) else section.material
     return source.alpha, source.beta
 
 

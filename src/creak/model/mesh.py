@@ -165,6 +165,9 @@ class Model:
     """At which nothing is strained, but for materials that say their own; None: the deck gives none."""
     static_loads: Mapping[str, StaticLoads] = field(default_factory=dict)
     """Loads of the deck that a run may start under, by name."""
+    frames: Mapping[int, FloatArray] = field(default_factory=dict)
+    """Row of a node -> (3, 3), columns are its directions in matrices of Nastran (CD); not of nodes that move along
+    the global axes. All else of the model is in global axes."""
     untyped: tuple[str, ...] = ()
     """Sets of nodes and of elements that are one list of numbers, of which the deck does not say what they count."""
 

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 class Superelement:
     """M q'' + C q' + K q = f of a reduced part, with the node and dof of every row.
 
-    All displacement dofs are in the global (basic) frame.
+    All displacement dofs are in the global (basic) frame, but for those of `in_deck_frames`.
     """
 
     name: str
@@ -31,6 +31,9 @@ class Superelement:
     """Node label -> (3,) global coordinates, for the nodes whose place is known."""
     source: str = ""
     """File it came from, for messages."""
+    in_deck_frames: frozenset[int] = frozenset()
+    """Labels of nodes that move in the displacement frames (CD) of the Nastran deck they join, which the file does not
+    give; in the basic frame where the deck gives none."""
 
     @property
     def n(self) -> int:

@@ -9,6 +9,7 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.write.conditions import condition_lines, constraint_lines, set_lines, surface_lines
+from creak.formats.abaqus.write.dashpots import with_dashpots
 from creak.formats.abaqus.write.directions import by_direction, without_surfaces
 from creak.formats.abaqus.write.elements import Written, element_lines
 from creak.formats.abaqus.write.names import ROOT, Scopes, quoted, vector
@@ -25,7 +26,8 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tu
     gives the same model back, as `model.comparison.difference` sees it, names of sections and materials aside:
     couplings that belong to no surface of the model get node surfaces `_COUPLING-n`, sections that belong to no
     element set `_SECTION-n`, a second material of one name a number. Beams whose axis 1 no third node gives have a
-    section for each direction. Element types are those of the formulation (S4R becomes S4).
+    section for each direction. Element types are those of the formulation (S4R becomes S4). Damping of springs that
+    follows their stiffness becomes dashpots.
 
     Parameters
     ----------
@@ -33,7 +35,7 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tu
 
     Returns
     -------
-    What is lost because it bears on contact only.
+    Which damping of springs became dashpots, and what is lost because it bears on contact only.
 
     Raises
     ------
@@ -47,10 +49,11 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tu
             where=model.source,
             fix="Accept another mass with --mass consistent (the answer changes with it).",
         )
+    model, damped = with_dashpots(model)
     model, notes = without_surfaces(by_direction(model))
     text = "\n".join(deck_lines(model)) + "\n"
     write_checked(path, text, lambda copy: _lost(model, copy), kind="an Abaqus", source=model.source)
-    return tuple(notes)
+    return (*damped, *notes)
 
 
 def deck_lines(model: Model) -> list[str]:

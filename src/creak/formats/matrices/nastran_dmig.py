@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +38,8 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
 
     Square (1) and symmetric (6) real matrices in small, large and free field. Points without a dof are scalar points
     and become generalised coordinates. GRID, SPOINT, CORD2 and SECONCT cards are looked for in `map_file`, or in the
-    same file: they give places, labels and CD frames. Grids without a card are taken to move in the basic frame.
+    same file: they give places, labels and CD frames. Grids without a card move in the frame that the deck they join
+    gives them (`Superelement.in_deck_frames`).
 
     Raises
     ------
@@ -56,7 +57,8 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
     rotation = nastran.to_basic(points, rows, map_file or path)
     K, M, C = (nastran.rotated(matrix, rotation) for matrix in (K, M, C))
     nodes, dofs, positions = nastran.labels(points, rows)
-    return checked(path.stem, nodes, dofs, K, M, C, positions, path)
+    made = checked(path.stem, nodes, dofs, K, M, C, positions, path)
+    return replace(made, in_deck_frames=nastran.without_card(points, rows))
 
 
 def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,8 +26,9 @@ def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = Non
     """Read what EXTSEOUT(ASMBULK, MATOP4=unit) wrote: KXX, MXX, BXX1, K4XX1 and the .asm file beside it.
 
     Rows are sorted by (interior) id: six dofs per grid, one per scalar point; EXTRN cards in the map give grids with
-    fewer. Matrices of grids with CD frames are turned to the basic frame. `map_file` may also be a table node,dof,x,y,z
-    (all dofs then in the basic frame). Damping matrices of another size than K are placeholders and are left out.
+    fewer. Matrices of grids with CD frames are turned to the basic frame. `map_file` may also be a table
+    node,dof,x,y,z, which tells no frames: grids then move in those of the deck they join
+    (`Superelement.in_deck_frames`). Damping matrices of another size than K are placeholders and are left out.
 
     Parameters
     ----------
@@ -51,7 +53,8 @@ def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = Non
         )
     if map_file.suffix.lower() == ".csv":
         table = read_dof_map(map_file)
-        return checked(path.stem, table.node_ids, table.dofs, K, M, C, table.positions, path)
+        made = checked(path.stem, table.node_ids, table.dofs, K, M, C, table.positions, path)
+        return replace(made, in_deck_frames=frozenset(made.node_ids[made.node_ids > 0].tolist()))
     points = nastran.read_points(map_file)
     rows = nastran.all_rows(points, map_file)
     _check_size(K.shape[0], rows, path, map_file)

@@ -167,6 +167,11 @@ def labels(points: PointMap, rows: list[tuple[int, int]]) -> tuple[IntArray, Int
     return nodes, dofs, {label: grid.position for label, grid in grids.items() if grid is not None}
 
 
+def without_card(points: PointMap, rows: list[tuple[int, int]]) -> frozenset[int]:
+    """Labels of the grids that no GRID card places: their frames are those of the deck that they join."""
+    return frozenset(points.label(i) for i, dof in rows if dof != SCALAR and points.grid(i) is None)
+
+
 def to_basic(points: PointMap, rows: list[tuple[int, int]], path: Path) -> Matrix | None:
     """R (n, n) with u_basic = R u_local, None where all frames are the basic one; A_basic = R A_local R^T."""
     row_of = {row: k for k, row in enumerate(rows)}

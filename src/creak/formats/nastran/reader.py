@@ -122,6 +122,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         initial_temperature=temperatures(deck, deck.case.initial_temperature),
         static_loads=named_loads(deck) if run is None else {},
         mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
+        frames=dict(deck.grids.axes),
         untyped=tuple(n for n in untyped_sets(deck, source.set_names) if n in sets and n in of_nodes),
     )
     return model, run

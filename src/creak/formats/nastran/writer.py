@@ -59,8 +59,8 @@ def write_nastran(model: Model, path: str | Path) -> tuple[str, ...]:
     Raises
     ------
     InputError : the model holds what creak does not read from Nastran decks (consistent mass, beams whose shear centre
-        is beside the centroid, coupled bushings, materials with different mass-proportional damping); nothing is
-        written.
+        is beside the centroid, coupled bushings, materials and masses with different mass-proportional damping);
+        nothing is written.
     """
     if model.mass_form not in MASS:
         raise InputError(
@@ -83,7 +83,7 @@ def deck_lines(model: Model, notes: list[str]) -> Iterator[str]:
     """Lines of the deck of an `equivalent` model."""
     damping = damping_of(model)
     materials = Materials(damping)
-    properties, systems, matrices = Properties(model, materials), Systems(), added_matrices(model)
+    properties, systems, matrices = Properties(model, materials), Systems(), added_matrices(model, damping.beta)
     elements = list(element_lines(model, properties, systems))
     yield f"$ written by creak from {Path(model.source).name}"
     yield from (f"$ {note}" for note in notes)
@@ -131,7 +131,8 @@ def _difference(model: Model, copy: Model) -> str:
     found = difference(bare[0], bare[1], names=False, tolerance=KEPT, by_element=True)
     if found:
         return found
-    one, other = (added_matrices(m) for m in (model, copy))
+    beta = damping_of(model).beta
+    one, other = (added_matrices(m, beta) for m in (model, copy))
     if one.keys() != other.keys() or any(abs(one[k] - other[k]).max() > KEPT * abs(one[k]).max() for k in one):
         return "the matrices on nodes"
     for name, rows in model.element_sets.items():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 import scipy.sparse as sp
@@ -52,6 +53,13 @@ def imported_superelements(
         where = places.where("superelement", name)
         map_file = places.sibling(table.map) if table.map else None
         superelement = read_superelement(places.sibling(table.file), map_file)
+        superelement, turned = in_global_axes(superelement, model, where, table.instance)
+        if turned:
+            some = ", ".join(map(str, turned[:3])) + (", ..." if len(turned) > 3 else "")
+            notes.append(
+                f"superelement {name}: its rows of {len(turned)} grid(s) ({some}) are along the displacement frames "
+                "(CD) of the deck, as its file has no GRID cards for them"
+            )
         if override and superelement.C is not None:
             notes.append(f"superelement {name}: its own damping is left out, as [damping] of the study replaces all")
         damping = _own_damping(superelement, common, override)
@@ -68,6 +76,40 @@ def _own_damping(superelement: Superelement, common: Rayleigh, override: bool) -
         excess = common.alpha * to_dense(superelement.M) + common.beta * to_dense(superelement.K)
         C = -excess if C is None else C - excess
     return Damping(common.alpha, common.beta, C)
+
+
+def in_global_axes(
+    superelement: Superelement, model: Model, where: str, instance: str | None = None
+) -> tuple[Superelement, list[int]]:
+    """The superelement with all rows along global axes, and the labels of the nodes whose rows were turned.
+
+    A_global = R A R', R (3, n) of a node its directions in the deck's frame. Where the superelement has only some of
+    three translations or rotations of a node, forces along these alone act along all global axes that they have a
+    part of.
+    """
+    joined = _joined(superelement, model, instance, where) if superelement.in_deck_frames and model.frames else {}
+    frames = {
+        i: model.frames[row] for i, row in joined.items() if i in superelement.in_deck_frames and row in model.frames
+    }
+    if not frames:
+        return superelement, []
+    place: dict[tuple[int, int], int] = {}
+    entries: list[tuple[int, int, float]] = []
+    for k, (node, dof) in enumerate(zip(superelement.node_ids.tolist(), superelement.dofs.tolist(), strict=True)):
+        if node not in frames:
+            entries.append((place.setdefault((node, dof) if node else (0, -k), len(place)), k, 1.0))
+            continue
+        first = dof - (dof - 1) % 3
+        for i, share in enumerate(frames[node][:, dof - first].tolist()):
+            if abs(share) > ROUND_OFF:
+                entries.append((place.setdefault((node, first + i), len(place)), k, share))
+    at, of, shares = (np.array(column) for column in zip(*entries, strict=True))
+    R = sp.csr_array((shares, (at, of)), shape=(len(place), superelement.n))
+    turned = (None if A is None else R @ A @ R.T for A in (superelement.K, superelement.M, superelement.C))
+    K, M, C = (None if A is None else 0.5 * (A + A.T) for A in turned)
+    rows = np.array([(node, max(dof, 0)) for node, dof in place], dtype=np.int64)
+    made = replace(superelement, node_ids=rows[:, 0], dofs=rows[:, 1], K=K, M=M, C=C, in_deck_frames=frozenset())
+    return made, list(frames)
 
 
 def superelement_system(

@@ -134,3 +134,13 @@ def test_a_grid_on_a_patch_and_two_grids(tmp_path):
 def test_mistakes(tmp_path, fastener, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, deck(fastener))
+
+
+@pytest.mark.parametrize(("way", "loss"), [("CFAST by property", 0.6), ("PARTPAT", 0.9)])
+def test_damping(tmp_path, way, loss):
+    """GE/W4 + G/W3 of PFAST, or of a weld's material; the mass of PFAST follows ALPHA1."""
+    text = deck(WAYS[way]).replace(",.4\n", ",.4,.6\n").replace("7.8-9\n", "7.8-9,,,.9\n")
+    model = read(tmp_path, text + "PARAM,W4,30.\nPARAM,G,.1\nPARAM,W3,50.\nPARAM,ALPHA1,2.\n")
+    betas = [b.section.beta for b in model.blocks if b.kind == "bush2"]
+    assert betas == [pytest.approx(loss / 30.0 + 0.1 / 50.0, rel=1e-14)]
+    assert {b.section.alpha for b in model.blocks if b.kind == "mass"} == ({2.0} if loss == 0.6 else set())

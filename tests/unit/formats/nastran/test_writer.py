@@ -65,6 +65,13 @@ IDENTICAL = {
     "CBUSH,5,5,1,2,0.,1.,.3,,.25\nCBUSH,6,6,1,3,,,,5\nCBUSH,7,7,4,,,,,0\nPBUSH,5,K,1.,2.,3.,4.,5.,6.\n,B,.1,.2\n"
     "PBUSH,6,B,1.,2.,,3.\nPBUSH,7,K,,,3.\nCONM2,20,1,,2.\nCONM2,21,2,5,3.,.1,.2,.3\n,1.,.1,2.,.2,.3,3.\n"
     "CONM1,22,3,5,1.,.1,2.,.2,.3\n,3.\nCONM2,23,4,,1.\n",
+    "damping of the whole": BARS
+    + "CELAS2,1,7.,1,2\nCBUSH,5,5,1,2,0.,1.,.3\nPBUSH,5,K,1.,2.\nCROD,4,6,1,3\nPROD,6,1,2.\nCONM2,20,1,,2.\n"
+    "CONM1,22,3,,1.\nCONM2,23,2,,1.\nPARAM,ALPHA1,3.\nPARAM,G,.1\nPARAM,W3,100.\n" + MAT,
+    "loss factors of springs": BARS
+    + "CELAS2,1,7.,1,2,,,.1\nCELAS2,2,7.,1,2,3,4,.2\nCELAS2,3,7.,1,3\nCBUSH,5,5,1,2,0.,1.,.3\nCBUSH,6,6,1,3,,,,0\n"
+    "CBUSH,7,7,4,,,,,0\nPBUSH,5,K,1.,2.,3.\n,B,.1\n,GE,.3\nPBUSH,6,K,1.,2.,3.,4.\n,GE,.1,.2,.1\nPBUSH,7,K,4.\n"
+    "CONM2,20,1,,2.\nCONM2,21,2,,3.\nCONM2,22,3,,1.\nCONM2,23,4,,1.\nPARAM,W4,100.\nPARAM,ALPHA1,2.\n",
     "constraints": BARS
     + "CBAR,1,3,1,2,0.,1.,.2\nCBAR,2,3,3,4,0.,1.,.2\nPBAR,3,1,8.,10.,3.,7.\nGRID,30,,1.,1.,1.\nGRID,31,,2.,1.,1.\n"
     "RBE2,50,1,1235,30\nRBE3,51,,31,123456,1.3,123,1,2,\n,.7,123,3,4\nRBAR,52,1,4\nMPC,1,30,4,2.,2,1,-3.\n,,3,2,.1\n"

@@ -14,6 +14,7 @@ from creak.arrays import IntArray, Matrix
 from creak.errors import InputError, suggest
 from creak.formats.matrices.checks import SYMMETRY
 from creak.formats.matrices.nastran_dmig import SQUARE, SYMMETRIC, Dmig, dmig_matrices
+from creak.formats.nastran.sections.materials import damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.dofs import PER_NODE, dof_label, node_dofs, nodes_of
@@ -42,7 +43,8 @@ def read_direct_matrices(deck: Deck) -> None:
     """Add the matrices that the case control selects as elements of many nodes, one for each connected piece.
 
     Real, symmetric matrices on grids and scalar points; those of grids with displacement frames are turned to the
-    basic frame. As in Nastran PARAM,WTMASS does not act on M2GG; CK2, CM2 and CB2 scale.
+    basic frame. As in Nastran PARAM,WTMASS does not act on M2GG; CK2, CM2 and CB2 scale; ALPHA1, ALPHA2 and G with W3
+    count them.
 
     Raises
     ------
@@ -71,9 +73,10 @@ def read_direct_matrices(deck: Deck) -> None:
                 fix="Give it as a [superelement] of the study.",
             )
         K, M, C = (A.toarray() for A in (piece.K, piece.M, piece.C))
-        section = NodalMatrices(" ".join(deck.case.matrices.values()), K, M, C)
-        kind = "nodal1" if piece.rows.size == 1 else "nodal2"
         card = next(deck.cards("DMIG"), Card("DMIG", (), where))
+        alpha, beta = (r if A.any() else 0.0 for A, r in zip((M, K), damping(deck, card), strict=True))
+        section = NodalMatrices(" ".join(deck.case.matrices.values()), K, M, C, alpha, beta)
+        kind = "nodal1" if piece.rows.size == 1 else "nodal2"
         deck.add(("DMIG", k), kind, section, first + k, piece.rows.tolist(), card)
 
 

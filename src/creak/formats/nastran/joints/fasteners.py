@@ -12,7 +12,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.deck.tying import reach_of
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
-from creak.formats.nastran.sections.materials import Materials
+from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint, Equation
@@ -267,14 +267,16 @@ def _connect(
         k = np.array([f.owner.real(i, 0.0) for i in range(4, 10)])
         mass = 0.5 * f.owner.real(10, 0.0) * deck.mass_factor
         for row in rows if mass else ():
-            point = PointMass(f"PFAST {f.owner.text(0)}", mass)
+            point = PointMass(f"PFAST {f.owner.text(0)}", mass, alpha=damping(deck, f.owner)[0])
             deck.add((f.owner.text(0), mass), "mass", point, deck.free_id(), [row], f.card)
+        beta = damping(deck, f.owner, f.owner.real(11, 0.0))[1]
     else:
         length = float(np.linalg.norm(ends[1] - ends[0]))
         if f.owner.text(7).upper() == "SPOT" and None not in f.patches:
             length = spot
         k = weld_stiffness(f.owner, materials, length)
-    section = Bushing(f"{f.owner.name} {f.owner.text(0)}", np.diag(k), np.zeros((6, 6)), 0.5)
+        beta = materials.isotropic(f.owner.integer(1), f.owner)[0].beta
+    section = Bushing(f"{f.owner.name} {f.owner.text(0)}", np.diag(k), np.zeros((6, 6)), 0.5, beta if k.any() else 0.0)
     own = {"axis1": axes[0], "axis2": axes[1]}
     deck.add((f.owner.name, f.owner.text(0), *k.tolist()), "bush2", section, f.identifier, rows, f.card, **own)
 

@@ -7,6 +7,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
+from creak.formats.nastran.sections.materials import damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import LINEAR, Deck, referred
 from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass, Spring
@@ -59,38 +60,44 @@ def read_points(deck: Deck) -> None:
         _add_conm1(deck, card)
 
 
-def _values(deck: Deck, name: str) -> dict[int, tuple[Card, float]]:
+_Values = dict[int, tuple[Card, float, float]]
+"""Property -> its card, value and structural damping GE."""
+
+
+def _values(deck: Deck, name: str) -> _Values:
     width, at = _PER_CARD[name]
-    found: dict[int, tuple[Card, float]] = {}
+    found: _Values = {}
     for card in deck.cards(name):
         for i in range(0, len(card.fields), width):
             if card.text(i):
                 identifier, value = card.integer(i), card.real(i + at, 0.0)
-                if identifier in found and found[identifier][1] != value:
+                loss = card.real(i + 2, 0.0) if name == "PELAS" else 0.0
+                if identifier in found and found[identifier][1:] != (value, loss):
                     raise InputError(
                         f"property {identifier} is defined twice, first at {found[identifier][0].where}",
                         where=card.where,
                         fix="Give one of them another id.",
                     )
-                found[identifier] = (card, value)
+                found[identifier] = (card, value, loss)
     return found
 
 
-def _add_scalar(deck: Deck, card: Card, values: dict[str, dict[int, tuple[Card, float]]]) -> None:
+def _add_scalar(deck: Deck, card: Card, values: dict[str, _Values]) -> None:
     """CELAS, CDAMP, CMASS between two dofs or one dof and ground, in the displacement frames of their grids."""
     kind = card.name
     if kind in _BY_PROPERTY:
         table, pid = values[_BY_PROPERTY[kind]], card.integer(1, card.integer(0))
-        _, value = referred(table, pid, card, "property", _BY_PROPERTY[kind])
+        owner, value, loss = referred(table, pid, card, "property", _BY_PROPERTY[kind])
         identifier = deck.new_element(card, pid)
     else:
-        identifier, value = deck.new_element(card), card.real(1)
+        identifier, value, owner = deck.new_element(card), card.real(1), card
+        loss = card.real(6, 0.0) if kind == "CELAS2" else 0.0
     ends = _ends(deck, card, ((2, 0), (3, 0)) if kind[-1] in "34" else ((2, 3), (4, 5)))
     nodes = list(dict.fromkeys(row for row, _ in ends))
     g = np.zeros(6 * len(nodes))
     for sign, (row, dof) in zip((1.0, -1.0), ends, strict=False):
         g.reshape(-1, 6)[nodes.index(row)] += sign * deck.grids.six(row, dof)
-    _put_scalar(deck, card, identifier, nodes, g, value)
+    _put_scalar(deck, card, identifier, nodes, g, value, damping(deck, owner, loss))
 
 
 def _ends(deck: Deck, card: Card, fields: tuple[tuple[int, int], ...]) -> list[tuple[int, int]]:
@@ -115,9 +122,18 @@ def _ends(deck: Deck, card: Card, fields: tuple[tuple[int, int], ...]) -> list[t
     return ends
 
 
-def _put_scalar(deck: Deck, card: Card, identifier: int, nodes: list[int], g: FloatArray, value: float) -> None:
+def _put_scalar(
+    deck: Deck,
+    card: Card,
+    identifier: int,
+    nodes: list[int],
+    g: FloatArray,
+    value: float,
+    rayleigh: tuple[float, float],
+) -> None:
     """As a spring between global dofs where it is one, else as matrices."""
     n = len(nodes)
+    alpha, beta = (r if value and card.name[1] == key else 0.0 for key, r in zip("ME", rayleigh, strict=True))
     spring = card.name[1] in "ED"
     axes = [np.flatnonzero(end) for end in g.reshape(n, 6)]
     # A spring whose two ends lie along one global dof each, with opposite signs; its direction does not matter.
@@ -125,13 +141,13 @@ def _put_scalar(deck: Deck, card: Card, identifier: int, nodes: list[int], g: Fl
     if plain:
         dofs = [int(a[0]) + 1 for a in axes] + [0]
         k, c = (value, 0.0) if card.name[1] == "E" else (0.0, value)
-        section = Spring(f"{card.name} {identifier}", dofs[0], dofs[1], k, c)
-        deck.add((dofs[0], dofs[1], k, c), f"spring{n}", section, identifier, nodes, card)
+        section = Spring(f"{card.name} {identifier}", dofs[0], dofs[1], k, c, beta)
+        deck.add((dofs[0], dofs[1], k, c, beta), f"spring{n}", section, identifier, nodes, card)
         return
     matrix, zero = value * np.outer(g, g), np.zeros((6 * n, 6 * n))
     K, C, M = (matrix if card.name[1] == key else zero for key in "EDM")
-    nodal = NodalMatrices(f"{card.name} {identifier}", K, M * deck.mass_factor, C)
-    deck.add((card.name[:5], value, *np.round(g, 12).tolist()), f"nodal{n}", nodal, identifier, nodes, card)
+    nodal = NodalMatrices(f"{card.name} {identifier}", K, M * deck.mass_factor, C, alpha, beta)
+    deck.add((card.name[:5], value, beta, *np.round(g, 12).tolist()), f"nodal{n}", nodal, identifier, nodes, card)
 
 
 def _read_viscous(deck: Deck) -> None:
@@ -154,6 +170,8 @@ def _read_axial(deck: Deck) -> None:
         identifier = deck.new_element(card, pid)
         owner = referred(table, pid, card, "property", "PBUSH1D")
         k, c, m = (owner.real(i, 0.0) for i in (1, 2, 3))
+        alpha, beta = damping(deck, owner)
+        kcb = (k, c, beta if k else 0.0)
         if any(owner.fields[8:]):
             linear = deck.case.solution in LINEAR
             why = (
@@ -165,27 +183,30 @@ def _read_axial(deck: Deck) -> None:
         nodes = deck.nodes(card, (2, 3) if card.integer(3, 0) else (2,))
         for row in nodes if m else ():
             share = m / len(nodes) * deck.mass_factor
-            deck.add(("PBUSH1D", pid, share), "mass", PointMass(f"PBUSH1D {pid}", share), deck.free_id(), [row], card)
+            point = PointMass(f"PBUSH1D {pid}", share, alpha=alpha)
+            deck.add(("PBUSH1D", pid, share), "mass", point, deck.free_id(), [row], card)
         if card.text(4) or len(nodes) == 1:
-            _add_along(deck, card, identifier, pid, nodes, (k, c))
+            _add_along(deck, card, identifier, pid, nodes, kcb)
         else:
             line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
             if not np.linalg.norm(line) > 0.0:
                 raise InputError(
                     f"CBUSH1D {identifier} has coincident grids and no CID", where=card.where, expected="CID"
                 )
-            deck.add(("PBUSH1D", pid), "axial2", AxialSpring(f"PBUSH1D {pid}", k, c), identifier, nodes, card)
+            deck.add(("PBUSH1D", pid), "axial2", AxialSpring(f"PBUSH1D {pid}", *kcb), identifier, nodes, card)
 
 
-def _add_along(deck: Deck, card: Card, identifier: int, pid: int, nodes: list[int], kc: tuple[float, float]) -> None:
-    """Along axis 1 of CID, on the translations alone."""
+def _add_along(
+    deck: Deck, card: Card, identifier: int, pid: int, nodes: list[int], kcb: tuple[float, float, float]
+) -> None:
+    """Stiffness, dashpot and beta along axis 1 of CID, on the translations alone."""
     axes = axes_at(deck.system(card.integer(4, 0), card), deck.grids.place(nodes[0]))
     n = len(nodes)
     ends = np.zeros((n, 6))
     ends[:, :3] = np.outer((1.0, -1.0)[:n], axes[:, 0])
     g = ends.ravel()
-    K, C = (value * np.outer(g, g) for value in kc)
-    section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C)
+    K, C = (value * np.outer(g, g) for value in kcb[:2])
+    section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C, beta=kcb[2])
     deck.add(("PBUSH1D", pid, *np.round(g, 12).tolist()), f"nodal{n}", section, identifier, nodes, card)
 
 
@@ -193,7 +214,7 @@ def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:
     pid = card.integer(1, card.integer(0))
     identifier = deck.new_element(card, pid)
     owner = referred(properties, pid, card, "property", "PBUSH")
-    k, c = _bushing_values(deck, owner)
+    k, c, losses = _bushing_values(deck, owner)
     two = bool(card.integer(3, 0))
     nodes = deck.nodes(card, (2, 3) if two else (2,))
     ends = [deck.grids.place(row) for row in nodes]
@@ -201,32 +222,40 @@ def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:
     if card.text(9) and card.integer(9) >= 0:
         deck.note(card, "creak takes the point of the spring at S between the grids", changes=True, what="CBUSH, OCID")
     location = card.real(8, 0.5)
-    section = Bushing(f"PBUSH {pid}", np.diag(k), np.diag(c), location)
-    deck.add((pid, location), "bush2" if two else "bush1", section, identifier, nodes, card, **own)
+    betas = np.array([damping(deck, owner, loss)[1] if stiff else 0.0 for stiff, loss in zip(k, losses, strict=True)])
+    for n, beta in enumerate(dict.fromkeys(betas[k != 0.0].tolist()) or [0.0]):
+        # Directions damped otherwise (GE1 to GE6) are a further bushing beside the first, which has the dashpots.
+        K, C = np.diag(np.where(betas == beta, k, 0.0)), np.diag(0.0 * c if n else c)
+        if n:
+            identifier = deck.free_id()
+            deck.property_of[identifier] = pid
+        section = Bushing(f"PBUSH {pid}", K, C, location, beta)
+        deck.add((pid, location, beta), "bush2" if two else "bush1", section, identifier, nodes, card, **own)
 
 
-def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray]:
-    """K and B lines of a PBUSH card, six values each; a line may begin with its flag, one field early."""
-    found = {"K": np.zeros(6), "B": np.zeros(6)}
+def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """K, B and GE lines of a PBUSH card, six values each; a line may begin with its flag, one field early.
+
+    GE1 alone holds for all directions.
+    """
+    found = {"K": np.zeros(6), "B": np.zeros(6), "GE": np.zeros(6)}
     for line in range(0, len(card.fields), 8):
         at = line if line and card.text(line) else line + 1
         flag = card.text(at).upper()
         values = [card.text(at + 1 + i) for i in range(6)]
         if flag in found:
             found[flag] = np.array([card.real(at + 1 + i, 0.0) for i in range(6)])
+            if flag == "GE" and not any(values[1:]):
+                found[flag][:] = found[flag][0]
         elif flag == "M" and any(values):
             deck.note(card, "creak does not read the mass of a bushing", changes=True, what="PBUSH, M")
-        elif flag == "GE" and any(values):
-            deck.note(
-                card, "structural damping acts at a frequency only; give B instead", changes=False, what="PBUSH, GE"
-            )
-        elif flag not in ("GE", "RCV", "M") and (flag or any(values)):
+        elif flag not in ("RCV", "M") and (flag or any(values)):
             raise InputError(
                 f"a line of PBUSH {card.text(0)} begins with {flag!r}",
                 where=card.where,
                 expected="K, B, GE, RCV or M",
             )
-    return found["K"], found["B"]
+    return found["K"], found["B"], found["GE"]
 
 
 def _bushing_axes(
@@ -283,6 +312,7 @@ def _add_conm2(deck: Deck, card: Card) -> None:
         f"CONM2 {identifier}",
         card.real(3, 0.0) * factor,
         values,  # type: ignore[arg-type]
+        damping(deck, card)[0],
         offset=tuple(float(v) for v in offset),  # type: ignore[arg-type]
     )
     deck.add((mass.mass, *values, *mass.offset), "mass", mass, identifier, [node], card)
@@ -299,4 +329,5 @@ def _add_conm1(deck: Deck, card: Card) -> None:
     turn = np.kron(np.eye(2), _frame(deck, card, 2, deck.grids.place(node)))
     M = deck.mass_factor * turn @ M @ turn.T
     zero = np.zeros((6, 6))
-    deck.add((identifier,), "nodal1", NodalMatrices(f"CONM1 {identifier}", zero, M, zero), identifier, [node], card)
+    section = NodalMatrices(f"CONM1 {identifier}", zero, M, zero, damping(deck, card)[0] if M.any() else 0.0)
+    deck.add((identifier,), "nodal1", section, identifier, [node], card)

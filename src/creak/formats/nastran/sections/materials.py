@@ -77,7 +77,7 @@ def read_materials(deck: Deck) -> Materials:
     """The materials, read when something uses them; densities are multiplied by PARAM,WTMASS.
 
     Structural damping GE becomes stiffness-proportional damping GE/W4 where PARAM,W4 is given, as in Nastran's
-    transient solutions; PARAM,G and W3 add to it, PARAM,ALPHA1 and ALPHA2 are Rayleigh's numbers.
+    transient solutions; PARAM,G and W3 add to it, PARAM,ALPHA1 and ALPHA2 are Rayleigh's numbers (see `damping`).
 
     Raises
     ------
@@ -86,9 +86,13 @@ def read_materials(deck: Deck) -> Materials:
     return Materials(deck, unique_cards(deck.cards(*MATERIALS), "material"))
 
 
-def _damping(deck: Deck, card: Card, ge: int) -> tuple[float, float]:
-    """alpha and beta; GE stands in field `ge`."""
-    beta, loss = deck.param("ALPHA2", 0.0), card.real(ge, 0.0)
+def damping(deck: Deck, card: Card, loss: float = 0.0) -> tuple[float, float]:
+    """alpha = ALPHA1 (1/s) and beta = ALPHA2 + G/W3 + GE/W4 (s) of an element that `card` gives GE = `loss`.
+
+    Materials, springs, bushings, masses and added matrices have these numbers each, so that the whole model has
+    B = ALPHA1 M + (ALPHA2 + G/W3) K + sum of GE/W4 K_e, and a study's own damping replaces all of it.
+    """
+    beta = deck.param("ALPHA2", 0.0)
     if deck.param("W3", 0.0) > 0.0:
         beta += deck.param("G", 0.0) / deck.param("W3", 0.0)
     if loss and deck.param("W4", 0.0) > 0.0:
@@ -150,7 +154,7 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
             changes=False,
             what="MAT1, G",
         )
-    alpha, beta = _damping(deck, card, 7)
+    alpha, beta = damping(deck, card, card.real(7, 0.0))
     heat = _expansion(card, (5, 5, 5), 6)
     return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta, heat), factor, flaw)
 
@@ -169,7 +173,7 @@ def _upper(card: Card, first: int, n: int) -> FloatArray:
 def _mat2(deck: Deck, card: Card) -> Elastic:
     """Anisotropic sheet: G11 G12 G13 G22 G23 G33, RHO. As a shear material (MID3) G11, G12, G22 are used."""
     G = _upper(card, 1, 3)
-    alpha, beta = _damping(deck, card, 12)
+    alpha, beta = damping(deck, card, card.real(12, 0.0))
     rho = _density(deck, card, 7)
     heat = _expansion(card, (8, 9, None, 10), 11)
     return Elastic(SheetMaterial(f"MAT2 {card.integer(0)}", G, G[:2, :2], rho, alpha, beta, expansion=heat))
@@ -186,7 +190,7 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
         )
     G1z, G2z = (card.real(i, 0.0) or STIFF * G12 for i in (5, 6))
     in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)
-    alpha, beta = _damping(deck, card, 16)
+    alpha, beta = damping(deck, card, card.real(16, 0.0))
     rho = _density(deck, card, 7)
     given = (E1, E2, nu12, G12, G1z, G2z)
     return Elastic(
@@ -198,7 +202,7 @@ def _mat9(deck: Deck, card: Card) -> Elastic:
     """Anisotropic solid, 21 entries by rows, RHO; the order xx, yy, zz, xy, yz, zx is creak's own."""
     G = _upper(card, 1, 6)
     require_stable(G, card.where)
-    alpha, beta = _damping(deck, card, 30)
+    alpha, beta = damping(deck, card, card.real(30, 0.0))
     rho = _density(deck, card, 22)
     heat = _expansion(card, (23, 24, 25, 26, 27, 28), 29)
     return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta, heat))

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.sections.materials import CONSISTENT, STIFF, Materials
+from creak.formats.nastran.sections.materials import CONSISTENT, STIFF, Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.elasticity import hooke, plane_stress, sheet_matrices, sheet_stress
@@ -172,7 +172,7 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
 
     LAM = MEM has no bending, BEND no membrane (a millionth of it), SMEAR bends as a sheet of the mean modulus.
 
-    TREF of the card stands for those of its materials, as in Nastran.
+    TREF and GE of the card stand for those of its materials, as in Nastran.
     """
     plies = _plies(card, materials)
     name = f"{card.name} {card.integer(0)}"
@@ -189,6 +189,8 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     made = laminate(name, plies, bottom, _added_mass(deck, card, 2))
     if lam in _PARTIAL:
         made = _partial(made, lam)
+    if card.real(6, 0.0):
+        made = replace(made, beta=damping(deck, card, card.real(6))[1])
     if made.expansion is None:
         return made
     return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))

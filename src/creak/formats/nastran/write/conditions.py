@@ -89,8 +89,11 @@ def support_lines(model: Model) -> Iterator[str]:
         yield from card("TIC", [SET, int(ids[node]), dof, 0.0, float(velocity)])
 
 
-def added_matrices(model: Model) -> dict[str, Matrix]:
-    """K2GG, M2GG, B2GG (6 n, 6 n) of the elements that are given by matrices, those that are not zero."""
+def added_matrices(model: Model, beta: float) -> dict[str, Matrix]:
+    """K2GG, M2GG, B2GG (6 n, 6 n) of the elements that are given by matrices, those that are not zero.
+
+    `beta` (s) is that of the whole deck, which acts on K2GG too: B2GG holds what an element's own differs by.
+    """
     n = PER_NODE * model.nodes.count
     total: dict[str, Matrix] = {name: sp.csr_array((n, n)) for name in MATRICES}
     for block in model.blocks:
@@ -98,7 +101,8 @@ def added_matrices(model: Model) -> dict[str, Matrix]:
             for rows in block.nodes_idx:
                 dofs = node_dofs(rows)
                 i, j = np.repeat(dofs, dofs.size), np.tile(dofs, dofs.size)
-                of_block = (block.section.stiffness, block.section.mass, block.section.damping)
+                K, C = block.section.stiffness, block.section.damping
+                of_block = (K, block.section.mass, C + (block.section.beta - beta) * K)
                 for name, matrix in zip(MATRICES, of_block, strict=True):
                     total[name] = total[name] + sp.csr_array((matrix.ravel(), (i, j)), shape=(n, n))
     for matrix in total.values():

@@ -84,7 +84,7 @@ def element_lines(model: Model, properties: Properties, systems: Systems) -> Ite
             pid = properties.put(b, _all(block))
             yield from _each(model, block, "CVISC", pid)
         elif isinstance(section, Spring):
-            yield from _springs(model, block, section)
+            yield from _springs(model, block, section, properties.materials.damping.loss(section.beta))
         elif isinstance(section, PointMass):
             for identifier, (row,) in zip(block.ids.tolist(), block.nodes_idx.tolist(), strict=True):
                 yield from card("CONM2", [identifier, _grid(model, row), 0, *_mass(section)])
@@ -240,14 +240,15 @@ def _bushings(model: Model, b: int, properties: Properties, systems: Systems) ->
             yield from card("CBUSH", [identifier, pid, *ends, None, None, None, cid, place])
 
 
-def _springs(model: Model, block: ElementBlock, section: Spring) -> Iterator[str]:
+def _springs(model: Model, block: ElementBlock, section: Spring, loss: float | None) -> Iterator[str]:
     if section.stiffness and section.damping:
         raise unwritable(f"spring {section.name!r}", "it damps as well; Nastran has an element for each")
     name, value = ("CDAMP2", section.damping) if section.damping else ("CELAS2", section.stiffness)
     for identifier, rows in zip(block.ids.tolist(), block.nodes_idx.tolist(), strict=True):
         dofs = (section.dof1, section.dof2 or section.dof1)
         ends = [v for row, dof in zip(rows, dofs, strict=False) for v in (_grid(model, row), dof)]
-        yield from card(name, [identifier, value, *ends])
+        fields: list[Field] = [identifier, value, *ends]
+        yield from card(name, [*fields, *[None] * (6 - len(fields)), loss] if loss and section.stiffness else fields)
 
 
 def _mass(section: PointMass) -> list[Field]:

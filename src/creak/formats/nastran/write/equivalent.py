@@ -186,7 +186,7 @@ def _along(axis: FloatArray, x: FloatArray) -> bool:
 
 def _as_bushing(block: ElementBlock, section: AxialSpring, x: FloatArray) -> ElementBlock:
     first = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    bushing = Bushing(section.name, section.stiffness * first, section.damping * first, 0.5)
+    bushing = Bushing(section.name, section.stiffness * first, section.damping * first, 0.5, section.beta)
     line = x[:, 1] - x[:, 0]
     across = np.eye(3)[np.argmin(np.abs(line), axis=1)]
     return replace(block, kind="bush2", section=bushing, own=Own(axis1=line, axis2=across))

@@ -17,9 +17,11 @@ from creak.model.materials import (
     AnyMaterial,
     GeneralShell,
     Material,
+    NodalMatrices,
     PointMass,
     SheetMaterial,
     Structural,
+    has_stiffness,
     rayleigh,
 )
 from creak.model.mesh import Model
@@ -31,41 +33,47 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class Damping:
-    """C = alpha M + beta K of all materials; with `by_material` each beta is its own, GE / W4 with W4 = 1 rad/s."""
+    """C = alpha M + beta K of the whole; with `by_element` each material, spring and bushing has a beta of its own,
+    GE / W4 with W4 = 1 rad/s, and `beta` is zero."""
 
     alpha: float
     beta: float
-    by_material: bool
+    by_element: bool
 
-    def loss(self, material: AnyMaterial) -> float | None:
-        """GE of a material."""
-        return material.beta if self.by_material and material.beta else None
+    def loss(self, beta: float) -> float | None:
+        """GE of what is damped so."""
+        return beta if self.by_element and beta else None
 
     def lines(self) -> Iterator[str]:
-        values = {"ALPHA1": self.alpha, "ALPHA2": self.beta, "W4": 1.0 if self.by_material else 0.0}
+        values = {"ALPHA1": self.alpha, "ALPHA2": self.beta, "W4": 1.0 if self.by_element else 0.0}
         for name, value in values.items():
             if value:
                 yield from card("PARAM", [name, value])
 
 
 def damping_of(model: Model) -> Damping:
-    """One alpha for all; one beta, or one for each material.
+    """One alpha for all that has mass; one beta for all that has stiffness, or one for each.
 
     Raises
     ------
     InputError : alphas that differ: Nastran has one for the whole model.
     """
-    pairs = [rayleigh(b.section) for b in model.blocks if isinstance(b.section, Structural)]
-    for b in model.blocks:
-        if isinstance(b.section, GeneralShell):
-            pairs += [(p.material.alpha, p.material.beta) for p in b.section.plies]
-    alphas, betas = ({p[i] for p in pairs} or {0.0} for i in (0, 1))
-    masses = {b.section.alpha for b in model.blocks if isinstance(b.section, PointMass)} - {0.0}
-    if max(alphas) - min(alphas) > SAME * max(alphas) or masses:
+    alphas, betas = set[float](), set[float]()
+    for section in (b.section for b in model.blocks):
+        alpha, beta = rayleigh(section)
+        if isinstance(section, Structural | PointMass) or (isinstance(section, NodalMatrices) and section.mass.any()):
+            alphas.add(alpha)
+        if isinstance(section, Structural) or (not isinstance(section, PointMass) and has_stiffness(section)):
+            betas.add(beta)
+        if isinstance(section, GeneralShell):
+            alphas |= {p.material.alpha for p in section.plies}
+            betas |= {p.material.beta for p in section.plies}
+    alphas, betas = alphas or {0.0}, betas or {0.0}
+    if max(alphas) - min(alphas) > SAME * max(alphas):
         raise unwritable(
             "the mass-proportional damping",
-            "Nastran has one factor (PARAM,ALPHA1) for all materials, and here they "
-            "differ, or single masses have one of their own; give [damping] in the study instead",
+            "Nastran has one factor (PARAM,ALPHA1) for all materials and masses, and here they "
+            f"differ ({min(alphas):g} to {max(alphas):g} 1/s); give [damping] in the study instead",
         )
     one = max(betas) - min(betas) <= SAME * max(betas)
     return Damping(max(alphas), max(betas) if one else 0.0, not one)
@@ -104,7 +112,7 @@ class Materials:
         return self._put("MAT2", [*fields, density], owner)
 
     def _put(self, name: str, fields: Sequence[Field], material: AnyMaterial) -> int:
-        loss, at = self.damping.loss(material), {"MAT1": 7, "MAT2": 12, "MAT8": 16, "MAT9": 30}[name]
+        loss, at = self.damping.loss(material.beta), {"MAT1": 7, "MAT2": 12, "MAT8": 16, "MAT9": 30}[name]
         if loss is not None:
             fields = [*fields, *[None] * (at - 1 - len(fields)), loss]
         key = (name, *fields)

@@ -107,14 +107,15 @@ def _fields(block: ElementBlock, materials: Materials, axes: int) -> tuple[str, 
     if isinstance(section, AxialSpring):
         return "PVISC", [section.damping]
     assert isinstance(section, Bushing)
-    return "PBUSH", _bushing(section)
+    return "PBUSH", _bushing(section, materials)
 
 
 def _plies(section: GeneralShell, materials: Materials) -> list[Field]:
     total = sum(p.thickness for p in section.plies)
     bottom = None if section.bottom == -0.5 * total else section.bottom
     heat = section.expansion
-    fields: list[Field] = [bottom, section.area_mass or None, None, None, heat.reference if heat else None, None, None]
+    reference, loss = heat.reference if heat else None, materials.damping.loss(section.beta)
+    fields: list[Field] = [bottom, section.area_mass or None, None, None, reference, loss, None]
     for p in section.plies:
         degrees = inverted(math.radians, p.angle, math.degrees(p.angle))
         fields += [materials.sheet_id(p.material), p.thickness, degrees, None]
@@ -165,13 +166,13 @@ def _factor(shear_area: float, area: float) -> float:
     return inverted(lambda k: k * area, shear_area, shear_area / area) if shear_area else 0.0
 
 
-def _bushing(section: Bushing) -> list[Field]:
+def _bushing(section: Bushing, materials: Materials) -> list[Field]:
     fields: list[Field] = []
     for letter, matrix in (("K", section.stiffness), ("B", section.damping)):
         values: FloatArray = np.diag(matrix)
         if np.any(matrix != np.diag(values)):
             raise unwritable(f"bushing {section.name!r}", "its axes are coupled; PBUSH has one value for each")
         if values.any():
-            fields += [None] * (len(fields) % 8) + [letter, *(float(v) or None for v in values)]
-            fields += [None]
-    return fields or ["K"]
+            fields += [letter, *(float(v) or None for v in values), None]
+    loss = materials.damping.loss(section.beta)
+    return [*fields, "GE", loss] if loss else fields or ["K"]
