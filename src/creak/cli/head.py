@@ -49,7 +49,8 @@ def _materials(model: Model) -> dict[str, int]:
     for block in model.blocks:
         section = block.section
         if isinstance(section, GeneralShell):
-            names = [p.material.name for p in section.plies] or ([] if section.rigid else [section.name])
+            made_of = section.made_of
+            names = [m.name for m in made_of.materials] if made_of else [] if section.rigid else [section.name]
         else:
             material = getattr(section, "material", None)
             names = [] if material is None else [material.name]

@@ -23,6 +23,8 @@ POISSON_TOLERANCE = 1e-15
 _PLACES = ("where", "source", "expansion")
 _FOR_WRITERS = ("plies", "bottom", "constants", "profile", "dimensions")
 """What sections keep of where their values came from; what only `b` has does not count."""
+_TO_MAKE_AGAIN = ("made_of", "own_shear", "added_density", "isotropic")
+"""What shells and sheets are made again from: a deck holds what it makes."""
 
 
 @dataclass(frozen=True)
@@ -179,7 +181,7 @@ def _values(a: Any, b: Any, title: str, how: _How) -> Iterator[str]:
             x, y = getattr(a, f.name), getattr(b, f.name)
             unknown = f.name in _FOR_WRITERS and not x
             rounded = f.name == "poisson_ratio" and abs(x - y) <= POISSON_TOLERANCE
-            if f.name not in (*_PLACES, *how.skip) and not unknown and not rounded:
+            if f.name not in (*_PLACES, *_TO_MAKE_AGAIN, *how.skip) and not unknown and not rounded:
                 yield from _values(x, y, f"{title}, {f.name}", how)
     elif _are_reals(a) and _are_reals(b) and how.tolerance:
         if not _same_numbers(np.array(a), np.array(b), how.tolerance):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.model.expansion import IN_PLANE
-from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
+from creak.model.materials import AnisotropicMaterial, AnyMaterial, Isotropic, Material, SheetMaterial
 
 SOFTEST = 1e-12
 """Transverse shear modulus over the largest one, below which a sheet has none."""
@@ -74,6 +75,22 @@ def orthotropic(
     require_stable(flexibility, where)
     stiffness = np.linalg.inv(flexibility)
     return np.asarray(0.5 * (stiffness + stiffness.T), dtype=np.float64)
+
+
+def isotropic_sheet(made_of: Isotropic) -> SheetMaterial:
+    """A sheet with a shear modulus of its own, or in plane strain.
+
+    Its matrices are those of `plane_stress`, or the in-plane rows of `hooke` with (1 + nu) alpha, the shear terms times
+    `shear_factor`; of plane strain the transverse shear matrix is G of E and nu.
+    """
+    m, factor, heat = made_of.material, made_of.shear_factor, made_of.material.expansion
+    in_plane = hooke(m)[np.ix_(IN_PLANE, IN_PLANE)] if made_of.strained else plane_stress(m)
+    in_plane[2, 2] *= factor
+    if made_of.strained and heat is not None:
+        strain = (1.0 + m.poisson_ratio) * np.array(heat.strain)
+        heat = replace(heat, strain=tuple(strain.tolist()))
+    shear = (m.shear_modulus if made_of.strained else m.shear_modulus * factor) * np.eye(2)
+    return SheetMaterial(m.name, in_plane, shear, m.density, m.alpha, m.beta, expansion=heat, isotropic=made_of)
 
 
 def require_stable(matrix: FloatArray, where: object) -> None:

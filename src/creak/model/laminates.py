@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -10,17 +10,92 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.model.elasticity import sheet_matrices, sheet_stress, turned_shear, turned_sheet, turned_stress
 from creak.model.expansion import ShellExpansion, joined
-from creak.model.materials import AnyMaterial, GeneralShell, Ply
+from creak.model.materials import AnyMaterial, GeneralShell, Layup, Moduli, Ply
 
-__all__ = ["Ply", "homogeneous_shell", "laminate", "sheet_expansion", "shifted"]
+__all__ = [
+    "Layup",
+    "Moduli",
+    "Ply",
+    "denser",
+    "homogeneous_shell",
+    "laminate",
+    "of_other_materials",
+    "of_thickness",
+    "remade",
+    "sheet_expansion",
+    "shell_of",
+    "shifted",
+]
 
 SHEAR_CORRECTION = 5.0 / 6.0
 """Of a homogeneous section (Reissner)."""
+LOOSE = 1e-6
+"""Bending of a membrane (and membrane of a plate) against that of a whole shell, so that no dof is left loose."""
+STIFF = 1e3
+"""A shell that is rigid in transverse shear gets this many times the shear stiffness."""
+
+
+def shell_of(name: str, made_of: Layup | Moduli) -> GeneralShell:
+    """The general shell of plies (`laminate`), of which is left what `Layup.left` says, or of moduli (`Moduli`)."""
+    if isinstance(made_of, Moduli):
+        return _of_moduli(name, made_of)
+    whole = _of_plies(name, made_of)
+    if made_of.beta is not None:
+        whole = replace(whole, beta=made_of.beta)
+    return _partial(whole, made_of.left) if made_of.left else whole
+
+
+def remade(shell: GeneralShell, made_of: Layup | Moduli) -> GeneralShell:
+    """The shell as it would be of other materials or another thickness.
+
+    What was not of these stays: the mass per area, the density added to that of the materials, a transverse shear
+    stiffness of its own and the temperature without strain.
+    """
+    new, old = shell_of(shell.name, made_of), shell.expansion
+    if new.expansion is not None and old is not None:
+        new = replace(new, expansion=replace(new.expansion, reference=old.reference, flaw=old.flaw))
+    new = replace(new, area_mass=shell.area_mass, S=shell.S if shell.own_shear else new.S, own_shear=shell.own_shear)
+    return denser(new, shell.added_density) if shell.added_density else new
+
+
+def of_other_materials(made_of: Layup | Moduli, change: Callable[[AnyMaterial], AnyMaterial]) -> Layup | Moduli:
+    """The same of other materials."""
+    if isinstance(made_of, Layup):
+        return replace(made_of, plies=tuple(replace(p, material=change(p.material)) for p in made_of.plies))
+    (a, m), (d, b), (s, g), coupling = made_of.membrane, made_of.bending, made_of.shear, made_of.coupling
+    coupling = None if coupling is None else change(coupling)
+    return replace(
+        made_of,
+        base=change(made_of.base),
+        membrane=(a, change(m)),
+        bending=(d, change(b)),
+        shear=(s, change(g)),
+        coupling=coupling,
+    )
+
+
+def of_thickness(made_of: Layup | Moduli, thickness: float) -> Layup | Moduli:
+    """The same of another thickness; of plies there is one."""
+    if isinstance(made_of, Moduli):
+        return replace(made_of, thickness=thickness)
+    return replace(made_of, plies=tuple(replace(p, thickness=thickness) for p in made_of.plies))
+
+
+def denser(shell: GeneralShell, more: float) -> GeneralShell:
+    """The shell with `more` mass per volume, spread through the thickness as its own is."""
+    factor = 1.0 + more * shell.thickness / shell.mass
+    return replace(
+        shell,
+        mass=factor * shell.mass,
+        first_moment=factor * shell.first_moment,
+        rotary_inertia=factor * shell.rotary_inertia,
+        added_density=shell.added_density + more,
+    )
 
 
 def homogeneous_shell(name: str, material: AnyMaterial, thickness: float, offset: float = 0.0) -> GeneralShell:
     """One material through the thickness, its middle at height `offset` above the nodes (along the normal)."""
-    return laminate(name, [Ply(material, thickness)], -0.5 * thickness + offset)
+    return laminate(name, [Ply(material, thickness)], -0.5 * thickness + offset if offset else None)
 
 
 def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added_mass: float = 0.0) -> GeneralShell:
@@ -36,8 +111,12 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     bottom : height z of the bottom above the nodes; None: the middle lies at the nodes.
     added_mass : per area, at the middle.
     """
-    total = sum(p.thickness for p in plies)
-    z0 = -0.5 * total if bottom is None else bottom
+    return replace(shell_of(name, Layup(tuple(plies), bottom)), area_mass=added_mass)
+
+
+def _of_plies(name: str, layup: Layup) -> GeneralShell:
+    plies, total = layup.plies, sum(p.thickness for p in layup.plies)
+    z0 = -0.5 * total + layup.offset * total if layup.bottom is None else layup.bottom
     offset = z0 + 0.5 * total
     z = np.concatenate([[0.0], np.cumsum([p.thickness for p in plies])]) - 0.5 * total
     matrices = [sheet_matrices(p.material) for p in plies]
@@ -51,8 +130,38 @@ def laminate(name: str, plies: Sequence[Ply], bottom: float | None = None, added
     middle = GeneralShell(
         name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass, moment, inertia, total, 0.0, alpha, beta
     )
-    middle = replace(middle, expansion=_expansion(plies, z), area_mass=added_mass)
-    return replace(shifted(middle, offset), plies=tuple(plies), bottom=z0)
+    middle = replace(middle, expansion=_expansion(plies, z))
+    return replace(shifted(middle, offset), plies=plies, bottom=z0, made_of=layup)
+
+
+def _of_moduli(name: str, m: Moduli) -> GeneralShell:
+    t, base = m.thickness, m.base
+    (a, membrane), (d, bending), (s, across) = m.membrane, m.bending, m.shear
+    A = t * (a * sheet_matrices(membrane)[0])
+    D = t**3 / 12.0 * (d * sheet_matrices(bending)[0])
+    S = s * t * sheet_matrices(across)[1]
+    B = np.zeros((3, 3)) if m.coupling is None else -t * t * sheet_matrices(m.coupling)[0]
+    heat = sheet_expansion(membrane, t) if a == 1.0 else None
+    if heat is not None and m.coupling is not None:
+        heat = replace(heat, moment=-t * t * sheet_stress(m.coupling))
+    mass, rotary = base.density * t, base.density * t**3 / 12.0 if m.turns else 0.0
+    made = GeneralShell(name, A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta)
+    return replace(made, expansion=heat, made_of=m)
+
+
+def _partial(shell: GeneralShell, left: str) -> GeneralShell:
+    """Of a laminate: no coupling, and membrane (MEM), bending (BEND) or both of one mean modulus (SMEAR)."""
+    even = shell.A * shell.thickness**2 / 12.0
+    A, D, S = {
+        "MEM": (shell.A, LOOSE * even, LOOSE * shell.S),
+        "BEND": (LOOSE * shell.A, shell.D, STIFF * shell.S),
+        "SMEAR": (shell.A, even, STIFF * shell.S),
+    }[left]
+    heat = shell.expansion
+    if heat is not None:
+        force = LOOSE * heat.force if left == "BEND" else heat.force
+        heat = replace(heat, force=force, moment=heat.moment if left == "BEND" else np.zeros(3))
+    return replace(shell, A=A, B=np.zeros((3, 3)), D=D, S=S, plies=(), expansion=heat)
 
 
 def sheet_expansion(material: AnyMaterial, thickness: float) -> ShellExpansion | None:

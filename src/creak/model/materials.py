@@ -52,9 +52,20 @@ class AnisotropicMaterial:
     expansion: Expansion | None = None
 
 
+@dataclass(frozen=True)
+class Isotropic:
+    """What a sheet was made of whose shear modulus is its own, or that is in plane strain."""
+
+    material: Material
+    shear_factor: float = 1.0
+    """G over E / (2 (1 + nu))."""
+    strained: bool = False
+    """Whether it is held along its normal."""
+
+
 @dataclass(frozen=True, eq=False)
 class SheetMaterial:
-    """Linear elastic sheet in plane stress; see `model.elasticity.lamina`."""
+    """Linear elastic sheet in plane stress; see `model.elasticity.lamina` and `isotropic_sheet`."""
 
     name: str
     in_plane: FloatArray
@@ -69,6 +80,8 @@ class SheetMaterial:
     constants: tuple[float, ...] = ()
     """E1, E2, nu12, G12, G13, G23 that the matrices were made of, for writers; empty: not known."""
     expansion: Expansion | None = None
+    isotropic: Isotropic | None = None
+    """What all of it follows from; None: from no isotropic material."""
 
 
 AnyMaterial = Material | AnisotropicMaterial | SheetMaterial
@@ -82,6 +95,63 @@ class Ply:
     thickness: float
     angle: float = 0.0
     """From the material axis 1 of the element to that of the ply, about the normal, radian."""
+
+
+@dataclass(frozen=True)
+class Layup:
+    """Plies that a general shell is made of."""
+
+    plies: tuple[Ply, ...]
+    """From the bottom up."""
+    bottom: float | None = None
+    """Height z of the first ply's lower face; None: `offset` says it."""
+    offset: float = 0.0
+    """Height of the middle surface over the thickness."""
+    left: str = ""
+    """What is left of the stiffness, as LAM of PCOMP: MEM, BEND or SMEAR; empty: all."""
+    beta: float | None = None
+    """Stiffness-proportional damping in place of the plies', s."""
+
+    @property
+    def materials(self) -> tuple[AnyMaterial, ...]:
+        return tuple(p.material for p in self.plies)
+
+    @property
+    def single_thickness(self) -> float | None:
+        """None: each ply has its own."""
+        return self.plies[0].thickness if len(self.plies) == 1 else None
+
+
+@dataclass(frozen=True)
+class Moduli:
+    """Materials that the membrane, bending, transverse shear and coupling of a general shell are made of.
+
+    A = t a Q1, D = t^3/12 d Q2, S = s t G3, B = -t^2 Q4, with factors a, d, s, in-plane matrices Q and the transverse
+    shear matrix G.
+    """
+
+    thickness: float
+    base: AnyMaterial
+    """Of mass and damping."""
+    membrane: tuple[float, AnyMaterial]
+    """a and the material of Q1. It expands where a is 1."""
+    bending: tuple[float, AnyMaterial]
+    """d and the material of Q2."""
+    shear: tuple[float, AnyMaterial]
+    """s and the material of G3."""
+    coupling: AnyMaterial | None = None
+    """Of Q4; None: B = 0."""
+    turns: bool = True
+    """Whether it has the rotary inertia rho t^3/12."""
+
+    @property
+    def materials(self) -> tuple[AnyMaterial, ...]:
+        coupling = () if self.coupling is None else (self.coupling,)
+        return (self.base, self.membrane[1], self.bending[1], self.shear[1], *coupling)
+
+    @property
+    def single_thickness(self) -> float:
+        return self.thickness
 
 
 @dataclass(frozen=True)
@@ -137,6 +207,12 @@ class GeneralShell:
     """None: heat does not strain it."""
     area_mass: float = 0.0
     """Further mass per area on the middle surface; elements with a thickness of their own have no more of it."""
+    made_of: Layup | Moduli | None = None
+    """What `model.laminates.remade` makes it again from; None: it was given by its matrices."""
+    own_shear: bool = False
+    """Whether S is not that of `made_of`."""
+    added_density: float = 0.0
+    """Mass per volume in `mass` and its moments beside that of `made_of`."""
 
     @property
     def is_membrane(self) -> bool:
@@ -267,6 +343,8 @@ class Bushing:
     location: float = 1.0
     beta: float = 0.0
     """As of `Spring`."""
+    made_of: Material | None = None
+    """Material to whose moduli the stiffness is proportional, as of a weld; None: it was given."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,14 +6,18 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
 from creak.errors import InputError, suggest
+from creak.model.elasticity import isotropic_sheet
+from creak.model.laminates import of_other_materials, of_thickness, remade
 from creak.model.materials import (
     AnisotropicMaterial,
+    AnyMaterial,
     AxialSpring,
     Bushing,
     GeneralShell,
     Material,
     PointMass,
     Section,
+    SheetMaterial,
     ShellSection,
     Spring,
     has_stiffness,
@@ -21,8 +25,6 @@ from creak.model.materials import (
 from creak.model.mesh import Model
 from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
-
-AnySolid = Material | AnisotropicMaterial
 
 
 def with_properties(
@@ -61,17 +63,20 @@ def properties_of(model: Model) -> dict[tuple[str, str, str], float]:
 
 
 def _numbers(section: Section) -> Iterator[tuple[tuple[str, str, str], float]]:
-    name, material = section.name.upper(), _material(section)
-    if material is not None and not getattr(section, "rigid", False):
-        if isinstance(material, Material):
-            yield ("material", material.name.upper(), "youngs_modulus"), material.youngs_modulus
-        if material.density > 0.0:
+    name = section.name.upper()
+    for material in _materials(section):
+        isotropic = _isotropic(material)
+        if isotropic is not None:
+            yield ("material", material.name.upper(), "youngs_modulus"), isotropic.youngs_modulus
+        if material.density > 0.0 and not isinstance(section, Bushing):
             yield ("material", material.name.upper(), "density"), material.density
     if not name:
         return
     if isinstance(section, ShellSection):
         yield ("section", name, "thickness"), section.thickness
-    elif isinstance(section, Spring | AxialSpring) and section.stiffness > 0.0:
+    if isinstance(section, GeneralShell) and section.made_of and section.made_of.single_thickness:
+        yield ("section", name, "thickness"), section.made_of.single_thickness
+    if isinstance(section, Spring | AxialSpring) and section.stiffness > 0.0:
         yield ("section", name, "stiffness"), section.stiffness
     elif (isinstance(section, GeneralShell) and not section.rigid) or (
         isinstance(section, Bushing) and has_stiffness(section)
@@ -81,10 +86,20 @@ def _numbers(section: Section) -> Iterator[tuple[tuple[str, str, str], float]]:
         yield ("section", name, "mass"), section.mass
 
 
-def _material(section: Section) -> AnySolid | None:
-    """The material that stiffness and mass of a section are made of; a laminate's are in its resultants already."""
+def _materials(section: Section) -> tuple[AnyMaterial, ...]:
+    """What stiffness and mass of a section are made of; of shells and bushings given by their matrices nothing."""
+    if isinstance(section, GeneralShell):
+        return section.made_of.materials if section.made_of else ()
+    if isinstance(section, Bushing):
+        return (section.made_of,) if section.made_of else ()
     found = getattr(section, "material", None)
-    return found if isinstance(found, AnySolid) else None
+    return (found,) if isinstance(found, Material | AnisotropicMaterial) else ()
+
+
+def _isotropic(material: AnyMaterial) -> Material | None:
+    if isinstance(material, SheetMaterial):
+        return material.isotropic.material if material.isotropic else None
+    return material if isinstance(material, Material) else None
 
 
 def _known(
@@ -100,7 +115,8 @@ def _known(
             f"the {kind} {name!r} of the deck has no single {word}",
             where=where,
             expected=" or ".join(words),
-            fix="Give what it has; a density that differs between sections holds mass of their own.",
+            fix="Give what it has; one number cannot replace thicknesses that differ between elements or plies, or a "
+            "density that differs between sections, which holds mass of their own.",
         )
     raise InputError(
         f"the deck has no {kind} {name!r} with numbers that a study changes", where=where, fix=suggest(name, names)
@@ -108,24 +124,47 @@ def _known(
 
 
 def _changed(model: Model, key: tuple[str, str, str], value: float) -> Model:
-    blocks = [
-        replace(b, section=s) if (s := _other(b.section, key, value)) is not b.section else b for b in model.blocks
-    ]
+    of = {id(b.section): b.section for b in model.blocks}
+    other = {i: _other(section, key, value) for i, section in of.items()}
+    blocks = [replace(b, section=s) if (s := other[id(b.section)]) is not b.section else b for b in model.blocks]
     return replace(model, blocks=tuple(blocks))
 
 
 def _other(section: Section, key: tuple[str, str, str], value: float) -> Section:
     """The section with another value; itself where the key is not one of its own."""
-    kind, _, word = key
+    kind, name, word = key
     if key not in dict(_numbers(section)):
         return section
     if kind == "material":
-        material = _material(section)
-        assert material is not None
-        return replace(section, material=replace(material, **{word: value}))  # type: ignore[arg-type]
+        return _of_other_material(section, name, word, value)
+    if isinstance(section, GeneralShell) and word == "thickness":
+        assert section.made_of is not None
+        return remade(section, of_thickness(section.made_of, value))
     if isinstance(section, GeneralShell):
         scaled = {n: value * getattr(section, n) for n in ("A", "B", "D", "S")}
-        return replace(section, **scaled)
+        return replace(section, **scaled, made_of=None)
     if isinstance(section, Bushing):
-        return replace(section, stiffness=value * section.stiffness)
+        return replace(section, stiffness=value * section.stiffness, made_of=None)
     return replace(section, **{word: value})  # type: ignore[arg-type]
+
+
+def _of_other_material(section: Section, name: str, word: str, value: float) -> Section:
+    """The section where a material that it is made of has another number."""
+    if isinstance(section, GeneralShell) and section.made_of is not None:
+        return remade(section, of_other_materials(section.made_of, lambda m: _other_material(m, name, word, value)))
+    (old,) = _materials(section)
+    new = _other_material(old, name, word, value)
+    if isinstance(section, Bushing) and isinstance(old, Material):
+        factor = value / old.youngs_modulus
+        return replace(section, stiffness=factor * section.stiffness, made_of=new)  # type: ignore[arg-type]
+    return replace(section, material=new)  # type: ignore[arg-type]
+
+
+def _other_material(material: AnyMaterial, name: str, word: str, value: float) -> AnyMaterial:
+    """The material with another number; itself where it has another name. G follows E by its ratio to it."""
+    if material.name.upper() != name:
+        return material
+    if isinstance(material, SheetMaterial) and material.isotropic is not None:
+        changed = replace(material.isotropic.material, **{word: value})  # type: ignore[arg-type]
+        return isotropic_sheet(replace(material.isotropic, material=changed))
+    return replace(material, **{word: value})  # type: ignore[arg-type]

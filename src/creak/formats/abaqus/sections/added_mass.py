@@ -14,6 +14,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline
+from creak.model import laminates
 from creak.model.materials import (
     BeamSection,
     GeneralShell,
@@ -105,13 +106,7 @@ def _heavier_by_area(section: Section, more: float) -> Section:
 def denser(section: Section, more: float) -> Section:
     """The section with `more` mass per volume."""
     if isinstance(section, GeneralShell):
-        factor = 1.0 + more * section.thickness / section.mass
-        return replace(
-            section,
-            mass=factor * section.mass,
-            first_moment=factor * section.first_moment,
-            rotary_inertia=factor * section.rotary_inertia,
-        )
+        return laminates.denser(section, more)
     if isinstance(section, SolidSection):
         return replace(section, material=replace(section.material, density=section.material.density + more))
     if isinstance(section, ShellSection | BeamSection | TrussSection):

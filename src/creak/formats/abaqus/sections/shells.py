@@ -13,7 +13,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Scope
 from creak.model.elasticity import require_stable, symmetric
-from creak.model.laminates import Ply, homogeneous_shell, laminate, shifted
+from creak.model.laminates import Layup, Ply, homogeneous_shell, shell_of, shifted
 from creak.model.materials import GeneralShell, Material, ShellSection
 
 Materials = dict[str, RawMaterial]
@@ -94,7 +94,7 @@ def _homogeneous(block: Block, materials: Materials) -> ShellSection | GeneralSh
     offset = _offset(block)
     if isinstance(material, Material) and not offset:
         return ShellSection(block.get("ELSET"), material, thickness)
-    return homogeneous_shell(block.get("ELSET"), material, thickness, -offset * thickness)
+    return shell_of(block.get("ELSET"), Layup((Ply(material, thickness),), offset=-offset))
 
 
 def _plies(block: Block, materials: Materials) -> GeneralShell:
@@ -121,8 +121,7 @@ def _plies(block: Block, materials: Materials) -> GeneralShell:
         )
     if block.has("SYMMETRIC"):
         plies += plies[::-1]
-    total = sum(p.thickness for p in plies)
-    return laminate(block.get("ELSET"), plies, -0.5 * total - _offset(block) * total)
+    return shell_of(block.get("ELSET"), Layup(tuple(plies), offset=-_offset(block)))
 
 
 def _offset(block: Block) -> float:
@@ -143,5 +142,5 @@ def _with_shear(block: Block, section: ShellSection | GeneralShell) -> ShellSect
         require_stable(S, option.where)
         if isinstance(section, ShellSection):
             section = homogeneous_shell(section.name, section.material, section.thickness)
-        section = replace(section, S=S)
+        section = replace(section, S=S, own_shear=True)
     return section

@@ -15,13 +15,11 @@ from creak.formats.abaqus.sections.materials import (
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.model.elasticity import plane_stress, sheet_matrices
-from creak.model.laminates import sheet_expansion
+from creak.model.elasticity import plane_stress
+from creak.model.laminates import LOOSE, Moduli, shell_of
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, SolidSection
 
 Materials = dict[str, RawMaterial]
-WEAK = 1e-6
-"""Share of the bending stiffness of a shell that membranes keep, so that no rotation is loose."""
 RIGID_THICKNESS = 1e-6
 """Thickness of rigid elements for contact, in lengths of their edges."""
 RIGID_STRENGTH = 0.05
@@ -42,19 +40,8 @@ def read_membrane_section(scope: Scope, block: Block, materials: Materials) -> G
             f"*{block.name} has no data line", expected="a line with the thickness", where=block.where, fix="Add it."
         )
     t = positive(rows[0][0][0], rows[0][1], "membrane thickness") if rows else 1.0
-    in_plane, across = sheet_matrices(material)
-    return GeneralShell(
-        block.get("ELSET"),
-        t * in_plane,
-        np.zeros((3, 3)),
-        WEAK * t**3 / 12.0 * in_plane,
-        WEAK * t * across,
-        material.density * t,
-        thickness=t,
-        alpha=material.alpha,
-        beta=material.beta,
-        expansion=sheet_expansion(material, t),
-    )
+    weak = (LOOSE, material)
+    return shell_of(block.get("ELSET"), Moduli(t, material, (1.0, material), weak, weak, turns=False))
 
 
 def rigid_section(deck: Outline, block: Block, corners: FloatArray, materials: Materials) -> GeneralShell:

@@ -16,7 +16,7 @@ from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint, Equation
-from creak.model.materials import Bushing, PointMass
+from creak.model.materials import Bushing, Material, PointMass
 from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
 
@@ -263,6 +263,7 @@ def _connect(
     spot: float,
 ) -> None:
     """`spot` is half of both thicknesses, the length of a PWELD of TYPE SPOT."""
+    made_of: Material | None = None
     if f.card.name == "CFAST":
         k = np.array([f.owner.real(i, 0.0) for i in range(4, 10)])
         mass = 0.5 * f.owner.real(10, 0.0) * deck.mass_factor
@@ -275,8 +276,10 @@ def _connect(
         if f.owner.text(7).upper() == "SPOT" and None not in f.patches:
             length = spot
         k = weld_stiffness(f.owner, materials, length)
-        beta = materials.isotropic(f.owner.integer(1), f.owner)[0].beta
-    section = Bushing(f"{f.owner.name} {f.owner.text(0)}", np.diag(k), np.zeros((6, 6)), 0.5, beta if k.any() else 0.0)
+        made_of, _ = materials.isotropic(f.owner.integer(1), f.owner)
+        beta = made_of.beta
+    beta = beta if k.any() else 0.0
+    section = Bushing(f"{f.owner.name} {f.owner.text(0)}", np.diag(k), np.zeros((6, 6)), 0.5, beta, made_of)
     own = {"axis1": axes[0], "axis2": axes[1]}
     deck.add((f.owner.name, f.owner.text(0), *k.tolist()), "bush2", section, f.identifier, rows, f.card, **own)
 

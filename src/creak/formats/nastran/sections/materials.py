@@ -13,13 +13,12 @@ from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.elasticity import lamina, require_stable
 from creak.model.expansion import Expansion
+from creak.model.laminates import STIFF
 from creak.model.materials import AnisotropicMaterial, AnyMaterial, Material, SheetMaterial
 
 MATERIALS = ("MAT1", "MAT2", "MAT8", "MAT9")
 CONSISTENT = 0.01
 """Share by which G may differ from E/(2(1+nu)) before it is listed."""
-STIFF = 1e3
-"""A shell that is rigid in transverse shear gets this many times the shear modulus in the plane."""
 
 
 @dataclass(frozen=True)

@@ -9,16 +9,13 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.sections.materials import CONSISTENT, STIFF, Materials, damping
+from creak.formats.nastran.sections.materials import CONSISTENT, Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
-from creak.model.elasticity import hooke, plane_stress, sheet_matrices, sheet_stress
-from creak.model.expansion import IN_PLANE, ShellExpansion
-from creak.model.laminates import Ply, laminate, sheet_expansion
-from creak.model.materials import AnyMaterial, GeneralShell, Material, SheetMaterial, ShellSection
+from creak.model.elasticity import isotropic_sheet, sheet_matrices
+from creak.model.laminates import LOOSE, STIFF, Layup, Moduli, Ply, shell_of
+from creak.model.materials import AnyMaterial, GeneralShell, Isotropic, Material, SheetMaterial, ShellSection
 
-WEAK = 1e-6
-"""Bending of a membrane (and membrane of a plate) against that of a whole shell, so that no dof is left loose."""
 PLANE_STRAIN = -1
 """MID2 of a membrane without strain along its normal."""
 
@@ -29,33 +26,20 @@ def sheet_of(materials: Materials, identifier: int, user: Card) -> AnyMaterial:
     material = found.material
     if not isinstance(material, Material) or abs(found.shear_factor - 1.0) <= CONSISTENT:
         return material
-    in_plane = plane_stress(material)
-    in_plane[2, 2] *= found.shear_factor
-    shear = material.shear_modulus * found.shear_factor * np.eye(2)
-    return SheetMaterial(
-        material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=material.expansion
-    )
+    return isotropic_sheet(Isotropic(material, found.shear_factor))
 
 
 def _in_plane_strain(materials: Materials, identifier: int, user: Card) -> SheetMaterial:
     """A MAT1 held along the normal: the in-plane rows of Hooke's law, with (1 + nu) alpha."""
     found = materials.of(identifier, user)
-    material, heat = found.material, found.material.expansion
+    material = found.material
     if not isinstance(material, Material):
         raise InputError(
             f"{user.name} {user.text(0)} is in plane strain (MID2 = -1) and its MID1 is {material.name}",
             where=user.where,
             expected="a MAT1",
         )
-    in_plane = hooke(material)[np.ix_(IN_PLANE, IN_PLANE)]
-    in_plane[2, 2] *= found.shear_factor
-    if heat is not None:
-        strain = (1.0 + material.poisson_ratio) * np.array(heat.strain)
-        heat = replace(heat, strain=tuple(strain.tolist()))
-    shear = material.shear_modulus * np.eye(2)
-    return SheetMaterial(
-        material.name, in_plane, shear, material.density, material.alpha, material.beta, expansion=heat
-    )
+    return isotropic_sheet(Isotropic(material, found.shear_factor, strained=True))
 
 
 def shell_section(deck: Deck, card: Card, materials: Materials, thickness: float) -> ShellSection | GeneralShell:
@@ -138,13 +122,15 @@ def _moduli(
         sheets[0] = _in_plane_strain(materials, mids[0], card)
     base = sheets[0] or sheets[1]
     assert base is not None
-    zero, (in_plane, across) = np.zeros((3, 3)), sheet_matrices(base)
-    A = t * (sheet_matrices(sheets[0])[0] if sheets[0] else WEAK * in_plane)
-    D = t**3 / 12.0 * (bending * sheet_matrices(sheets[1])[0] if sheets[1] else WEAK * in_plane)
-    B = -t * t * sheet_matrices(sheets[3])[0] if sheets[3] else zero
-    S = shear * t * sheet_matrices(sheets[2])[1] if sheets[2] else STIFF * t * across
-    if sheets[1] is None:
-        S = WEAK * 5.0 / 6.0 * t * across
+    across = (shear, sheets[2]) if sheets[2] else (STIFF, base)
+    made_of = Moduli(
+        t,
+        base,
+        (1.0, sheets[0]) if sheets[0] else (LOOSE, base),
+        (bending, sheets[1]) if sheets[1] else (LOOSE, base),
+        across if sheets[1] else (LOOSE * 5.0 / 6.0, base),
+        sheets[3],
+    )
     if sheets[0] is None or sheets[1] is None:
         deck.note(
             card,
@@ -153,18 +139,7 @@ def _moduli(
             changes=False,
             what="PSHELL without MID1 or MID2",
         )
-    mass, rotary = base.density * t, base.density * t**3 / 12.0
-    heat = _expansion(t, sheets[0], sheets[3])
-    made = GeneralShell(f"PSHELL {card.integer(0)}", A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta)
-    return replace(made, expansion=heat, area_mass=nsm)
-
-
-def _expansion(t: float, membrane: AnyMaterial | None, coupling: AnyMaterial | None) -> ShellExpansion | None:
-    """N = T G1 a1, M = -T^2 G4 a4; that of MID4 is made for it (as PCOMP's equivalent cards are)."""
-    heat = None if membrane is None else sheet_expansion(membrane, t)
-    if heat is None or coupling is None:
-        return heat
-    return replace(heat, moment=-t * t * sheet_stress(coupling))
+    return replace(shell_of(f"PSHELL {card.integer(0)}", made_of), area_mass=nsm)
 
 
 def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
@@ -186,32 +161,15 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
         why = f"creak reads LAM blank, SYM, MEM, BEND and SMEAR, not {lam}"
         deck.note(card, why, changes=True, what=f"{card.name}, LAM={lam}")
     bottom = card.real(1) if card.text(1) else None
-    made = laminate(name, plies, bottom, _added_mass(deck, card, 2))
-    if lam in _PARTIAL:
-        made = _partial(made, lam)
-    if card.real(6, 0.0):
-        made = replace(made, beta=damping(deck, card, card.real(6))[1])
+    beta = damping(deck, card, card.real(6))[1] if card.real(6, 0.0) else None
+    layup = Layup(tuple(plies), bottom, left=lam if lam in _PARTIAL else "", beta=beta)
+    made = replace(shell_of(name, layup), area_mass=_added_mass(deck, card, 2))
     if made.expansion is None:
         return made
     return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))
 
 
 _PARTIAL = ("MEM", "BEND", "SMEAR")
-
-
-def _partial(shell: GeneralShell, lam: str) -> GeneralShell:
-    """Of a laminate, what LAM leaves: no coupling, no shear, and membrane, bending or both of one mean modulus."""
-    even = shell.A * shell.thickness**2 / 12.0
-    A, D, S = {
-        "MEM": (shell.A, WEAK * even, WEAK * shell.S),
-        "BEND": (WEAK * shell.A, shell.D, STIFF * shell.S),
-        "SMEAR": (shell.A, even, STIFF * shell.S),
-    }[lam]
-    heat = shell.expansion
-    if heat is not None:
-        force = WEAK * heat.force if lam == "BEND" else heat.force
-        heat = replace(heat, force=force, moment=heat.moment if lam == "BEND" else np.zeros(3))
-    return replace(shell, A=A, B=np.zeros((3, 3)), D=D, S=S, plies=(), expansion=heat)
 
 
 def _plies(card: Card, materials: Materials) -> list[Ply]:

@@ -20,7 +20,7 @@ class MaterialTable(PropertyTable):
     """[material.NAME]: a material of the deck with other numbers, wherever the deck uses it."""
 
     youngs_modulus: Positive | None = None
-    """force/length^2; of an isotropic material."""
+    """force/length^2; of an isotropic material. Poisson's ratio stays, and G follows, also a G of MAT1 of its own."""
     density: Positive | None = None
     """mass/length^3."""
 
@@ -35,7 +35,8 @@ class SectionTable(PropertyTable):
     """[section.NAME]: a section, property or spring of the deck with another number."""
 
     thickness: Positive | None = None
-    """length; of a homogeneous shell. Where elements have thicknesses of their own, these grow by the same factor."""
+    """length; of a homogeneous shell. Where elements have thicknesses of their own, these grow by the same factor.
+    OFFSET of Abaqus is a share of it and follows; Z0 of PCOMP and a transverse shear stiffness of the deck stay."""
     stiffness: Positive | None = None
     """force/length, or moment/rad; of springs."""
     stiffness_factor: Positive | None = None
