@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +11,8 @@ import pytest
 from creak.assembly.part import Rayleigh, part_system
 from creak.errors import InputError
 from creak.formats.decks import read_model
-from creak.model.materials import Bushing, GeneralShell
+from creak.model.laminates import of_other_materials, remade, shell_of
+from creak.model.materials import Bushing, GeneralShell, Layup, Material, Ply
 from creak.studies.design.properties import properties_of, with_properties
 from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
@@ -214,3 +216,13 @@ def test_an_update_sees_the_laminate_change(tmp_path):
     assert modes_up_to(stiff.system, 400.0).frequencies[0] == pytest.approx(2.0 * first, rel=1e-9)
     assert modes_up_to(heavy.system, 200.0).frequencies[0] == pytest.approx(0.5 * first, rel=1e-9)
     same(part_system(heavy.structure.model, 0, Rayleigh(0.0, 0.0)).stats.mass, 4 * RHO * 120 * 20)
+
+
+def test_damping_given_for_the_whole_layup_stays():
+    """As GE of a PCOMP: the plies' own is another."""
+    steel = Material("S", 2e5, 0.3, 7.8e-9, beta=3e-5)
+    made_of = Layup((Ply(steel, 1.0), Ply(steel, 2.0)), beta=1e-4)
+    stiffer = of_other_materials(made_of, lambda m: replace(m, youngs_modulus=4e5))
+    again = remade(shell_of("L", made_of), stiffer)
+    assert (shell_of("L", made_of).beta, again.beta) == (1e-4, 1e-4)
+    np.testing.assert_allclose(again.A, 2.0 * shell_of("L", made_of).A)
