@@ -68,10 +68,11 @@ def function(
     over: int = 13,
     labels=("NONE", "NONE"),
     abscissa: int = 18,
+    over_unit: str = "NONE",
     binary: str = "",
     wide_abscissa: bool = False,
 ) -> bytes:
-    """A data set 58, or 58b in the byte order `binary`."""
+    """A data set 58, or 58b in the byte order `binary`; `freq` and its unit are the abscissa, whatever it counts."""
 
     def axis(what: int, label: str = "NONE") -> str:
         return f"{what:10d}{0:5d}{0:5d}{0:5d} {'NONE':<20} {label:<20}"
@@ -82,7 +83,7 @@ def function(
         f"{kind:5d}{1:10d}{0:5d}{0:10d} {'NONE':<10}{response[0]:10d}{response[1]:4d} {'NONE':<10}"
         f"{reference[0]:10d}{reference[1]:4d}",
         f"{data:10d}{len(freq):10d}{int(even):10d}{start:13.5E}{step:13.5E}{0.0:13.5E}",
-        axis(abscissa),
+        axis(abscissa, over_unit),
         axis(quantity, labels[0]),
         axis(over, labels[1]),
         axis(0),

@@ -61,6 +61,7 @@ def write_sofa(path, angles, ir, **changes) -> None:
     attributes = {"Conventions": "SOFA", "SOFAConventions": "SimpleFreeFieldHRIR", "DataType": "FIR"}
     kinds = {"SourcePosition": "spherical"} | changes.pop("kinds", {})
     attributes |= changes.pop("attributes", {})
+    units = changes.pop("units", {})
     data |= {key.replace("_", "."): value for key, value in changes.items()}
     with h5py.File(path, "w") as file:
         file.attrs.update(attributes)
@@ -69,3 +70,5 @@ def write_sofa(path, angles, ir, **changes) -> None:
                 file[name] = value
         for name, kind in kinds.items():
             file[name].attrs["Type"] = kind
+        for name, unit in units.items():
+            file[name].attrs["Units"] = unit

@@ -117,6 +117,10 @@ WRONG = {
     "a moment": (text(M, function(H, (3, 1), (2, 4))), ["rotations or moments"]),
     "of time": (text(M, function(H, abscissa=17)), ["not over frequency"]),
     "a node that is held": (text(M, function(H, (1, 1))), ["node 1 of sensor 1 cannot move", "test.unv:"]),
+    "frequencies in weeks": (
+        text(M, function(H, over_unit="weeks")),
+        ["the frequencies of the function 3 X / 2 X are in weeks", "one of Hz, kHz", "test.unv:"],
+    ),
     "across the springs": (text(M, function(H, (3, 2))), ["node 3 of sensor 3 cannot move"]),
     "coherence elsewhere": (
         text(M, function(H), function(np.ones(9), kind=6, data=4, freq=FREQ[:9])),

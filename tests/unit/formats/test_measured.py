@@ -10,8 +10,10 @@ from creak.formats.measured.files import chosen_channel, read_channels
 from creak.formats.measured.uff import DISPLACEMENT, Function, write_functions
 from creak.studies.file.reader import read_study
 from creak.studies.file.tables import read_signal
+from creak.studies.prepare.measurements import record_channels
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, write_strips
+from helpers_frfs import function, units
 from helpers_rpc3 import COURSES, POINTS, TIME, rpc3
 
 
@@ -58,6 +60,69 @@ def test_functions_of_universal_files(tmp_path, precision):
         assert found.time == pytest.approx(TIME)
         assert found.values == pytest.approx(course, abs=2e-5 if precision == 2 else 1e-11)
     assert chosen_channel(path, 2, "study").name == "Acc_Z"
+
+
+SECONDS = {"s": 1.0, "Sec": 1.0, "seconds": 1.0, "NONE": 1.0, "": 1.0, "ms": 1e3, "msec": 1e3, "us": 1e6, "min": 1 / 60}
+"""Label -> numbers that 1 s is."""
+
+
+def course(path, values, unit="NONE", direction=3, title="NONE", head="", kind=12, label="m/s^2", late=0.25) -> None:
+    """One function of time at node 17, 1 ms apart."""
+    time, axis = SECONDS.get(unit, 1.0) * (late + 1e-3 * np.arange(values.size)), {"abscissa": 17, "over_unit": unit}
+    told = {"kind": 1, "data": 4, "quantity": kind, "over": 0, "labels": (label, "NONE")}
+    one = function(values, (17, direction), (0, 0), freq=time, **told, **axis)
+    path.write_bytes(head.encode() + one.replace(b"NONE\n", title.encode() + b"\n", 1))
+
+
+@pytest.mark.parametrize("unit", SECONDS)
+def test_a_sine_of_10_hz_has_10_hz_in_whatever_unit_its_times_are(tmp_path, unit):
+    values = np.sin(2 * np.pi * 10.0 * 1e-3 * np.arange(1000))
+    course(tmp_path / "road.unv", values, unit)
+    time, found = read_signal(tmp_path / "road.unv", None, "study")
+    assert time[0] == pytest.approx(0.25, rel=1e-5)
+    assert found == pytest.approx(np.sin(2 * np.pi * 10.0 * (time - time[0])), abs=1e-3)
+    (channel,) = record_channels(tmp_path / "road.unv")
+    assert channel.time == pytest.approx(time)
+
+
+def test_times_in_an_unknown_unit_are_refused(tmp_path):
+    course(tmp_path / "road.unv", np.arange(9.0), "fortnight")
+    words = r"the times of the function 17 Z are in fortnight; expected one of s, ms, us, min, h.*without one it is s"
+    with pytest.raises(InputError, match=words) as told:
+        read_signal(tmp_path / "road.unv", None, "study")
+    assert "road.unv:10" in str(told.value)
+
+
+@pytest.mark.parametrize("title", ["NONE", "acc"])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_drive_and_test_have_what_lies_along_the_positive_axis(tmp_path, title, sign):
+    values = np.sin(np.arange(50.0))
+    course(tmp_path / "road.unv", sign * values, direction=3 * sign, title=title)
+    drive = read_signal(tmp_path / "road.unv", None, "study")[1]
+    (test,) = record_channels(tmp_path / "road.unv")
+    assert test.name == "17 Z"
+    for found in (drive, test.values, chosen_channel(tmp_path / "road.unv", 1, "study").values):
+        assert found == pytest.approx(values, abs=1e-11)
+
+
+UNLABELLED = {
+    (12, 1000.0, 1.0): "mm/s^2",
+    (8, 1.0, 1.0): "m",
+    (11, 1.0 / 0.0254, 1.0): "in/s",
+    (12, 3.0, 1.0): "0.333333 m/s^2",
+    (9, 1000.0, 1.0): "n",
+    (13, 1.0, 1.0 / 4.4482216152605): "lbf",
+    (0, 1000.0, 1.0): "NONE",
+}
+
+
+@pytest.mark.parametrize(("kind", "length", "force"), UNLABELLED)
+def test_a_course_without_a_unit_is_in_those_of_data_set_164(tmp_path, kind, length, force):
+    course(tmp_path / "road.unv", np.arange(9.0), kind=kind, label="NONE", head=units(length, force))
+    (found,) = read_channels(tmp_path / "road.unv")
+    assert found.unit == UNLABELLED[kind, length, force]
+    course(tmp_path / "road.unv", np.arange(9.0), kind=kind, label="cm", head=units(length, force))
+    assert read_channels(tmp_path / "road.unv")[0].unit == "cm"
 
 
 def test_a_record_is_the_same_from_every_file(tmp_path):

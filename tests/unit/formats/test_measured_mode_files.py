@@ -10,7 +10,17 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
-from helpers_modal import Test, complex_mode, csv_text, data_set, every_mode, normal_mode, points_15, units_164
+from helpers_modal import (
+    Test,
+    complex_mode,
+    csv_text,
+    data_set,
+    every_mode,
+    frames_2420,
+    normal_mode,
+    points_15,
+    units_164,
+)
 
 WRITTEN_BY_PYUFF = """\
     -1
@@ -79,6 +89,51 @@ def test_a_file_of_another_program(tmp_path):
     assert found.notes == ("no point has values in y, which counts as not measured",)
 
 
+def phased(t):
+    return replace(t, shapes=t.shapes * np.exp(1j * np.random.default_rng(5).normal(size=t.shapes.shape)))
+
+
+def test_a_mode_stands_in_the_file_by_either_eigenvalue(t, tmp_path):
+    """Both of the first, the upper one of the second, the lower one of the third: three modes, however they lie."""
+    t = phased(t)
+    uppers = [complex_mode(t, k) for k in (0, 1)]
+    lowers = [complex_mode(t, k, np.conj(t.shapes[k]), sign=-1.0) for k in (0, 2)]
+    for order in (uppers + lowers, lowers + uppers, lowers[::-1] + uppers[::-1]):
+        found = read(tmp_path, points_15(t) + "".join(order))
+        np.testing.assert_allclose(found.frequencies, t.frequencies, rtol=1e-5)
+        np.testing.assert_allclose(found.damping, t.damping, rtol=1e-3)
+        np.testing.assert_allclose(found.shapes, t.shapes.reshape(3, 15).T, rtol=1e-5)
+        assert found.notes == (
+            "1 conjugate modes are left out",
+            "1 modes stand with their lower eigenvalue alone: their conjugates are taken",
+        )
+
+
+def test_a_lower_eigenvalue_of_another_shape_is_another_mode(t, tmp_path):
+    """Two modes of one frequency, as a disk has them, one of which is told by its lower eigenvalue."""
+    t = phased(replace(t, frequencies=np.array([50.0, 50.0, 120.0]), damping=np.full(3, 0.01)))
+    text = complex_mode(t, 0) + complex_mode(t, 1, np.conj(t.shapes[1]), sign=-1.0) + complex_mode(t, 2)
+    found = read(tmp_path, points_15(t) + text)
+    np.testing.assert_allclose(found.shapes, t.shapes.reshape(3, 15).T, rtol=1e-5)
+
+
+def test_points_are_where_their_frame_has_them(t, tmp_path):
+    """Radius, degrees and height, by sines and cosines; a frame that is not in the file is asked for, or told."""
+    origin, axes = np.array([1.0, 2.0, 3.0]), np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    polar = np.array([[100.0, 30.0, 5.0], [100.0, 120.0, 5.0], [0.0, 77.0, 1.0], [40.0, -90.0, 0.0], [7.0, 400.0, 2.0]])
+    there = frames_2420(replace(t, frames={7: np.vstack([axes, origin])}, kinds={7: 1}))
+    found = read(tmp_path, there + points_15(t, defined=7, points=polar) + every_mode(t))
+    for got, (r, degrees, z) in zip(found.points[::3], polar, strict=True):
+        a = np.pi * degrees / 180.0
+        np.testing.assert_allclose(got, [1.0 - r * np.sin(a), 2.0 + r * np.cos(a), 3.0 + z], atol=1e-9)
+    assert found.notes == ("angles of points in cylindrical frames are taken in degrees",)
+    with pytest.raises(InputError, match=r"frame 8 is not in the file.*there are 7"):
+        read(tmp_path, there + points_15(t, defined=8) + every_mode(t))
+    alone = read(tmp_path, points_15(t, defined=8) + every_mode(t))
+    np.testing.assert_allclose(alone.points[::3], t.points, rtol=6e-6)
+    assert alone.notes == ("the file has no frames: points are taken in global axes",)
+
+
 def test_damping_that_is_not_told_is_not_zero(t, tmp_path):
     found = read(tmp_path, points_15(t) + every_mode(replace(t, damping=np.zeros(3))))
     assert np.isnan(found.damping).all()
@@ -127,6 +182,20 @@ def test_real_and_imaginary_columns(tmp_path):
     assert found.shapes.tolist() == [[1.0 - 2.0j, 5.0 + 6.0j], [3.0 + 4.0j, 7.0 + 8.0j]]
     assert np.isnan(found.points).all()
     assert np.isnan(found.damping).all()
+
+
+def test_units_in_the_head_of_a_table_are_read_or_refused(tmp_path):
+    row = "\n10,1.5,A,1,2,3,x,1\n"
+    head = "frequency_hz (Hz),damping_percent [%],sensor,x [mm],y [mm],z [mm],direction,value [m/s^2]"
+    found = read(tmp_path, head + row, "csv")
+    assert (found.per_metre, found.damping.tolist()) == (1000.0, [0.015])
+    for old, new, words in (
+        ("x [mm],y [mm],z [mm]", "x [cm],y [cm],z [cm]", "the column x is in cm; expected one of mm, m, in"),
+        ("frequency_hz (Hz)", "frequency_hz [kHz]", "the column frequency_hz is in kHz; expected hz"),
+        ("damping_percent [%]", "damping [%]", "the column damping is in %.*Call it damping_percent"),
+    ):
+        with pytest.raises(InputError, match=words.replace("[", r"\[")):
+            read(tmp_path, head.replace(old, new) + row, "csv")
 
 
 def test_high_damping_is_told(tmp_path):

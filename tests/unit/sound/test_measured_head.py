@@ -104,7 +104,7 @@ def test_other_ways_to_write_the_same_measurement(tmp_path, sphere, heard):
             "ListenerPosition": np.array([[3.0, 0.0, 1.0]]),
             "ListenerView": np.array([[90.0, 0.0, 1.0]]),
             "ListenerUp": np.array([[0.0, 0.0, 1.0]]),
-            "kinds": {"SourcePosition": "cartesian", "ListenerView": "spherical"},
+            "kinds": {"SourcePosition": "cartesian", "ListenerView": "spherical", "ListenerUp": "cartesian"},
         },
         "right first": {
             "Data_IR": ir[:, ::-1],
@@ -123,6 +123,22 @@ def test_other_ways_to_write_the_same_measurement(tmp_path, sphere, heard):
                 np.testing.assert_allclose(one.path(d[None]), other.path(d[None]), atol=1e-3, err_msg=name)
 
 
+def test_the_top_of_a_head_is_in_the_coordinates_of_where_it_looks(tmp_path, sphere):
+    """AES69 gives Type and Units to ListenerView alone; a Type of its own counts."""
+    angles, ir = sphere
+    turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    looks = {
+        "SourcePosition": 1.5 * unit(angles) @ turn.T,
+        "ListenerView": np.array([[90.0, 0.0, 1.0]]),
+        "units": {"ListenerView": "degree, degree, metre", "SourcePosition": "meters"},
+    }
+    kinds = {"SourcePosition": "cartesian", "ListenerView": "spherical"}
+    for up, more in (([123.0, 90.0, 1.0], {}), ([0.0, 0.0, 1.0], {"ListenerUp": "cartesian"})):
+        write_sofa(tmp_path / "one.sofa", angles, ir, **looks, ListenerUp=np.array([up]), kinds=kinds | more)
+        found = head_responses(tmp_path / "one.sofa", "study.toml:1")
+        np.testing.assert_allclose(found.directions, unit(angles), atol=1e-12)
+
+
 WRONG = {
     "no SOFA": ({"attributes": {"Conventions": "other"}}, "is no SOFA file"),
     "transfer functions": ({"attributes": {"DataType": "TF"}}, "data of type TF"),
@@ -136,6 +152,18 @@ WRONG = {
     "sources": ({"SourcePosition": np.ones((3, 3))}, "SourcePosition of shape"),
     "middle": ({"SourcePosition": np.zeros((505, 3))}, "in the middle of the head"),
     "up": ({"ListenerUp": np.array([[1.0, 0.0, 0.0]])}, "along its own top"),
+    "up, nearly": ({"ListenerUp": np.array([[1.0, 0.0, 0.05]])}, "along its own top"),
+    "up as the view": (
+        {
+            "ListenerView": np.array([[0.0, 0.0, 1.0]]),
+            "ListenerUp": np.array([[0.0, 0.0, 1.0]]),
+            "kinds": {"ListenerView": "spherical"},
+        },
+        "along its own top",
+    ),
+    "view": ({"ListenerView": np.zeros((1, 3))}, "looks nowhere"),
+    "radians": ({"units": {"SourcePosition": "radian, radian, metre"}}, "SourcePosition in radian, radian, metre"),
+    "kilohertz": ({"units": {"Data.SamplingRate": "kilohertz"}}, "a sampling rate in kilohertz"),
     "coordinates": ({"kinds": {"SourcePosition": "polar"}}, "'polar' coordinates"),
     "three ears": ({"ReceiverPosition": np.zeros((3, 3))}, "ReceiverPosition of shape"),
 }
@@ -148,7 +176,7 @@ def test_what_is_no_head_is_refused(what, tmp_path, sphere):
     write_sofa(
         tmp_path / "head.sofa",
         *sphere,
-        **{k: dict(v) if k in ("kinds", "attributes") else v for k, v in changes.items()},
+        **{k: dict(v) if k in ("kinds", "attributes", "units") else v for k, v in changes.items()},
     )
     with pytest.raises(InputError, match=r"head\.sofa") as told:
         head_responses(tmp_path / "head.sofa", "study.toml:1")

@@ -22,7 +22,7 @@ class Channel:
     values: FloatArray
     """(n,)"""
     at: tuple[int, int] = (0, 0)
-    """Node and direction, 1 to 6 with a sign, where the file tells them; 0: none."""
+    """Node and direction, 1 to 6, where the file tells them; 0: none. Values are along the positive axis."""
 
     @property
     def time(self) -> FloatArray:

@@ -19,9 +19,17 @@ from creak.formats.measured.modes import PER_METRE, MeasuredModes
 SEPARATORS = (";", "\t", ",")
 PLACE = ("x", "y", "z")
 NEEDED = ("frequency_hz", "sensor", "direction")
-KNOWN = (*NEEDED, "mode", "damping", "damping_percent", *PLACE, "value", "real", "imag")
 HEADER = "frequency_hz,damping,sensor,x,y,z,direction,value (or real,imag instead of value)"
-UNIT = re.compile(r"\s*[\[(]\s*(mm|m|in)\s*[\])]\s*$", re.IGNORECASE)
+UNIT = re.compile(r"\s*[\[(]\s*([^\[(]*?)\s*[\])]\s*$")
+UNITS = {
+    **dict.fromkeys(PLACE, tuple(PER_METRE)),
+    "frequency_hz": ("hz",),
+    "damping": ("-", "1"),
+    "damping_percent": ("%",),
+}
+"""Column -> units that its head may tell."""
+SHAPES = ("value", "real", "imag")
+"""Columns whose unit does not matter."""
 AXIS = re.compile(r"([+-]?)([xyz])([+-]?)", re.IGNORECASE)
 HIGH = 0.2
 """Damping above this share of critical is seldom of a mode."""
@@ -147,8 +155,16 @@ def _columns(head: Sequence[str], where: str) -> tuple[dict[str, int], float | N
     columns: dict[str, int] = {}
     units = set()
     for k, cell in enumerate(head):
-        unit = UNIT.search(cell)
-        name = UNIT.sub("", cell).strip().lower()
+        unit, whole = UNIT.search(cell), cell.strip().lower()
+        name = UNIT.sub("", whole).strip()
+        name = name if name in UNITS or name in SHAPES else whole
+        if unit and name in UNITS and unit[1].lower() not in UNITS[name]:
+            raise InputError(
+                f"the column {name} is in {unit[1] or '?'}",
+                where=where,
+                expected=f"one of {', '.join(UNITS[name])}" if len(UNITS[name]) > 1 else UNITS[name][0],
+                fix="Call it damping_percent." if unit[1] == "%" else "Convert its numbers, or correct its head.",
+            )
         if name in PLACE and unit:
             units.add(unit[1].lower())
         if name in columns:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,8 +16,14 @@ from creak.formats.stored.sealed_hdf5 import Damaged, unsealed_hdf5
 CONVENTION = "a SOFA file of impulse responses at two ears, as SimpleFreeFieldHRIR has them"
 AHEAD, UP = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])
 """Where a listener looks, and its top, in files that do not tell."""
-KINDS = ("cartesian", "spherical")
-"""Of coordinates: m; degrees of azimuth and elevation, and m."""
+CARTESIAN = "cartesian"
+KINDS = {CARTESIAN: ("metre",), "spherical": ("degree", "degree", "metre")}
+"""Of coordinates, with their units: m; degrees of azimuth and elevation, and m."""
+UNITS = {"metre": "metre", "meter": "metre", "m": "metre", "degree": "degree", "deg": "degree"}
+"""As files write them, some with an s."""
+RATES = ("", "hertz", "hz")
+UP_OFF = 0.1
+"""Least sine of the angle between where a head looks and its top, which are to be at a right angle."""
 
 
 @dataclass(frozen=True)
@@ -70,6 +77,8 @@ def _read(file: h5py.File, path: Path) -> HeadResponses:
     m, rate = len(responses), _numbers(file, path, "Data.SamplingRate").ravel()
     if rate.size not in (1, m) or rate.min() <= 0.0 or np.ptp(rate) > 0.0:
         raise _wrong(path, f"has sampling rates of {rate.min():g} to {rate.max():g} Hz", "Give one, above 0.")
+    if (unit := _text(file["Data.SamplingRate"].attrs.get("Units", "")).strip().lower()) not in RATES:
+        raise _wrong(path, f"has a sampling rate in {unit}", "Give it in hertz.")
     late = _numbers(file, path, "Data.Delay") if "Data.Delay" in file else np.zeros((1, 2))
     if late.ndim != 2 or late.shape[0] not in (1, m) or late.shape[1] not in (1, 2):
         raise _wrong(path, f"has Data.Delay of shape {late.shape}")
@@ -77,12 +86,15 @@ def _read(file: h5py.File, path: Path) -> HeadResponses:
     if "ListenerPosition" in file:
         source = source - _positions(file, path, "ListenerPosition", m)
     looks = _unit(_positions(file, path, "ListenerView", m) if "ListenerView" in file else AHEAD)
-    up = _unit(_positions(file, path, "ListenerUp", m) if "ListenerUp" in file else UP)
-    left = _unit(np.cross(up, looks))
+    up = _unit(_positions(file, path, "ListenerUp", m, like="ListenerView") if "ListenerUp" in file else UP)
+    left = np.cross(up, looks)
+    if np.linalg.norm(left, axis=1).min() < UP_OFF:
+        raise _wrong(path, "has a head that looks along its own top", "Correct ListenerView or ListenerUp, or Type.")
+    left = _unit(left)
     axes = [np.broadcast_to(a, (m, 3)) for a in (looks, left, np.cross(looks, left))]
     found = _unit(np.stack([np.einsum("mx,mx->m", source, a) for a in axes], axis=1))
     if not np.isfinite(found).all():
-        raise _wrong(path, "has a source in the middle of the head, or a head that looks along its own top")
+        raise _wrong(path, "has a source in the middle of the head, or a head that looks nowhere")
     if "ReceiverPosition" in file and _right_first(file, path):
         responses, late = responses[:, ::-1], late[:, ::-1]
     return HeadResponses(found, responses, float(rate[0]), np.broadcast_to(late, (m, 2)) / float(rate[0]))
@@ -98,23 +110,34 @@ def _right_first(file: h5py.File, path: Path) -> bool:
     return bool(y[0] < y[1])
 
 
-def _positions(file: h5py.File, path: Path, name: str, m: int) -> FloatArray:
-    """(m, 3) or (1, 3) m."""
+def _positions(file: h5py.File, path: Path, name: str, m: int, *, like: str | None = None) -> FloatArray:
+    """(m, 3) or (1, 3) m.
+
+    Parameters
+    ----------
+    like : name of the variable whose Type and Units hold where this one has none of its own.
+    """
     given = _numbers(file, path, name)
     if given.ndim != 2 or given.shape[1] != 3 or given.shape[0] not in (1, m):
         raise _wrong(path, f"has {name} of shape {given.shape}, expected {(m, 3)}")
-    return _cartesian(given, _kind(file, path, name))
+    is_own = like is None or like not in file or {"Type", "Units"} & set(file[name].attrs)
+    return _cartesian(given, _kind(file, path, name if like is None or is_own else like))
 
 
 def _kind(file: h5py.File, path: Path, name: str) -> str:
-    kind = _text(file[name].attrs.get("Type", KINDS[0])).lower()
+    attributes = file[name].attrs
+    kind = _text(attributes.get("Type", CARTESIAN)).strip().lower()
     if kind not in KINDS:
         raise _wrong(path, f"has {name} in {kind!r} coordinates", f"Give them {' or '.join(KINDS)}.")
+    units = _text(attributes.get("Units", ""))
+    words = [UNITS.get(word.rstrip("s"), word) for word in re.split(r"[\s,]+", units.strip().lower()) if word]
+    if tuple(words) not in ((), KINDS[kind], KINDS[kind] * (3 // len(KINDS[kind]))):
+        raise _wrong(path, f"has {name} in {units}, {kind}", f"Give it in {', '.join(KINDS[kind])}.")
     return kind
 
 
 def _cartesian(given: FloatArray, kind: str) -> FloatArray:
-    if kind == KINDS[0]:
+    if kind == CARTESIAN:
         return given
     azimuth, elevation = np.radians(given[:, 0]), np.radians(given[:, 1])
     flat = given[:, 2] * np.cos(elevation)

@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.measured.uff_sets import DataSet
 
-CARTESIAN, CYLINDRICAL = 0, 1
+CARTESIAN, CYLINDRICAL, SPHERICAL = 0, 1, 2
 RECORDS = 6
 """Lines of a frame."""
 SQUARE = 1e-4
@@ -20,7 +20,7 @@ SQUARE = 1e-4
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame: x_global = origin + x_local @ axes."""
+    """A frame: x_global = origin + x_local @ axes, x_local of a cylindrical one (r cos t, r sin t, z)."""
 
     kind: int
     axes: FloatArray
@@ -28,15 +28,11 @@ class Frame:
     origin: FloatArray
     """(3,)"""
 
-    def place(self, x: FloatArray, where: str) -> FloatArray:
-        """A point of this frame in global axes.
-
-        Raises
-        ------
-        InputError : the frame is not Cartesian.
-        """
-        if self.kind != CARTESIAN:
-            raise InputError("a point in a cylindrical frame", where=where, expected="points in Cartesian frames")
+    def place(self, x: FloatArray) -> FloatArray:
+        """(3,) in global axes of a point of this frame: x, y, z, or radius, angle in degrees, z."""
+        if self.kind == CYLINDRICAL:
+            angle = np.radians(x[1])
+            x = np.array([x[0] * np.cos(angle), x[0] * np.sin(angle), x[2]])
         return np.asarray(self.origin + x @ self.axes)
 
     def directions(self, place: FloatArray) -> FloatArray:
@@ -67,7 +63,9 @@ def read_frames(one: DataSet) -> dict[int, Frame]:
         label, kind = one.integers(row, 2)
         if kind not in (CARTESIAN, CYLINDRICAL):
             raise InputError(
-                f"frame {label} is of type {kind}", where=one.where(row), expected="0 (Cartesian) or 1 (cylindrical)"
+                f"frame {label} is of type {kind}{' (spherical)' * (kind == SPHERICAL)}",
+                where=one.where(row),
+                expected="0 (Cartesian) or 1 (cylindrical)",
             )
         rows = [one.numbers(row + 2 + k, 0, 25) for k in range(4)]
         if any(len(r) != 3 for r in rows):
@@ -86,18 +84,32 @@ def read_frames(one: DataSet) -> dict[int, Frame]:
 
 def frame_axes(frames: dict[int, Frame], label: int, place: FloatArray, path: Path, notes: list[str]) -> FloatArray:
     """(3, 3) directions of the motion at a point; global axes where the file does not tell its frame."""
-    if label in frames:
-        frame = frames[label]
+    if frame := _frame(frames, label, "motion is", path, notes):
         if frame.kind == CYLINDRICAL and not np.isfinite(place).all():
             raise InputError("a point in a cylindrical frame without coordinates", where=path)
         return frame.directions(place)
+    return np.eye(3)
+
+
+def frame_place(frames: dict[int, Frame], label: int, x: FloatArray, path: Path, notes: list[str]) -> FloatArray:
+    """(3,) where a point of a frame is in global axes; they are those of its frame where the file does not tell it."""
+    frame = _frame(frames, label, "points are", path, notes)
+    if frame is not None and frame.kind == CYLINDRICAL:
+        notes.append("angles of points in cylindrical frames are taken in degrees")
+    return x if frame is None else frame.place(x)
+
+
+def _frame(frames: dict[int, Frame], label: int, what: str, path: Path, notes: list[str]) -> Frame | None:
+    """A frame by its label; None for the global one, and where the file has no frames."""
+    if label in frames:
+        return frames[label]
     if frames and label > 1:
         raise InputError(
             f"frame {label} is not in the file",
             where=path,
             expected=f"data set 2420 with it (there are {', '.join(map(str, frames))})",
-            fix="Export the frames too, or the shapes in global axes.",
+            fix="Export the frames too, or points and shapes in global axes.",
         )
     if label > 1:
-        notes.append("the file has no frames: motion is taken in global axes")
-    return np.eye(3)
+        notes.append(f"the file has no frames: {what} taken in global axes")
+    return None

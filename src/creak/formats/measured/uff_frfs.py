@@ -13,12 +13,12 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE, MeasuredFrf, MeasuredFrfs
-from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, functions
+from creak.formats.measured.modes import RECEPTANCE, MeasuredFrf, MeasuredFrfs
+from creak.formats.measured.uff_functions import COMPLEX, FORCES, ORDERS, MeasuredFunction, functions
 from creak.formats.measured.uff_modes import MODE
 from creak.formats.measured.uff_points import Points, read_points, require_ended
 from creak.formats.measured.uff_sets import DataSet
-from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
+from creak.formats.measured.unit_words import MOTIONS, NEWTONS, SAME, plain_unit
 
 FREQUENCY = 18
 FRF, COHERENCE = 4, 6
@@ -33,11 +33,7 @@ KINDS = {
     9: "a power spectral density",
     12: "a spectrum",
 }
-ORDERS = {8: RECEPTANCE, 11: MOBILITY, 12: ACCELERANCE}
-FORCES = (9, 13)
 UNKNOWN = 0
-SAME = 1e-3
-"""Relative difference up to which two factors are one."""
 
 Channel = tuple[int, int]
 """Node and direction of the file, with its sign."""
@@ -114,7 +110,7 @@ def _key(f: MeasuredFunction) -> tuple[int, int, int, int]:
 def _frf(
     f: MeasuredFunction, points: Points, channels: dict[Channel, int], coherence: MeasuredFunction | None
 ) -> MeasuredFrf:
-    order, factor = _units(f, points.units)
+    order, factor = _units(f, points.units, points.notes)
     x, values = f.values()
     some = x > 0.0
     if not some.any():
@@ -141,7 +137,7 @@ def _coherence(f: MeasuredFunction, x: FloatArray) -> FloatArray:
     return np.asarray(values.real, dtype=np.float64)
 
 
-def _units(f: MeasuredFunction, told: tuple[float, float] | None) -> tuple[int, float | None]:
+def _units(f: MeasuredFunction, told: tuple[float, float] | None, notes: list[str]) -> tuple[int, float | None]:
     """What is measured, and the factor that brings it to m, s and N; None: the file tells no units."""
     motion, force = _labels(f)
     if f.ordinate.kind == UNKNOWN and motion is None:
@@ -159,8 +155,18 @@ def _units(f: MeasuredFunction, told: tuple[float, float] | None) -> tuple[int, 
             expected="a kind and a unit of one quantity",
             fix="Correct the unit, or the kind.",
         )
+    odd = [label for label, known in zip(_words(f), (motion, force), strict=True) if label and known is None]
+    if told is None and (odd or (motion is None and force not in (None, 1.0))):
+        raise InputError(
+            f"a frequency response in {f.ordinate.unit or '?'} over {f.denominator.unit or '?'}",
+            where=f.of.where(8),
+            expected="units as m/s^2, mm/s, in or g over N, kN or lbf, both or none, or data set 164",
+            fix="Correct the labels of its axes, or leave both out: its values are then in the units of the deck.",
+        )
     if told is None:
         return order, None if motion is None else motion[1] / (1.0 if force is None else force)
+    if odd:
+        notes.append(f"units {', '.join(odd)} of functions are not known: those of data set 164 are taken")
     for label, value, factor, unit in (
         (f.ordinate.unit, None if motion is None else motion[1], told[0], "m"),
         (f.denominator.unit, force, told[1], "N"),
@@ -177,8 +183,14 @@ def _units(f: MeasuredFunction, told: tuple[float, float] | None) -> tuple[int, 
 
 def _labels(f: MeasuredFunction) -> tuple[tuple[int, float] | None, float | None]:
     """Motion and force by the units written beside the axes, each None where no unit that is known is there."""
-    motion, force = plain_unit(f.ordinate.unit), NEWTONS.get(plain_unit(f.denominator.unit))
-    for name, newtons in NEWTONS.items():
+    motion, force = _words(f)
+    return MOTIONS.get(motion), NEWTONS.get(force)
+
+
+def _words(f: MeasuredFunction) -> tuple[str, str]:
+    """The units beside the axes, of a motion and of a force that may stand behind it."""
+    motion, force = plain_unit(f.ordinate.unit), plain_unit(f.denominator.unit)
+    for name in NEWTONS:
         if motion.endswith(f"/{name}"):
-            motion, force = motion.removesuffix(f"/{name}"), newtons if force is None else force
-    return MOTIONS.get(motion), force
+            motion, force = motion.removesuffix(f"/{name}"), force or name
+    return motion, force

@@ -17,7 +17,11 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.measured.channel import Channel
+from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
+from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import BINARY, DataSet, data_sets
+from creak.formats.measured.unit_words import HERTZ, NEWTONS, SECONDS, plain_unit, scale_of, unit_named
+from creak.model.units import LENGTHS
 
 FUNCTION = "58"
 HEAD = 11
@@ -28,6 +32,10 @@ SINGLE, DOUBLE = 13, 20
 """Characters of a number; an abscissa has 13."""
 LINE = 80
 TIME = 17
+ORDERS = {8: RECEPTANCE, 11: MOBILITY, 12: ACCELERANCE}
+FORCES = (9, 13)
+"""Kinds of ordinate: motion, and how often a receptance is differentiated to be it; forces."""
+PER_SECOND = {RECEPTANCE: "", MOBILITY: "/s", ACCELERANCE: "/s^2"}
 AXES = {1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ", 0: ""}
 
 
@@ -57,6 +65,7 @@ class MeasuredFunction:
     count: int
     even: bool
     start: float
+    """In the unit of the abscissa, as `step`."""
     step: float
     abscissa: Axis
     ordinate: Axis
@@ -72,12 +81,22 @@ class MeasuredFunction:
         """file:line"""
         return self.of.where()
 
-    def values(self) -> tuple[FloatArray, Any]:
-        """Abscissa (n,) and values (n,), complex where the file's are.
+    def scale(self) -> float:
+        """What the unit of the abscissa is in s, of times, or in Hz.
 
         Raises
         ------
-        InputError : a value is no number, or there are fewer than the head says.
+        InputError : no such unit.
+        """
+        table, what = (SECONDS, "the times") if self.abscissa.kind == TIME else (HERTZ, "the frequencies")
+        return scale_of(self.abscissa.unit, table, f"{what} of the function {self.name}", self.of.where(7))
+
+    def values(self) -> tuple[FloatArray, Any]:
+        """Abscissa (n,) in s, of times, or in Hz, and values (n,), complex where the file's are.
+
+        Raises
+        ------
+        InputError : a value is no number, or there are fewer than the head says; as `scale`.
         """
         parts = 2 if self.data in COMPLEX else 1
         wide = self.data in (REAL[1], COMPLEX[1])
@@ -94,7 +113,7 @@ class MeasuredFunction:
         if not (np.diff(x) > 0.0).all():
             raise InputError("a function whose abscissa does not rise", where=self.where(), fix="Export it again.")
         y = table[:, -parts:]
-        return np.asarray(x, dtype=np.float64), y[:, 0] + 1j * y[:, 1] if parts == 2 else y[:, 0]
+        return np.asarray(self.scale() * x, dtype=np.float64), y[:, 0] + 1j * y[:, 1] if parts == 2 else y[:, 0]
 
     def _unpacked(self, columns: int, wide: bool) -> FloatArray:
         """Numbers of a binary set; an uneven abscissa has four bytes, or as many as a value, as some programs write."""
@@ -147,24 +166,28 @@ def functions(sets: list[DataSet]) -> Iterator[MeasuredFunction]:
 def read_uff_functions(path: Path) -> list[Channel]:
     """The functions of time in a universal file; named by their first line, or by node and direction.
 
+    What was measured along -X, -Y or -Z is turned: values are along the positive axis. A function without a unit has
+    that of data set 164.
+
     Raises
     ------
-    InputError : no such function in it, one that is complex or unevenly sampled, or cut short.
+    InputError : no such function in it, one that is complex or unevenly sampled, cut short, or over times in a unit
+        that is none.
     """
     found, _ = histories_among(data_sets(path))
     if not found:
-        raise InputError("no function of time (data set 58) in it", where=path, expected="abscissa in s (type 17)")
+        raise InputError("no function of time (data set 58) in it", where=path, expected="abscissa of type 17 (time)")
     return found
 
 
 def histories_among(sets: list[DataSet]) -> tuple[list[Channel], list[DataSet]]:
     """The functions of time among a file's data sets, as `read_uff_functions` has them, and the other data sets."""
     timed = [f for f in functions(sets) if f.abscissa.kind == TIME]
-    taken = {id(f.of) for f in timed}
-    return [_channel(f) for f in timed], [one for one in sets if id(one) not in taken]
+    taken, told = {id(f.of) for f in timed}, units_told(sets) if any(_is_bare(f.ordinate) for f in timed) else None
+    return [_channel(f, told) for f in timed], [one for one in sets if id(one) not in taken]
 
 
-def _channel(f: MeasuredFunction) -> Channel:
+def _channel(f: MeasuredFunction, told: tuple[float, float] | None) -> Channel:
     if f.data not in REAL or not f.even:
         raise InputError(
             "a function that is complex or unevenly sampled",
@@ -175,8 +198,24 @@ def _channel(f: MeasuredFunction) -> Channel:
     if not f.step > 0.0:
         raise _short(f.of)
     node, direction = f.response
-    title = f.title if f.title not in ("", "NONE") else _place((node, abs(direction)))
-    return Channel(title, f.ordinate.unit, f.start, f.step, f.values()[1], f.response)
+    positive, scale = (node, abs(direction)), f.scale()
+    title = f.title if f.title not in ("", "NONE") else _place(positive)
+    values = -f.values()[1] if direction < 0 else f.values()[1]
+    return Channel(title, _unit(f.ordinate, told), scale * f.start, scale * f.step, values, positive)
+
+
+def _is_bare(axis: Axis) -> bool:
+    """Whether it is a motion or a force without a unit."""
+    return not plain_unit(axis.unit) and axis.kind in (*ORDERS, *FORCES)
+
+
+def _unit(axis: Axis, told: tuple[float, float] | None) -> str:
+    """The label of an ordinate; where it has none, the unit of its kind by data set 164."""
+    if told is None or not _is_bare(axis):
+        return axis.unit
+    if axis.kind in FORCES:
+        return unit_named(1.0 / told[1], NEWTONS, "N")
+    return unit_named(1.0 / told[0], LENGTHS, "m") + PER_SECOND[ORDERS[axis.kind]]
 
 
 def _function(one: DataSet) -> MeasuredFunction:

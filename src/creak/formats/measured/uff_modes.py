@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,6 +29,9 @@ REAL, COMPLEX_DATA = (2, 4), (5, 6)
 HEAD = 8
 """Lines before the values."""
 PER_LINE = 6
+SAME, ALIKE = 1e-3, 0.99
+"""A mode and its conjugate: relative difference of their frequencies and difference of their damping at most, and MAC
+of one with the conjugate of the other at least."""
 AXES = "xyz"
 
 
@@ -142,12 +145,25 @@ def _values(one: DataSet, per_node: int, is_complex: bool) -> dict[int, ComplexA
 
 
 def _once(modes: list[_Mode], notes: list[str]) -> list[_Mode]:
-    """Without the conjugates of modes that are there."""
+    """Modes of eigenvalues with a positive imaginary part; a lower one stands for its conjugate, once."""
     upper = [m for m in modes if m.rising]
-    kept = upper if upper else modes
+    kept = [m for m in modes if m.rising or not any(_are_conjugate(m, u) for u in upper)]
     if len(kept) < len(modes):
         notes.append(f"{len(modes) - len(kept)} conjugate modes are left out")
-    return kept
+    if alone := len(kept) - len(upper):
+        notes.append(f"{alone} modes stand with their lower eigenvalue alone: their conjugates are taken")
+    return [m if m.rising else replace(m, values={n: np.conj(u) for n, u in m.values.items()}) for m in kept]
+
+
+def _are_conjugate(lower: _Mode, upper: _Mode) -> bool:
+    apart = abs(lower.frequency - upper.frequency) > SAME * upper.frequency
+    if apart or abs(lower.damping - upper.damping) > SAME:
+        return False
+    nodes = sorted(lower.values.keys() & upper.values.keys())
+    if not nodes:
+        return False
+    a, b = (np.concatenate([m.values[n] for n in nodes]) for m in (lower, upper))
+    return bool(abs(a @ b) ** 2 >= ALIKE * np.vdot(a, a).real * np.vdot(b, b).real)
 
 
 def _common_nodes(modes: list[_Mode], notes: list[str], path: Path) -> list[int]:

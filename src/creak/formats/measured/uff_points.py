@@ -14,17 +14,20 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.measured.uff_frames import Frame, frame_axes, read_frames
+from creak.formats.measured.uff_frames import Frame, frame_axes, frame_place, read_frames
 from creak.formats.measured.uff_sets import DataSet
 
 
 @dataclass(frozen=True)
 class _Point:
-    place: FloatArray
-    frame: int
+    coords: FloatArray
+    """In the frame that defines it."""
+    defined: int
+    """Label of that frame, and of the one in which it moves."""
+    moved: int
 
 
-NOWHERE = _Point(np.full(3, np.nan), 0)
+NOWHERE = _Point(np.full(3, np.nan), 0, 0)
 
 
 @dataclass(frozen=True)
@@ -41,8 +44,14 @@ class Points:
     notes: list[str]
 
     def place(self, node: int) -> FloatArray:
-        """(3,) in global axes; nan where the file does not tell."""
-        return self.points.get(node, NOWHERE).place
+        """(3,) in global axes; nan where the file does not tell.
+
+        Raises
+        ------
+        InputError : the frame that defines it is not in the file.
+        """
+        p = self.points.get(node, NOWHERE)
+        return frame_place(self.frames, p.defined, p.coords, self.path, self.notes)
 
     def axes(self, node: int) -> FloatArray:
         """(3, 3) unit vectors of its motion, a row each.
@@ -52,7 +61,7 @@ class Points:
         InputError : its frame is not in the file, or needs a place.
         """
         p = self.points.get(node, NOWHERE)
-        return frame_axes(self.frames, p.frame, p.place, self.path, self.notes)
+        return frame_axes(self.frames, p.moved, self.place(node), self.path, self.notes)
 
 
 def require_ended(sets: list[DataSet], *more: str) -> None:
@@ -63,30 +72,29 @@ def require_ended(sets: list[DataSet], *more: str) -> None:
 
 
 def read_points(sets: list[DataSet], path: Path, notes: list[str]) -> Points:
-    """The points of a file; what was taken for granted is added to the notes when axes are asked for.
+    """The points of a file; what was taken for granted is added to the notes when places and axes are asked for.
 
     Raises
     ------
     InputError : a data set cannot be read, or a frame is none that creak knows.
     """
     frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
-    points = {label: p for one in sets for label, p in _points(one, frames)}
+    points = {label: p for one in sets for label, p in _points(one)}
     lines = tuple((str(a), str(b)) for one in sets for a, b in _lines(one))
-    return Points(path, points, frames, _units(sets), lines, notes)
+    return Points(path, points, frames, units_told(sets), lines, notes)
 
 
-def _points(one: DataSet, frames: dict[int, Frame]) -> Iterator[tuple[int, _Point]]:
+def _points(one: DataSet) -> Iterator[tuple[int, _Point]]:
     """Nodes: those of data set 15 in the frame that defines them, those of 2411 in the axes of the whole."""
     if one.number == "15":
         for row, line in enumerate(one.lines):
             if line.strip():
                 label, defined, moved, _ = one.integers(row, 4)
-                place = _three(one, row, 40, 13)
-                yield label, _Point(frames[defined].place(place, one.where(row)) if defined in frames else place, moved)
+                yield label, _Point(_three(one, row, 40, 13), defined, moved)
     if one.number == "2411":
         for row in range(0, len(one.lines) - 1, 2):
             label, _, moved, _ = one.integers(row, 4)
-            yield label, _Point(_three(one, row + 1, 0, 25), moved)
+            yield label, _Point(_three(one, row + 1, 0, 25), 0, moved)
 
 
 def _three(one: DataSet, row: int, start: int, width: int) -> FloatArray:
@@ -109,8 +117,13 @@ def _lines(one: DataSet) -> Iterator[tuple[int, int]]:
         yield from ((a, b) for a, b in pairwise(nodes) if a and b)
 
 
-def _units(sets: list[DataSet]) -> tuple[float, float] | None:
-    """Values are divided by these to be in m and N."""
+def units_told(sets: list[DataSet]) -> tuple[float, float] | None:
+    """What the values of a file are divided by to be in m and N (data set 164); None where it does not tell.
+
+    Raises
+    ------
+    InputError : a factor is none.
+    """
     for one in sets:
         if one.number == "164":
             factors = one.numbers(1, 0, 25)

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import re
+from collections.abc import Mapping
 
+from creak.errors import InputError
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.model.units import GRAVITY, LENGTHS, POUND
 
@@ -15,11 +18,47 @@ MOTIONS = {
 }
 """Label of a unit -> what it counts, and what it is in m and s."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
+SAME = 1e-3
+"""Relative difference up to which two factors are one."""
 
-SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
+HERTZ = {"Hz": 1.0, "kHz": 1e3, "1/s": 1.0, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0, "1/min": 1.0 / 60.0}
+NONE = "none"
+"""What universal files write where there is no unit."""
+WORDS = {r"sec(ond)?s?": "s", r"minutes?": "min", r"milli(?=s)": "m", r"micro(?=s)": "u", "hertz": "hz", "/s/s": "/s^2"}
 
 
 def plain_unit(unit: str) -> str:
-    """`(m/sec**2)/N` as `m/s^2/n`."""
-    text = re.sub(r"[\s()\[\]]", "", unit.lower()).replace("**", "^").replace("sec", "s").replace("µ", "u")
-    return re.sub(r"s2$|s2(?=/)", "s^2", text.replace("²", "^2"))
+    """`(m/sec**2)/N` as `m/s^2/n`; no unit, and `NONE`, as an empty text."""
+    text = re.sub(r"[\s()\[\]]", "", unit.lower()).replace("**", "^").replace("µ", "u").replace("μ", "u")
+    for word, short in WORDS.items():
+        text = re.sub(word, short, text)
+    return re.sub(r"s2$|s2(?=/)", "s^2", text.replace("²", "^2")) if text != NONE else ""
+
+
+def unit_named(size: float, table: Mapping[str, float], base: str) -> str:
+    """The name in a table of a unit of that size; `0.3 m` where none has it."""
+    return next((name for name, each in table.items() if abs(size / each - 1.0) <= SAME), f"{size:.6g} {base}")
+
+
+def scale_of(unit: str, table: Mapping[str, float], what: str, where: str) -> float:
+    """What a unit is in the first one of `SECONDS` or `HERTZ`; 1 where none is told.
+
+    Parameters
+    ----------
+    what : is counted in it, for messages.
+
+    Raises
+    ------
+    InputError : the table does not know the unit.
+    """
+    known = {plain_unit(name): factor for name, factor in table.items()}
+    first, word = next(iter(table)), plain_unit(unit)
+    if word and word not in known:
+        raise InputError(
+            f"{what} are in {unit.strip(' []()')}",
+            where=where,
+            expected=f"one of {', '.join(table)}",
+            fix=f"Correct the unit; without one it is {first}.",
+        )
+    return known.get(word, 1.0)

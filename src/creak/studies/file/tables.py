@@ -13,7 +13,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows
 from creak.formats.measured.files import chosen_channel, is_measured
-from creak.formats.measured.unit_words import SECONDS, plain_unit
+from creak.formats.measured.unit_words import SECONDS, scale_of
 from creak.model.magnitude import LARGEST, computable
 
 
@@ -80,15 +80,7 @@ def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tup
 def _seconds(path: Path, head: str) -> float:
     """What the unit in the head of a column of times, `time [ms]`, is in s; 1 without one."""
     _, _, unit = head.replace("(", "[").replace(")", "]").partition("[")
-    word = plain_unit(unit)
-    if word not in SECONDS:
-        raise InputError(
-            f"the times are in {unit.rstrip('] ')}",
-            where=f"{path}:1",
-            expected=f"one of {', '.join(filter(None, SECONDS))}",
-            fix="Correct the head of the first column; without a unit it is s.",
-        )
-    return SECONDS[word]
+    return scale_of(unit, SECONDS, "the times", f"{path}:1")
 
 
 Rows = list[tuple[int, list[str]]]

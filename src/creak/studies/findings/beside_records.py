@@ -243,7 +243,7 @@ def _computed(h: Histories) -> Iterator[_Computed]:
 def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple[Course, bool]:
     """The channel in the units of the run, and whether it was an acceleration."""
     unit, values = plain_unit(channel.unit), channel.values
-    if unit in ("", "none"):
+    if not unit:
         return Course(channel.time, values), False
     order, size = MOTIONS.get(unit, (None, 1.0))
     if c.kind == "force" and unit in NEWTONS:

@@ -149,12 +149,11 @@ def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channe
 
 
 def named_by_place(channel: Channel) -> Channel:
-    """The channel under its node and direction, where it tells them, along the positive axis; creak's own by title."""
+    """The channel under its node and direction, where it tells them; creak's own by title."""
     (node, direction), own = channel.at, own_name(channel.name)
-    if own is not None or not node or not 1 <= abs(direction) <= 3:
+    if own is not None or not node or not 1 <= direction <= 3:
         return replace(channel, name=_plain(own or channel.name))
-    values = channel.values if direction > 0 else -channel.values
-    return replace(channel, name=f"{node} {AXES[abs(direction) - 1]}", values=values, at=(0, 0))
+    return replace(channel, name=f"{node} {AXES[direction - 1]}", at=(0, 0))
 
 
 def _plain(name: str) -> str:

@@ -20,8 +20,9 @@ from creak.errors import InputError
 from creak.formats.measured.files import chosen
 from creak.formats.measured.uff_frfs import FREQUENCY, FRF, UNKNOWN
 from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, functions
+from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import data_sets
-from creak.formats.measured.unit_words import plain_unit
+from creak.formats.measured.unit_words import SAME, plain_unit
 from creak.formats.wav import read_wav
 from creak.sound.forced import smooth
 from creak.sound.rayleigh import AIR
@@ -36,7 +37,7 @@ ORDER = {"volume acceleration": 0, "volume velocity": 1}
 """Times that what the response is per was integrated."""
 SOURCES = {"m^3/s^2": "volume acceleration", "m3/s^2": "volume acceleration"}
 SOURCES |= {"m^3/s": "volume velocity", "m3/s": "volume velocity"}
-PASCAL, NO_UNIT = "pa", "none"
+PASCAL = "pa"
 THIRD = 2.0 ** (1.0 / 3.0)
 """Frequencies beyond those that were measured over these, at which a part is heard as in the open again."""
 PADDED = 4
@@ -178,7 +179,8 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
 
 def _universal(table: TransferTable, path: Path, where: str) -> _Response:
     try:
-        every = [f for f in functions(data_sets(path)) if _is_response(f)]
+        sets = data_sets(path)
+        every = [f for f in functions(sets) if _is_response(f)]
     except OSError as error:
         raise InputError(f"cannot read {path}: {(error.strerror or str(error)).lower()}", where=where) from error
     if not every:
@@ -191,7 +193,7 @@ def _universal(table: TransferTable, path: Path, where: str) -> _Response:
     f = chosen(every, [f.name for f in every], "function", table.function, path, where)
     found: tuple[FloatArray, Any] = f.values()
     above = found[0] > 0.0
-    told, over = (plain_unit(axis.unit).replace(NO_UNIT, "") for axis in (f.ordinate, f.denominator))
+    told, over = (plain_unit(axis.unit) for axis in (f.ordinate, f.denominator))
     told, _, behind = told.partition("/") if not over else (told, "", over)
     if told not in ("", PASCAL) or (behind and behind not in SOURCES):
         raise InputError(
@@ -199,6 +201,15 @@ def _universal(table: TransferTable, path: Path, where: str) -> _Response:
             where=f.of.where(8),
             expected="Pa over m^3/s^2 (volume acceleration) or m^3/s (volume velocity)",
             fix="Export it in these units.",
+        )
+    factors = (1.0, 1.0) if told and behind else units_told(sets) or (1.0, 1.0)
+    if max(abs(factor - 1.0) for factor in factors) > SAME:
+        raise InputError(
+            f"a transfer function in {f.ordinate.unit or '?'} over {f.denominator.unit or '?'}, where data set 164 "
+            f"tells {factors[0]:g} units in 1 m and {factors[1]:g} in 1 N",
+            where=f.of.where(8),
+            expected="units beside both axes, Pa and m^3/s^2 or m^3/s, or data set 164 in m and N",
+            fix="Export it in m and N, or with its units.",
         )
     return _Response(found[0][above], found[1][above], phase=True, per=SOURCES.get(behind))
 

@@ -80,6 +80,15 @@ def cylindrical(t):
     return frames_2420(t) + points_15(t, moved=3) + "".join(normal_mode(t, k, turned[k]) for k in range(COUNT))
 
 
+def defined_in_cylinders(t):
+    """Points by radius, angle and height of a turned and moved frame."""
+    origin = np.array([5.0, -3.0, 11.0])
+    x, y, z = ((t.points - origin) @ TURN.T).T
+    t = replace(t, frames={4: np.vstack([TURN, origin])}, kinds={4: 1})
+    polar = np.column_stack([np.sqrt(x * x + y * y), 180.0 / np.pi * np.arctan2(y, x), z])
+    return frames_2420(t) + points_15(t, defined=4, points=polar) + every_mode(t)
+
+
 def renumbered(t, add):
     return replace(t, labels=[n + add for n in t.labels])
 
@@ -143,6 +152,7 @@ UNIVERSAL = {
     "points of 2411": lambda t: points_2411(t) + every_mode(t),
     "points after modes": lambda t: every_mode(t) + points_15(t),
     "points in a frame": defined_in_frame,
+    "points in cylinders": defined_in_cylinders,
     "motion in a frame": in_frame,
     "motion in cylinders": cylindrical,
     "frame 1 not told": lambda t: points_15(t, 1, 1) + every_mode(t),

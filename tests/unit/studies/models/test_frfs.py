@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from creak.errors import InputError
 from creak.formats.measured.mode_files import read_test
 from creak.reduction.transfer_modes import receptances, transfer_model
 from creak.studies.models.beside_test import deck_beside_test
@@ -82,6 +84,23 @@ def test_every_form_of_a_function_is_read(deck, tmp_path, name):
     assert pair.frac == pytest.approx(1.0, abs=1e-6)
 
 
+HERTZ = {"Hz": 1.0, "hertz": 1.0, "": 1.0, "kHz": 1e-3, "rad/sec": 2.0 * np.pi, "RPM": 60.0}
+"""Label -> numbers that 1 Hz is."""
+
+
+@pytest.mark.parametrize("unit", HERTZ)
+@pytest.mark.parametrize("form", [{}, {"even": False}, {"binary": "<"}, {"abscissa": 0}])
+def test_frequencies_are_in_the_unit_of_their_axis(deck, tmp_path, unit, form):
+    """The function is the closed form at what was read, and so is its coherence's place beside it."""
+    told = {"freq": HERTZ[unit] * FREQ, "over_unit": unit, **form}
+    gamma = function(np.full(FREQ.size, 0.9), kind=6, data=4, quantity=0, over=0, **told)
+    pair = one(beside(deck, tmp_path, units(1.0), points(1e-3), function(accelerance(3, 2), **told), gamma))
+    assert pair.measured.freq == pytest.approx(FREQ, rel=1e-5)
+    assert pair.model == pytest.approx(accelerance(3, 2, pair.measured.freq), rel=EXACT)
+    assert pair.frac == pytest.approx(1.0, abs=1e-6)
+    assert pair.measured.coherence == pytest.approx(np.full(FREQ.size, 0.9))
+
+
 def test_several_sets_binary_and_text_follow_each_other(deck, tmp_path):
     """Bytes that look like marks do not end a binary set; lines are counted on behind it."""
     tricky = accelerance(2, 2)
@@ -144,6 +163,21 @@ def test_units_are_those_that_the_file_tells(deck, tmp_path, name):
     found = beside(deck, tmp_path, head, points(length), function(factor * accelerance(3, 2), labels=labels))
     assert one(found).level == pytest.approx(0.0, abs=1e-4)
     assert one(found).measured.values == pytest.approx(accelerance(3, 2), rel=1e-4)
+
+
+def test_labels_that_no_data_set_explains_are_refused(tmp_path):
+    """A kilopond is 9.8 N and no newton; where data set 164 tells units it counts, and a note says so."""
+    kiloponds = function(accelerance(3, 2) * 9.80665, labels=("m/s^2", "kp"))
+    for one_function, words in (
+        (kiloponds, "a frequency response in m/s^2 over kp"),
+        (function(accelerance(3, 2), labels=("V", "N")), "a frequency response in V over N"),
+        (function(accelerance(3, 2), labels=("NONE", "lbf")), "a frequency response in NONE over lbf"),
+    ):
+        with pytest.raises(InputError, match=re.escape(words)):
+            read(tmp_path, points().encode() + one_function)
+    found = read(tmp_path, (units(1.0, 1.0 / 9.80665) + points()).encode() + kiloponds)
+    assert found.functions[0].values == pytest.approx(accelerance(3, 2), rel=1e-5)
+    assert found.notes == ("units kp of functions are not known: those of data set 164 are taken",)
 
 
 @pytest.mark.parametrize(

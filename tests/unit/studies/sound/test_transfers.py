@@ -23,7 +23,7 @@ from creak.studies.sound.transfers import Transfer, transfer_of
 from helpers_cli import caller
 from helpers_core import assembled, block, model_of, shell
 from helpers_decks import STUDY, write_strips
-from helpers_frfs import function
+from helpers_frfs import function, units
 
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
 POSITION = [60.0, 400.0, 500.0]
@@ -122,6 +122,35 @@ def test_six_files_are_one_way(tmp_path):
         assert found.square(1000.0) == pytest.approx(
             float(np.mean(np.abs(exact[(at > 891) & (at < 1122)]) ** 2)), rel=0.1
         )
+
+
+@pytest.mark.parametrize(("unit", "each"), [("Hz", 1.0), ("kHz", 1e-3), ("rad/s", 2 * np.pi), ("rpm", 60.0)])
+@pytest.mark.parametrize("kind", [18, 0])
+def test_frequencies_of_universal_files_are_in_the_unit_of_their_axis(tmp_path, unit, each, kind):
+    """That of a small source in a wall, written over other units, is heard as in the open."""
+    freq = np.arange(4.0, 4000.0, 4.0)
+    told = {"freq": each * freq, "over_unit": unit, "abscissa": kind, "labels": ("Pa", "m^3/s^2")}
+    (tmp_path / "a.uff").write_bytes(function(in_the_open(freq, AWAY), quantity=0, over=0, **told))
+    found = transfer_of(TransferTable(file="a.uff"), tmp_path / "a.uff", 0, AWAY, "")
+    assert found.freq == pytest.approx(freq, rel=1e-5)
+    np.testing.assert_allclose(found.gain(np.linspace(20.0, 3900.0, 333)), 1.0, atol=2e-3)
+
+
+def test_units_of_data_set_164_are_not_passed_over(tmp_path):
+    """Without labels a file in mm is none in Pa, m and s; labels are by themselves, and m and N are as none."""
+    freq, path = np.arange(4.0, 4000.0, 4.0), tmp_path / "a.uff"
+
+    def gain(head: str, labels: tuple[str, str]):
+        one = function(in_the_open(freq, AWAY), quantity=0, over=0, freq=freq, labels=labels)
+        path.write_bytes(head.encode() + one)
+        return transfer_of(TransferTable(file="a.uff"), path, 0, AWAY, "").gain(np.linspace(20.0, 3900.0, 99))
+
+    both = ("Pa", "m^3/s^2")
+    for head, labels in ((units(1000.0), both), (units(1.0), ("NONE", "NONE")), (units(1.0), both), ("", ("", ""))):
+        np.testing.assert_allclose(gain(head, labels), 1.0, atol=1e-3)
+    for labels in (("NONE", "NONE"), ("Pa", "NONE"), ("NONE", "m^3/s^2")):
+        with pytest.raises(creak.InputError, match=r"where data set 164 tells 1000 units in 1 m and 1 in 1 N"):
+            gain(units(1000.0), labels)
 
 
 def test_amplitudes_alone_are_late_as_in_the_open_and_nothing_is_known_outside(tmp_path):
@@ -224,11 +253,13 @@ def test_wrong_input_gets_one_message_with_its_line(tmp_path, keys, content, say
         (TransferTable(file="e.unv", function=3), "none of them 3"),
         (TransferTable(file="d.uff", per="volume velocity"), "where d.uff tells volume acceleration"),
         (TransferTable(file="force.uff"), "in Pa over N"),
+        (TransferTable(file="time.uff"), r"the frequencies of the function 3 X / 2 X are in ms; expected one of Hz"),
     ],
 )
 def test_files_that_are_no_way_are_told(tmp_path, table, says):
     files(tmp_path)
     (tmp_path / "force.uff").write_bytes(function(np.ones(9), freq=np.arange(1.0, 10), labels=("Pa", "N")))
+    (tmp_path / "time.uff").write_bytes(function(np.ones(9), freq=np.arange(1.0, 10), over_unit="ms"))
     with pytest.raises(creak.InputError, match=says):
         transfer_of(table, tmp_path / table.file, 0, AWAY, "")
 
