@@ -30,6 +30,8 @@ ASIDE = 1e-6
 
 APART = 1e-7
 """Share of the largest eigenvalue below which pairs that round-off blurs are found once more among themselves."""
+MASSLESS = 1e-12
+"""Eigenvalues 1 / (lam + s) below this share of the largest are those of directions without mass."""
 ROUND_OFF = 100.0
 """Round-off of eigenvalues in units of eps times the largest, at most."""
 BLURRED = 1e-5
@@ -133,8 +135,7 @@ def dense_pairs(K: FloatArray, M: FloatArray) -> Pairs:
     try:
         return regular_pairs(K, M)
     except np.linalg.LinAlgError:
-        lam, vectors = _massless_eigh(K, M)
-        return Pairs(lam, vectors, _blur(lam))
+        return _massless_pairs(K, M)
 
 
 def regular_pairs(K: FloatArray, M: FloatArray) -> Pairs:
@@ -164,10 +165,12 @@ def _blur(lam: FloatArray) -> float:
     return ROUND_OFF * np.finfo(float).eps * float(np.abs(lam).max(initial=0.0))
 
 
-def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _massless_pairs(K: FloatArray, M: FloatArray) -> Pairs:
     """Eigenpairs when M is singular: solve M x = mu (K + s M) x and drop mu = 0 (infinite frequency).
 
-    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself.
+    So are directions with neither mass nor stiffness, which take part in no mode: a bar that turns about itself. Those
+    of no mass have a mu of round-off, either sign of some eps times the largest: `MASSLESS`. The round-off of an
+    eigenvalue 1 / mu - s far below s is that of s.
     """
     shift = (float(np.trace(K) / np.trace(M)) if np.trace(M) > 0 else 0.0) or 1.0
     A = K + shift * M
@@ -185,6 +188,7 @@ def _massless_eigh(K: FloatArray, M: FloatArray) -> tuple[FloatArray, FloatArray
         basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
         mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
         x = basis @ y
-    finite = mu > 1e-14 * mu.max(initial=0.0)
+    finite = mu > MASSLESS * mu.max(initial=0.0)
     mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
-    return 1.0 / mu - shift, x / np.sqrt(mu)
+    lam = 1.0 / mu - shift
+    return Pairs(lam, x / np.sqrt(mu), _blur(np.append(lam[lam < shift], shift)))

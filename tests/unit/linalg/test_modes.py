@@ -377,3 +377,18 @@ def test_rotations_with_next_to_no_inertia_blur_no_low_mode(light):
     lam, shapes, _ = regular_pairs(K, M)
     np.testing.assert_allclose(lam[1:12], exact[1:], rtol=1e-9)
     np.testing.assert_allclose(shapes.T @ M @ shapes, np.eye(50), atol=1e-9)
+
+
+def test_round_off_of_a_singular_mass_matrix_makes_no_rigid_modes():
+    """A free chain with points without mass in between: omega^2 = 2 k / m sin^2(pi j / 2N), one of them 0."""
+    count, k, m = 60, 1e5, 1e-3
+    n = 2 * count - 1
+    K, M = np.zeros((n, n)), np.zeros((n, n))
+    for i in range(n - 1):
+        K[i : i + 2, i : i + 2] += k * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    M[::2, ::2] = m * np.eye(count)
+    noise = np.random.default_rng(0).standard_normal((n, n))
+    found = modes(K, M + 1e-15 * m * 0.5 * (noise + noise.T), count=30, free=True)
+    exact = 2.0 * k / m * np.sin(0.5 * np.pi * np.arange(30) / count) ** 2
+    assert found.omega2[0] == 0.0
+    np.testing.assert_allclose(found.omega2[1:], exact[1:], rtol=1e-9)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
 from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread, with_forecast
+from creak.words import percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
@@ -139,7 +140,7 @@ def find(draws: Draws) -> Robustness:
         impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         indices,
         tornado if well.any() else {},
-        (*draws.notes, *_notes(draws), *_more(rattle, draws)),
+        (*draws.notes, *_notes(draws), *_unlike(places), *_more(rattle, draws)),
     )
 
 
@@ -228,6 +229,20 @@ def _notes(draws: Draws) -> list[str]:
             )
         )
     return notes
+
+
+def _unlike(places: Sequence[PlaceFindings]) -> list[str]:
+    """Places that hit more often, or less, than the motion without contact in the window reaches them."""
+    apart = [(p, p.fragility[NOW]) for p in places if p.fragility is not None]
+    return [
+        Warned(
+            f"{p.name} rattles in {percent(p.rattle.p)} of the draws; its motion without contact in the window alone "
+            f"reaches it in {percent(linear.p)}: what hits before, or elsewhere, changes the motion. Gap and curve "
+            "leave that out: run the study with the gap that is told"
+        )
+        for p, linear in apart
+        if not p.rattle.low <= linear.p <= p.rattle.high
+    ]
 
 
 def _more(rattle: Odds, draws: Draws) -> list[str]:

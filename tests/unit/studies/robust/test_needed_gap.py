@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,9 @@ from benchmarks.odds import DECK, STOPPED_BEAM, reach
 from scipy.stats import norm
 
 import creak
+from creak.studies.robust.findings import PlaceFindings, _unlike
+from creak.studies.robust.linear import FACTORS
+from creak.verify.odds import odds
 
 LOAD, SIGMA, SHARE = 0.7, 1.5, 0.05
 STOP = '[[clip]]\nname = "seat"\ntype = "{}"\nnodes = "TIP"\naxis = [0, 0, 1]\nstiffness = 40.0\n{}\n'
@@ -54,3 +58,13 @@ def test_middles_of_two_limits_that_differ_are_no_single_gap(tmp_path):
     found = creak.robust(beam(tmp_path, both, clip, upper=30.0), 8, indices=False, threads=1)
     assert found.places[1].need.gap == pytest.approx(9.0 + found.places[1].need.shift)
     assert np.isfinite(found.places[1].need.shift)
+
+
+@pytest.mark.parametrize(("hits", "reached", "told"), [(97, 70, True), (97, 95, False), (5, 30, True)])
+def test_hits_that_the_window_alone_does_not_explain_are_told(hits, reached, told):
+    """Of 256 draws: marched, and by their motion without contact in the window."""
+    curve = tuple(odds(reached, 256) for _ in FACTORS)
+    place = PlaceFindings("RIB", odds(hits, 256), {}, {}, {}, None, curve)
+    notes = _unlike([place, replace(place, fragility=None)])
+    assert bool(notes) == told
+    assert all(note.startswith("RIB rattles in ") for note in notes)
