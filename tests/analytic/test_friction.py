@@ -21,13 +21,16 @@ M, K, PRESS = 1.0, 1e4, 1e6
 """kg, N/m, and the stiffness of the contact in its normal direction."""
 
 
-def pressed(force: float, static: float, kinetic: float, decay: float = 0.0) -> GapOperator:
-    """Dof 1 is pressed to the ground with a preload; dof 0 rubs along it, dof 2 across."""
-    g = channels([[0.0, 1.0, 0.0]], -force / PRESS, PRESS)
-    along = channels([[1.0, 0.0, 0.0]], 0.0, 0.0).G
-    across = channels([[0.0, 0.0, 1.0]], 0.0, 0.0).G
-    friction = Friction(*(np.array([x]) for x in (static, kinetic, decay)))
-    return replace(g, tangents=(along, across), friction=friction, preload=np.array([force]))
+def pressed(
+    force: float, static: float, kinetic: float, decay: float = 0.0, shares: tuple[float, ...] = (1.0,)
+) -> GapOperator:
+    """Dof 1 is pressed to the ground with a preload; dof 0 rubs along it, dof 2 across. shares: of each channel."""
+    own = force * np.array(shares)
+    g = channels([[0.0, 1.0, 0.0]] * own.size, -own / PRESS, PRESS)
+    along = channels([[1.0, 0.0, 0.0]] * own.size, 0.0, 0.0).G
+    across = channels([[0.0, 0.0, 1.0]] * own.size, 0.0, 0.0).G
+    friction = Friction(*(np.full(own.size, x) for x in (static, kinetic, decay)))
+    return replace(g, tangents=(along, across), friction=friction, preload=own)
 
 
 def rub(gaps: GapOperator, pull: np.ndarray, time: np.ndarray) -> History:
@@ -116,6 +119,21 @@ def test_belt_squeaks(measured):
         unit="m",
         source="closed form",
     )
+
+
+def test_rigidly_linked_nodes_rub_as_one(measured):
+    """The same block on four nodes that press unevenly: those at their limit are held by the others until all slip.
+
+    How they share the friction is not determined, and decides nothing.
+    """
+    h = 2e-5
+    time = h * np.arange(round(0.14 / h) + 1)
+    history = rub(pressed(10.0, 0.5, 0.3, shares=(0.1, 0.2, 0.3, 0.4)), -K * 0.01 * time, time)
+    starts, ends = cycles(history)
+    assert starts[0] == pytest.approx(0.05, abs=2 * h)
+    case = "block on a belt, four nodes"
+    measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
+    measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
 
 
 def test_friction_acts_against_the_sliding_in_the_plane(measured):

@@ -7,9 +7,11 @@ with friction; all of this is bounded, and what is returned as solved satisfies 
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from creak.contact.coulomb import SLIDE, Rubbing
+from creak.contact.coulomb import SLIDE, STICK, Rubbing
 from creak.contact.coulomb_newton import newton, room_for
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
@@ -22,6 +24,8 @@ PACES = (0.3, 0.7, 0.9)
 """Of the proximal point method, tried one after the other."""
 MAX_PROXIMAL = 300
 FIRST_SWEEPS = 10
+STILL = 1e-9
+"""Sliding over what the static limit would move a channel by, up to which it is round-off."""
 
 
 @with_arrays
@@ -43,7 +47,7 @@ def solve_rubbing(c, stuck, x, kept):  # type: ignore[no-untyped-def]
     for _ in range(n + 1):
         if not _converge(c, holds, x, r, excess, status, kept):
             return NO_SOLUTION if code == NO_SOLUTION else UNENDED
-        if not _released(c, holds, status):
+        if not _released(c, holds, x, r, status):
             break
     for i in range(n):
         stuck[i] = status[i] != SLIDE
@@ -51,13 +55,20 @@ def solve_rubbing(c, stuck, x, kept):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def _released(c, holds, status):  # type: ignore[no-untyped-def]
-    """Channels that slid off their static limit lose it; True if there are any."""
+def _released(c, holds, x, r, status):  # type: ignore[no-untyped-def]
+    """Channels that slid off their static limit lose it; True if there are any.
+
+    One that is at its limit and does not move sticks: others that are rigidly linked with it hold it.
+    """
     found = False
     for i in range(holds.size):
         if status[i] == SLIDE and holds[i] and c.decay[i] == 0.0 and c.static[i] > c.kinetic[i]:
-            holds[i] = False
-            found = True
+            t = c.tangent[i]
+            if math.hypot(r[t], r[t + 1]) <= STILL * c.slack[i] * c.static[i] * x[i]:
+                status[i] = STICK
+            else:
+                holds[i] = False
+                found = True
     return found
 
 
