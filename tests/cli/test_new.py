@@ -205,6 +205,24 @@ def test_a_nastran_deck_without_sets_is_driven_where_its_spc_leaves_a_direction(
     assert {name: rows.size for name, rows in sets.items()} == {"SPC_1": 6, "SPC_1.123456": 3, "SPC_1.12456": 3}
 
 
+def test_a_question_tells_the_direction_of_the_shaker_where_no_contact_does(tmp_path):
+    """Two sheets in one plane, 1 mm apart: what shakes across z closes nothing."""
+    lines = ["*NODE"]
+    for first, x0 in ((1, 0.0), (101, 41.0)):
+        lines += [f"{first + i + 10 * j}, {x0 + 10.0 * i}, {10.0 * j}, 0." for j in range(2) for i in range(5)]
+    for first, name in ((1, "LEFT"), (101, "RIGHT")):
+        lines += [f"*ELEMENT, TYPE=S4, ELSET={name}"]
+        lines += [f"{n}, {n}, {n + 1}, {n + 11}, {n + 10}" for n in range(first, first + 4)]
+        lines += [f"*SHELL SECTION, ELSET={name}, MATERIAL=STEEL", "1."]
+    lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", "210000., .3", "*DENSITY", "7.85e-9"]
+    lines += ["*NSET, NSET=HELD", "1, 11, 105, 115", "*BOUNDARY", "HELD, 1, 6", ""]
+    (tmp_path / "sheets.inp").write_text("\n".join(lines))
+    found = propose(read_model(tmp_path / "sheets.inp"), 3.0, None, lambda *_: None)
+    assert found.drive is not None
+    assert not any(c.live for c in found.contacts)
+    assert found.drive.dof == "x"
+
+
 def test_a_nastran_deck_that_holds_all_is_shaken_by_its_spc(creak, tmp_path):
     deck = without_sets(strips()).replace("SPC1,1,12456,1", "SPC1,1,123456,1")
     told, study = new(creak, tmp_path, deck, name="strips.bdf")

@@ -205,8 +205,11 @@ def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive 
 
 
 def _shaken(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
-    """All that the deck holds, moved together along the axis nearest to the normal of the first contact, or z."""
-    axis = next((int(np.argmax(np.abs(c.toward))) for c in contacts if c.live), 2)
+    """All that the deck holds, moved together along the axis nearest to the normal of the first contact, or z.
+
+    Contacts that are asked about come after those that are there.
+    """
+    axis = next((int(np.argmax(np.abs(c.toward))) for c in contacts if not c.problem), 2)
     rows = np.flatnonzero(held[:, axis] & _with_elements(model) & ~_following(model))
     if not 0 < rows.size <= MOST_SHAKEN:
         return None
