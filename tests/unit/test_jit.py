@@ -66,3 +66,21 @@ def test_what_a_function_calls_and_takes_counts(folder, name, old, new, value):
     path.write_text(path.read_text().replace(old, new))
     assert told(folder) == (False, value, False)
     assert told(folder) == (True, value, True)
+
+
+OWN_TYPE = "from typing import NamedTuple\n\nclass Pair(NamedTuple):\n    a: float\n"
+
+
+def test_code_for_types_that_a_program_does_not_have_stops_nothing(folder):
+    """As what tests compile for a class of theirs: the next program cannot import it."""
+    (folder / "own" / "parts.py").write_text(FILES["parts.py"].replace("FACTOR * x", "FACTOR * x.a"))
+    run = RUN.replace("whole(3.0)", "whole(Pair(3.0))")
+    theirs, mine = "from others import Pair\n" + run, OWN_TYPE + run
+    (folder / "others.py").write_text(OWN_TYPE)
+    for code, known in ((theirs, "False"), (theirs, "True"), (mine, "False")):
+        if code is mine:
+            (folder / "others.py").unlink()
+        command = [sys.executable, "-B", "-c", code]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
+        assert done.stdout.split()[:2] == [known, "17.0"]
