@@ -101,7 +101,7 @@ class Bench:
                     expected="excitation.NAME.signal.KEY",
                     fix="Change the study before the bench is made.",
                 )
-        other = with_flight_steps(change_study(self.setup.study, changes))
+        other, _ = with_flight_steps(change_study(self.setup.study, changes))
         check_frequencies(self.setup.study.config.reduction, other.config.time, other.driving)
         setup = varied(self.setup, {name: getattr(other.config, name) for name in OF_LOADS})
         return replace(self, setup=replace(setup, study=replace(other, config=setup.study.config)))

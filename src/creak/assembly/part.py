@@ -28,11 +28,10 @@ from creak.model.constraints import Constraint, Equation
 from creak.model.dofs import PER_NODE, dof_label, node_dofs, nodes_of
 from creak.model.materials import (
     Discrete,
-    NodalMatrices,
-    PointMass,
     Section,
     Structural,
     has_dashpot,
+    has_mass,
     has_stiffness,
     rayleigh,
 )
@@ -75,7 +74,7 @@ def common_rayleigh(model: Model) -> Rayleigh:
         alpha, beta = rayleigh(section)
         if isinstance(section, Structural):
             structural[alpha, beta] += n
-        if _has_mass(section):
+        if has_mass(section):
             masses[alpha] += n
         if isinstance(section, Discrete) and has_stiffness(section):
             springs[beta] += n
@@ -83,10 +82,6 @@ def common_rayleigh(model: Model) -> Rayleigh:
         return Rayleigh(*structural.most_common(1)[0][0])
     alpha, beta = (of.most_common(1)[0][0] if of else 0.0 for of in (masses, springs))
     return Rayleigh(alpha, beta)
-
-
-def _has_mass(section: Section) -> bool:
-    return bool(section.mass.any()) if isinstance(section, NodalMatrices) else not isinstance(section, Discrete)
 
 
 def is_damped(model: Model) -> bool:
@@ -142,8 +137,8 @@ def _excess_damping(block: ElementBlock, common: Rayleigh, override: bool) -> tu
     if override:
         return 0.0, 0.0, dashpot
     alpha, beta = rayleigh(section)
-    limp = isinstance(section, PointMass) or (isinstance(section, Discrete) and not has_stiffness(section))
-    return alpha - common.alpha if _has_mass(section) else 0.0, 0.0 if limp else beta - common.beta, dashpot
+    alpha, beta = alpha - common.alpha, beta - common.beta
+    return alpha if has_mass(section) else 0.0, beta if has_stiffness(section) else 0.0, dashpot
 
 
 def damps_by_itself(model: Model, common: Rayleigh, override: bool) -> bool:

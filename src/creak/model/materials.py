@@ -386,8 +386,15 @@ def has_dashpot(section: Discrete) -> bool:
     return bool(section.damping.any())
 
 
-def has_stiffness(section: Discrete) -> bool:
+def has_stiffness(section: Section) -> bool:
     """Whether it resists displacement."""
     if isinstance(section, Spring | AxialSpring):
         return section.stiffness != 0.0
-    return bool(section.stiffness.any())
+    if isinstance(section, Bushing | NodalMatrices):
+        return bool(section.stiffness.any())
+    return not isinstance(section, PointMass)
+
+
+def has_mass(section: Section) -> bool:
+    """Whether it resists acceleration."""
+    return bool(section.mass.any()) if isinstance(section, NodalMatrices) else not isinstance(section, Discrete)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -11,11 +12,12 @@ from creak.arrays import FloatArray
 from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
 from creak.studies.file.case import Driving
-from creak.studies.file.config import TimeTable, VerificationTable
+from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import highest_frequency
+from creak.studies.warned import Warned
 
 WRITTEN_PER_PERIOD = 2.0
 """Instants written in a period of the verification's f_max."""
@@ -38,8 +40,9 @@ RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine"
 """Of [time] accuracy."""
 
 
-def with_flight_steps(study: Study) -> Study:
-    """The study with the steps that its accuracy asks for; one with a forced step is returned as it is.
+def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
+    """The study with the steps that its accuracy asks for, and warnings of what they do not follow; one with a forced
+    step is returned as it is.
 
     `[time] step` becomes the flight step, `substeps` its samples of the loads, `[output] interval` a number.
 
@@ -49,8 +52,9 @@ def with_flight_steps(study: Study) -> Study:
     """
     c = study.config
     if not c.time.exact:
-        return study
-    wanted, course = _resolved(study.driving, c.verification), study.course
+        return study, []
+    points, course = _wanted(study.driving), study.course
+    wanted = _resolved(study.driving, c.verification, points)
     interval = c.output.interval
     if interval is None:
         most = min(wanted, course.end / WRITTEN)
@@ -61,27 +65,27 @@ def with_flight_steps(study: Study) -> Study:
         "time": c.time.model_copy(update={"integrator": "exact", "step": step, "substeps": SAMPLES}),
         "output": c.output.model_copy(update={"interval": interval}),
     }
-    return replace(study, config=c.model_copy(update=tables))
+    return replace(study, config=c.model_copy(update=tables)), _unfollowed(study.driving, step, points)
 
 
-def unfollowed(driving: Driving, time: TimeTable) -> list[str]:
-    """Excitations that change faster than the flight steps of a run follow; those whose frequencies are known are told
-    by these."""
-    steps = _wanted(driving).items() if time.integrator == "exact" else ()
+def _unfollowed(driving: Driving, step: float, points: Mapping[str, float]) -> list[str]:
+    """Excitations that change faster than flight steps follow; those whose frequencies are known are told by these."""
     return [
-        f"[excitation.{name}] changes within {PER_LOBE * wanted:.2g} s, which flight steps of {time.step:.2g} s do not "
-        "follow: what this moves is not right; a higher [verification] f_max makes them shorter"
-        for name, wanted in steps
-        if FEWEST * time.step > PER_LOBE * wanted and not driving.excitations[name].signal.highest
+        Warned(
+            f"[excitation.{name}] changes within {PER_LOBE * wanted:.2g} s, which flight steps of {step:.2g} s do not "
+            "follow: what this moves is not right; a higher [verification] f_max makes them shorter"
+        )
+        for name, wanted in points.items()
+        if FEWEST * step > PER_LOBE * wanted and not driving.excitations[name].signal.highest
     ]
 
 
-def _resolved(driving: Driving, v: VerificationTable) -> float:
-    """s of a flight step that follows what is compared and the excitations: their highest frequency, their samples."""
+def _resolved(driving: Driving, v: VerificationTable, points: Mapping[str, float]) -> float:
+    """s of a flight step that follows what is compared and the excitations: their highest frequency, their `points`."""
     longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
     highest = highest_frequency(driving)
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
-    return max(min([longest, *steps, *_wanted(driving).values()]), longest / FASTEST)
+    return max(min([longest, *steps, *points.values()]), longest / FASTEST)
 
 
 def _wanted(driving: Driving) -> dict[str, float]:

@@ -253,7 +253,7 @@ def set_up_model(
     amounts = clearance_warnings(model, touching)
     contacts, notes = contact_channels(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
-    study = with_flight_steps(study)
+    study, unfollowed = with_flight_steps(study)
     c, course = study.config, study.course
     highest = highest_frequency(driving)
     check_frequencies(c.reduction, c.time, driving)
@@ -261,7 +261,7 @@ def set_up_model(
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
     loads = sample_loads(model, driving, time, store)
-    notes += [*designed, *banded, *amounts]
+    notes += [*designed, *banded, *unfollowed, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     plays = [*plays_of(touching), *clips]
     notes += [Warned(text) for p, where in plays for text in crossed(model, p, where)]

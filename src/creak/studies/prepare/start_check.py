@@ -26,7 +26,6 @@ from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.course import RecordTable, TableTable
-from creak.studies.prepare.flight_steps import unfollowed
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
@@ -85,7 +84,7 @@ def drive_warnings(
     """
     texts = [*_idle(driving, loads), *_stuck(model, driving, loads, driven)]
     texts += _driven_contact(model, driven, contacts)
-    texts += [*_coarse(time, highest), *unfollowed(driving, time), *_damped(modal, rayleigh, highest)]
+    texts += [*_coarse(time, highest), *_damped(modal, rayleigh, highest)]
     return [Warned(text) for text in texts]
 
 

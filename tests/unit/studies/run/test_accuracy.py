@@ -81,7 +81,7 @@ def test_accuracy_and_a_forced_step_exclude_each_other(tmp_path, lines):
 
 
 def test_steps_follow_the_excitation_and_divide_its_period(tmp_path):
-    c = with_flight_steps(study(tmp_path)).config
+    c = with_flight_steps(study(tmp_path))[0].config
     signal = c.excitation["root"].signal
     assert c.time.step <= 0.1 / signal.f_max
     assert signal.period / c.output.interval == pytest.approx(round(signal.period / c.output.interval))
@@ -89,19 +89,19 @@ def test_steps_follow_the_excitation_and_divide_its_period(tmp_path):
 
 
 def test_an_interval_that_is_given_stays(tmp_path):
-    c = with_flight_steps(study(tmp_path, FREE + "\n[output]\ninterval = 2e-3\n")).config
+    c = with_flight_steps(study(tmp_path, FREE + "\n[output]\ninterval = 2e-3\n"))[0].config
     assert c.output.interval == 2e-3
     assert 2e-3 / c.time.step == pytest.approx(round(2e-3 / c.time.step))
 
 
 def test_steps_stay_where_they_are_forced(tmp_path):
     forced = study(tmp_path, STUDY)
-    assert with_flight_steps(forced) is forced
+    assert with_flight_steps(forced)[0] is forced
 
 
 def test_looking_twice_changes_nothing(tmp_path):
-    once = with_flight_steps(study(tmp_path))
-    assert with_flight_steps(once).config == once.config
+    once, _ = with_flight_steps(study(tmp_path))
+    assert with_flight_steps(once)[0].config == once.config
 
 
 # --- error bars and verdict -----------------------------------------------------------------------------------------

@@ -17,10 +17,8 @@ from creak.model.materials import (
     AnyMaterial,
     GeneralShell,
     Material,
-    NodalMatrices,
-    PointMass,
     SheetMaterial,
-    Structural,
+    has_mass,
     has_stiffness,
     rayleigh,
 )
@@ -61,9 +59,9 @@ def damping_of(model: Model) -> Damping:
     alphas, betas = set[float](), set[float]()
     for section in (b.section for b in model.blocks):
         alpha, beta = rayleigh(section)
-        if isinstance(section, Structural | PointMass) or (isinstance(section, NodalMatrices) and section.mass.any()):
+        if has_mass(section):
             alphas.add(alpha)
-        if isinstance(section, Structural) or (not isinstance(section, PointMass) and has_stiffness(section)):
+        if has_stiffness(section):
             betas.add(beta)
         if isinstance(section, GeneralShell):
             alphas |= {p.material.alpha for p in section.plies}
