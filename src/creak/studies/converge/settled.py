@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
-from creak.studies.converge.settling import BASE, ENOUGH, MORE_MODES, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import ENOUGH, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
-from creak.studies.converge.words import REMEDIES
+from creak.studies.converge.words import remedy_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES
@@ -89,14 +89,14 @@ def _with_friction(verdict: Verdict, c: Convergence) -> Verdict:
     said = [rub_words(r) for r in found]
     said += [f"{rub_words(r)}: use their rate, share and energy" for r in parted]
     causes = [cause for r in found for cause in r.causes]
-    return Verdict(word, tuple(dict.fromkeys((*verdict.reasons, *said, *_remedy(causes)))))
+    return Verdict(word, tuple(dict.fromkeys((*verdict.reasons, *said, *_remedy(causes, c)))))
 
 
-def _remedy(causes: list[str]) -> list[str]:
+def _remedy(causes: list[str], c: Convergence) -> list[str]:
     """What moves most, and what it takes."""
     if not causes:
         return []
-    what, remedy = REMEDIES[max(dict.fromkeys(causes), key=causes.count)]
+    what, remedy = remedy_of(max(dict.fromkeys(causes), key=causes.count), c)
     return [f"most of it comes from {what}: it takes {remedy}"]
 
 
@@ -126,9 +126,7 @@ def _unproven(c: Convergence) -> str:
 
     Empty: it was, it has no events, or it has all modes that there are, and is the unreduced model.
     """
-    more = c.outcomes.get(MORE_MODES)
-    complete = more is not None and more.modes == c.outcomes[BASE].modes
-    if c.structure is None or c.structure.looked or not c.events or complete:
+    if c.structure is None or c.structure.looked or not c.events or c.complete:
         return ""
     return f"not one event was held against the unreduced model: {c.structure.why_not}"
 
@@ -223,7 +221,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     ]
     causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
     causes += [t.worst for t in whole if t.worst]
-    return (*said, *_remedy(causes))
+    return (*said, *_remedy(causes, c))
 
 
 def _open(e: EventSettling) -> str:

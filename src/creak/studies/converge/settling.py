@@ -296,6 +296,12 @@ class Convergence:
     """Friction and lasting contact of all its places, as they are ranked, then of what rests."""
 
     @property
+    def complete(self) -> bool:
+        """Has the base run all modes that there are? It is the unreduced model then."""
+        more = self.outcomes.get(MORE_MODES)
+        return more is not None and more.modes == self.outcomes[BASE].modes
+
+    @property
     def finest(self) -> str:
         """The run that is finest in time."""
         return FINER if self.exact else QUARTER

@@ -29,20 +29,30 @@ WORDS = {
     "closing_speed": "closing speed",
 }
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
+MORE = "a higher [reduction] f_max"
 STIFFNESS = ("the contact stiffness", "the contact stiffness that the material has")
 REMEDIES = {
     "step": ("the forced step", "a shorter [time] step, or none, so that creak chooses"),
     "stiffness": ("the contact stiffness", "a stiffer contact with a step that resolves it"),
-    "modes": ("the modes that the reduction kept", "a higher [reduction] f_max"),
+    "modes": ("the modes that the reduction kept", MORE),
     "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
     "softer": STIFFNESS,
     "stiffer": STIFFNESS,
     BAND: ("where the band of sound ends", "more modes, or a finer mesh, whichever ends it"),
-    WAYS: ("where the modes hand over to the unreduced model", "a higher [reduction] f_max"),
+    WAYS: ("where the modes hand over to the unreduced model", MORE),
     SCATTER: ("the statistical energy of plates beyond what is computed", "a finer mesh and more modes"),
-    UNREDUCED: ("what the reduction leaves out of the unreduced model", "a higher [reduction] f_max"),
+    UNREDUCED: ("what the reduction leaves out of the unreduced model", MORE),
 }
 """Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""
+
+
+def remedy_of(family: str, c: Convergence) -> tuple[str, str]:
+    """What the answer hangs on, and what it takes. With all modes that there are, both runs are of the unreduced model
+    and differ by how they are integrated."""
+    if c.complete and family == UNREDUCED:
+        return REMEDIES["tolerance"]
+    what, takes = REMEDIES[family]
+    return what, REMEDIES["tolerance"][1] if c.complete and takes == MORE else takes
 
 
 def findings(c: Convergence) -> list[str]:
@@ -83,11 +93,11 @@ def _family_words(c: Convergence) -> list[str]:
         if any(m is None for m in median.values()):
             continue
         words = " and ".join(f"{100 * m:.2g} % in {WORDS[name]}" for name, m in median.items() if m is not None)
-        said.append(f"from {a} to {b} the events' median change is {words}{_advice(family, **median)}")
+        said.append(f"from {a} to {b} the events' median change is {words}{_advice(c, family, **median)}")
     return said
 
 
-def _advice(family: str, force: float | None, impulse: float | None) -> str:
+def _advice(c: Convergence, family: str, force: float | None, impulse: float | None) -> str:
     """What a family that moves the events asks for."""
     if max(force or 0.0, impulse or 0.0) <= SETTLED:
         return ""
@@ -96,7 +106,7 @@ def _advice(family: str, force: float | None, impulse: float | None) -> str:
             ": the blow itself has settled, the share of the hardest channel has not (the stiffer, the fewer "
             "channels carry it)"
         )
-    return f": it takes {REMEDIES[family][1]}"
+    return f": it takes {remedy_of(family, c)[1]}"
 
 
 def _median(c: Convergence, name: str, family: str) -> float | None:

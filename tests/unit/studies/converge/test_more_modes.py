@@ -5,7 +5,8 @@ from __future__ import annotations
 import pytest
 
 from creak.api.study import run
-from creak.studies.converge.settling import BASE, MORE_MODES
+from creak.studies.converge.settling import BASE, MORE_MODES, UNREDUCED
+from creak.studies.converge.words import REMEDIES, remedy_of
 from helpers_bar import FIRST, LENGTH, WAVE, bar
 
 NO_SPOTS = '\n[reference]\nrun = "none"'
@@ -33,6 +34,7 @@ def test_a_stiff_bar_whose_first_mode_lies_far_above_f_max_has_not_settled(tmp_p
     word, why = verdict(found)
     assert word == "unsettled"
     assert "the reduction" in why
+    assert "f_max" in remedy_of(UNREDUCED, found.convergence)[1]
 
 
 @pytest.mark.parametrize("step", ["", "step = 1e-7\n"])
@@ -52,6 +54,7 @@ def test_a_complete_part_leaves_nothing_out(tmp_path, step):
     assert all(f.changes["modes"] == 0.0 for e in c.events for f in e.figures.values())
     assert any("every part is complete" in text for text in found.summary["convergence"]["findings"])
     assert not c.unlooked
+    assert not any("f_max" in remedy_of(family, c)[1] for family in REMEDIES)
 
 
 def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
