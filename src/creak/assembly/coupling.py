@@ -15,7 +15,7 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
 from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
+from creak.assembly.system import Stats, Supports, System, dense_if_full, rows_with_entries, to_dense
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.scratch import SPARE, rows_of
@@ -160,14 +160,14 @@ class _Stacked:
         every = np.concatenate([systems[k].labels for k in order])
         self.labels, first, count = np.unique(every, return_index=True, return_counts=True)
         self._owner = np.repeat(order, [systems[k].labels.size for k in order])[first]
-        self._shared = self.labels[count > 1]
+        shared = self.labels[count > 1]
+        self._offered = [_with_motion(s, np.intersect1d(shared, s.joins)) for s in systems]
         self._prefer_joined()
 
     def _prefer_joined(self) -> None:
         """A shared dof belongs to the first System that offers it, if any does."""
         for k in sorted(range(len(self.systems)), key=lambda k: self.systems[k].interface is not None, reverse=True):
-            offered = np.intersect1d(self._shared, self.systems[k].joins)
-            self._owner[np.searchsorted(self.labels, offered)] = k
+            self._owner[np.searchsorted(self.labels, self._offered[k])] = k
 
     def owner(self, labels: IntArray) -> IntArray:
         """The System that each label's motion is taken from, -1 for unknown labels."""
@@ -202,7 +202,7 @@ class _Stacked:
         """
         pieces = [sp.csr_matrix((0, sum(s.n for s in self.systems)))]
         for k, system in enumerate(self.systems):
-            labels = np.intersect1d(self._shared, system.joins)
+            labels = self._offered[k]
             labels = labels[self.owner(labels) != k]
             if labels.size:
                 shells = np.array([s.of_shells for s in self.systems])[self.owner(labels)] & system.of_shells
@@ -226,6 +226,12 @@ class _Stacked:
                 u[mine] = system.recover(q_all[start : start + system.n], at=own)
             start += system.n
         return u
+
+
+def _with_motion(system: System, labels: IntArray) -> IntArray:
+    """Those of the labels at which the System moves: what has no stiffness of its own, as the rotations of solids, is
+    no coordinate of it and holds no other System."""
+    return labels[rows_with_entries(system.rows(labels)[0])] if labels.size else labels
 
 
 def _known_to(system: System, labels: IntArray) -> IntArray:

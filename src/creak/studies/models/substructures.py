@@ -61,6 +61,7 @@ class _Retained:
     """Physical dofs that stay or may stay, of all parts."""
 
     must: IntArray
+    """All six of a node that parts share: they are joined at what both retain."""
     contact: IntArray
     """Translations at channels and watched nodes."""
     shared: IntArray
@@ -81,17 +82,19 @@ def partition(
     table, places = reduction.table, reduction.driving.places
     pieces = _cut(structure.model, table, gaps, places)
     last = len(table.substructures) + 1
+    must, shared = required_labels(structure, reduction, exterior, pieces.model), shared_nodes(pieces.model)
+    whole = node_dofs(np.intersect1d(nodes_of(must), shared))  # of which the interface has nothing
     retained = _Retained(
-        required_labels(structure, reduction, exterior, pieces.model),
+        np.union1d(must, whole),
         _contact_labels(exterior.watch.nodes, gaps),
-        shared_nodes(pieces.model),
+        shared,
         _outside(structure, exterior, pieces.model),
     )
     _check_interface(table.interface, retained, places)
     out = []
     for k, group in enumerate(pieces.group):
         part, marks = _full_part(structure, reference, pieces, k)
-        if group == last:
+        if group == last or not part.n:  # nothing is left of a part that was cut out as a whole
             every = np.arange(part.n, dtype=np.int64)
             out.append(Substructure(part, every, None, every[:0], True))
         else:
