@@ -9,6 +9,7 @@ from creak.studies.converge.rubbing import settled_rubs
 from creak.studies.converge.settling import (
     BAND,
     BASE,
+    CHANCE,
     ENOUGH,
     FINER,
     GOES_ON,
@@ -27,10 +28,16 @@ from creak.studies.converge.settling import (
 from creak.verify.events import Event, events_in
 from creak.verify.figures import FIGURES, OF_PLACE, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import MANY, compare_statistics
+from creak.verify.statistics import MANY, chance, compare_statistics
 from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
+WHOLE_RUN: dict[str, Callable[[Outcome], float]] = {
+    "events": lambda o: float(len(o.events)),
+    "impulse": lambda o: o.impulse,
+    "force": lambda o: o.force,
+}
+"""Figures of a whole run."""
 
 
 def assess(
@@ -61,6 +68,7 @@ def assess(
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
+    by_chance = {"impulse": {CHANCE: chance([e.impulse for e in outcomes[BASE].events])}} if chaotic else {}
     if structure is not None and structure.counts:
         events = tuple(_beside(e, structure) for e in events)
     new = {name: len(match.extra) for name, match in matches.items()}
@@ -72,7 +80,7 @@ def assess(
         window,
         events,
         new,
-        _totals(outcomes, families, told, of_all),
+        _totals(outcomes, families, told, {name: of_all.get(name, {}) | by_chance.get(name, {}) for name in WHOLE_RUN}),
         samples,
         FINER in outcomes,
         chaotic,
@@ -164,18 +172,13 @@ def _totals(
 ) -> dict[str, Settling]:
     """Figures of the whole run, of the runs that reached its end."""
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
-    columns: dict[str, Callable[[Outcome], float]] = {
-        "events": lambda o: float(len(o.events)),
-        "impulse": lambda o: o.impulse,
-        "force": lambda o: o.force,
-    }
     short = ", ".join(name for name, o in outcomes.items() if name not in whole and o.repeat.judged)
     problem = f"{short} stopped early" if short else ""
     return {
         key: _settling(
             key, {name: of(o) for name, o in whole.items()}, families, told, SETTLED, problem, of_all.get(key)
         )
-        for key, of in columns.items()
+        for key, of in WHOLE_RUN.items()
     }
 
 

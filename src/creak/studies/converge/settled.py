@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
-from creak.studies.converge.settling import ENOUGH, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import CHANCE, ENOUGH, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import remedy_of
 from creak.studies.run.job import StudyResult
@@ -146,7 +146,8 @@ def _of_repeats(c: Convergence) -> Verdict:
         return Verdict(
             STATISTICS,
             (
-                "single events differ from run to run, their rate, forces and impulses do not: use those",
+                "single events differ from run to run, their rate and the distributions of their forces and impulses "
+                "do not: use those",
                 _rate(c),
                 *reasons,
             ),
@@ -214,7 +215,8 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
     if new:
         said.append(f"up to {new} events come and go from run to run")
     said += [
-        f"the {t.name} of the whole run changes by up to {100.0 * t.settled_to:.2g} %"
+        f"the {t.name} of the whole run {'may be off' if CHANCE in t.beside else 'changes'} by up to "
+        f"{100.0 * t.settled_to:.2g} %"
         if np.isfinite(t.settled_to)
         else f"the {t.name} of the whole run is not known in all runs{f': {t.problem}' if t.problem else ''}"
         for t in whole

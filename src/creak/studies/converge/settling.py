@@ -39,9 +39,9 @@ LAST_TWO = {
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
 IN_TIME = ("tolerance", "step")
 """Families that change the resolution in time alone."""
-UNREDUCED, BAND, WAYS, SCATTER = "unreduced", "band", "ways", "scatter"
-"""Sources of a change beside the families: the unreduced model; of loudness, where the band ends, where the modes hand
-over to the unreduced model, and the scatter of its statistical part."""
+UNREDUCED, CHANCE, BAND, WAYS, SCATTER = "unreduced", "chance", "band", "ways", "scatter"
+"""Sources of a change beside the families: the unreduced model; of sums over a chaotic run, chance; of loudness, where
+the band ends, where the modes hand over to the unreduced model, and the scatter of its statistical part."""
 REST = {"modes": 2.0}
 """Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
 the power 1.7 or faster. Found by coverage (docs/trust.md)."""
@@ -150,7 +150,7 @@ class Settling:
     told: tuple[str, ...] = ()
     """Families that decide nothing."""
     beside: dict[str, float] = field(default_factory=dict)
-    """What else changes it, as `changes`, sizes: `UNREDUCED`, `BAND`, where they were looked at."""
+    """What else changes it, as `changes`, sizes: `UNREDUCED`, `CHANCE`, `BAND`, where they were looked at."""
     floor: float = 0.0
     """What changes are shares of at least."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from creak.studies.converge.rubbing import rub_words, rubs_as_dict
 from creak.studies.converge.settling import (
     BAND,
+    CHANCE,
     GOES_ON,
     SCATTER,
     SETTLED,
@@ -42,6 +43,7 @@ REMEDIES = {
     WAYS: ("where the modes hand over to the unreduced model", MORE),
     SCATTER: ("the statistical energy of plates beyond what is computed", "a finer mesh and more modes"),
     UNREDUCED: ("what the reduction leaves out of the unreduced model", MORE),
+    CHANCE: ("chance, as the motion is chaotic", "a longer run"),
 }
 """Family of repeated runs -> what the answer hangs on where it has not settled, and what it takes."""
 
@@ -121,6 +123,7 @@ def _total_words(t: Settling) -> str:
         return f"whole run, {what}: not settled ({t.problem})"
     verdict = "settled" if t.settled else "not settled"
     changes = ", ".join(f"{100 * x:+.2g} % by the {family}" for family, x in t.changes.items())
+    changes += f", {100 * t.beside[CHANCE]:.2g} % by chance" if CHANCE in t.beside else ""
     return f"whole run, {what}: {verdict} ({changes})"
 
 

@@ -12,9 +12,9 @@ from creak.dynamics.loads import Loads
 from creak.reduction.diagonal import diagonalise
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
-from creak.studies.converge.settling import BASE, FINER, Outcome, Repeat
+from creak.studies.converge.settling import BASE, CHANCE, FINER, Outcome, Repeat
 from creak.verify.events import find_events
-from creak.verify.statistics import rate_interval
+from creak.verify.statistics import chance, rate_interval
 from helpers_core import channels, system_of
 
 G, FREQUENCY, STEP = 9810.0, 60.0, 2e-3
@@ -39,9 +39,12 @@ def test_a_ball_on_a_shaken_table(shake, loss, begin, word):
     """Much loss: once in its orbit, the same two hits in each period, whatever the resolution. Little: no two resolutions
     agree for long."""
     runs = {o.repeat.name: o for o in (bounce(shake, loss, 2.0, by) for by in (1.0, 2.0))}
-    verdict = _of_convergence(assess(runs, "reduced", (begin, 2.0), 0.002))
+    convergence = assess(runs, "reduced", (begin, 2.0), 0.002)
+    verdict, impulse = _of_convergence(convergence), convergence.totals["impulse"]
     assert verdict.word == word
+    assert (CHANCE in impulse.sources) == (word == STATISTICS)
     if word == STATISTICS:
+        assert impulse.settled_to > 1.96 / np.sqrt(len(runs[BASE].events))
         rate = len(runs[BASE].events) / 2.0
         assert f"{rate:.3g} events per second (95 % confidence:" in verdict.reasons[1]
     else:
@@ -52,3 +55,11 @@ def test_confidence_of_a_rate():
     """Garwood's table: 10 events give 4.795 to 18.39, none 0 to 3.689."""
     assert rate_interval(10, 2.0) == pytest.approx((4.795 / 2.0, 18.39 / 2.0), rel=1e-3)
     assert rate_interval(0, 1.0) == pytest.approx((0.0, 3.689), rel=1e-3)
+
+
+def test_a_sum_of_events_by_chance():
+    """Of 400 compound Poisson sums of 40 exponential impulses in the mean, 95 % lie as near to the mean as is told."""
+    rng = np.random.default_rng(5)
+    runs = [rng.exponential(1.0, rng.poisson(40)) for _ in range(400)]
+    assert np.mean([abs(x.sum() - 40.0) <= 40.0 * chance(x) for x in runs]) == pytest.approx(0.95, abs=0.03)
+    assert chance([2.0] * 16) == pytest.approx(1.96 / 4.0)
