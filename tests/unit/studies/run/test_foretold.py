@@ -27,10 +27,11 @@ def test_share_of_time_and_channels_that_are_closed():
 
 
 def test_steps_near_contact_are_what_costs(monkeypatch):
-    """Twice the time closed costs twice as much; a free run takes its flights alone, and its step is a timed one."""
+    """Twice the time closed costs four times as much; a free run takes its flights alone, and its step is a timed one.
+    Few channels press at once, however many are closed without contact."""
     n = 40
     system = diagonalise(system_of(np.eye(n), np.diag(np.linspace(1e3, 1e6, n)), velocity=np.zeros(n)))
-    gaps = channels(np.eye(1, n), 1e-3, 1e9)
+    gaps = channels(np.eye(10, n), 1e-3, 1e9)
     time_axis = np.linspace(0.0, 0.3, 301)
     loads = Loads(time_axis, np.zeros((3, 301, 0)), np.zeros((301, 1)), (np.array([0]),))
     assert run_s(system, gaps, loads, SETTLED, np.array([1.0, 1.0])) > 0.0
@@ -40,9 +41,10 @@ def test_steps_near_contact_are_what_costs(monkeypatch):
     shares = (1.0, 0.5, 0.0)
     always, half, never = (run_s(system, gaps, loads, SETTLED, np.array([share, 1.0])) for share in shares)
     assert levels > 5
-    np.testing.assert_allclose([always, half], [1e-6 * n * n_flight * (1 + share * 2**levels) for share in shares[:2]])
+    np.testing.assert_allclose([always, half], [1e-6 * n * n_flight * (1 + s * s * 2**levels) for s in shares[:2]])
     assert never == pytest.approx(always / (1 + 2**levels))
     assert run_s(system, gaps, loads, SETTLED, np.array([1.0, 3.0])) == pytest.approx(3.0 * always)
+    assert run_s(system, gaps, loads, SETTLED, np.array([1.0, 9.0])) == pytest.approx(4.0 * always)
 
 
 @pytest.mark.parametrize("repeated", [True, False])
