@@ -147,7 +147,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
         if c.background is None or not c.background.linear:
             return ear
-        road = road_levels(run.system, setup.marching.loads, ear, result.window)
+        road = road_levels(run.system, setup.marching.loads, ear, result.window, setup.marching.course.repeats)
         return replace(ear, background=sum_of_levels(background, road), road=a_weighted_sum(road))
 
     both = [[ear_of(one) for one in listener.ears] for listener in listeners]
