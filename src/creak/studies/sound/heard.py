@@ -351,7 +351,7 @@ def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, p
     for ear in ears:
         if ear.listener.transfers:
             names = [part.name for part in parts]
-            said.append(words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high)))
+            said += words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high))
         if ear.listener.side:
             own = f"as {ear.listener.hrtf} has them," if ear.listener.hrtf else "a rigid sphere"
             said.append(
