@@ -161,3 +161,40 @@ def test_what_hit_harder_before_is_told(places, events, told):
     said["runs"]["reduced"]["events"] = events
     lines = " ".join(" ".join(answer_lines(said)).split())
     assert (told in lines) if told else "before that" not in lines
+
+
+def eline(name, risk=False, squeak="no", of="contact"):
+    figures = {"risk": risk, "squeak": squeak}
+    return {"name": name, "linear": None, "contact": None, of: figures}
+
+
+@pytest.mark.parametrize(
+    ("failed", "lines", "verdict", "light", "told"),
+    [
+        ([], [], "settled", GREEN, "Nothing rattles or squeaks in 1.00 s"),
+        ([], [eline("a"), eline("b", of="linear")], "settled", GREEN, "Nothing rattles or squeaks in 1.00 s"),
+        (["in_plane"], [], "settled", RED, "The run is quiet in 1.00 s, but limit in_plane fails"),
+        (
+            ["tolerance", "in_plane"],
+            [eline("pts", True, "yes"), eline("file", True, "yes"), eline("c", True, "possible")],
+            "settled",
+            RED,
+            "The run is quiet in 1.00 s, but limits tolerance and in_plane fail and tolerances let E-lines pts and file "
+            "squeak",
+        ),
+        ([], [eline("c", True, None, "linear")], "settled", AMBER, "but tolerances let E-line c touch"),
+        ([], [eline(n, True, "yes") for n in "abcde"], "settled", AMBER, "E-lines a, b, c and 2 more squeak"),
+        ([], [], "unreliable", RED, "The run is quiet in 1.00 s, but it cannot be relied on"),
+    ],
+)
+def test_a_quiet_run_with_something_wrong_says_what(failed, lines, verdict, light, told):
+    """Nothing rattles in the run: that is no headline under a red light, nor where tolerances let a line squeak."""
+    limits = [{**limit([("pts", 1.1)]), "limit": name} for name in failed]
+    found = answer({**summary(verdict=verdict, limits=limits), "elines": {"lines": lines}})
+    assert found.light == light
+    assert told in found.headline
+    assert ("Nothing" in found.headline) == (light == GREEN)
+    assert found.light != AMBER or found.why in found.headline
+    held = {**limit(), "limit": "force"}
+    with_held = answer({**summary(verdict=verdict, limits=[*limits, held]), "elines": {"lines": lines}})
+    assert (with_held.light, with_held.headline) == (found.light, found.headline)

@@ -12,9 +12,11 @@ from typing import Any
 from creak.errors import shortened
 from creak.report.words.text import number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
+from creak.studies.findings.elines import YES
 from creak.studies.findings.limits import limit_words
 from creak.verify.reliability import UNRELIABLE
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
+from creak.words import first_few, listed
 
 GREEN, AMBER, RED = "green", "amber", "red"
 FAINT, LOUD = 0.1, 4.0
@@ -192,7 +194,10 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     if summary["unanswered"]:
         return f"No answer: {summary['unanswered'].partition(':')[0]}"
     if not places:
-        return f"Nothing rattles or squeaks in {number(seconds, 3)} s" + (f"; {before}" if before else "")
+        but = _though_quiet(summary)
+        still = f"The run is quiet in {number(seconds, 3)} s, but {listed(but)}" if but else ""
+        still = still or f"Nothing rattles or squeaks in {number(seconds, 3)} s"
+        return still + (f"; {before}" if before else "")
     worst = _worst(places)
     assert worst is not None
     kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
@@ -200,6 +205,34 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
     return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}: {how}"
+
+
+def _though_quiet(summary: Mapping[str, Any]) -> list[str]:
+    """What is wrong with a run in which nothing rattles or squeaks."""
+    failed = [one["limit"] for one in summary["limits"] or [] if one["failed"]]
+    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    said = [f"{'limit' if len(failed) == 1 else 'limits'} {listed(failed)} {_verb('fail', failed)}"] if failed else []
+    said += [text] if (text := _let_by_tolerances(summary)) else []
+    return said + (["it cannot be relied on"] if run.get("verdict") == UNRELIABLE else [])
+
+
+def _let_by_tolerances(summary: Mapping[str, Any]) -> str:
+    """What tolerances let E-lines do that the run itself did not; empty: nothing."""
+    lines = (summary.get("elines") or {"lines": ()})["lines"]
+    told = {line["name"]: figures for line in lines if (figures := line["contact"] or line["linear"])}
+    for does, names in (
+        ("squeak", [name for name, f in told.items() if f["squeak"] == YES]),
+        ("touch", [name for name, f in told.items() if f["risk"]]),
+    ):
+        if names:
+            word = "E-line" if len(names) == 1 else "E-lines"
+            which = listed(names) if len(names) <= SHOWN else first_few(names, len(names), SHOWN)
+            return f"tolerances let {word} {which} {does}"
+    return ""
+
+
+def _verb(verb: str, of: Sequence[str]) -> str:
+    return f"{verb}s" if len(of) == 1 else verb
 
 
 def _joined(kinds: Sequence[str], count: int) -> str:
@@ -215,6 +248,8 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     for wrong, light in (("failed", RED), ("missing", AMBER)):
         if text := next((text for text, one in zip(said, limits, strict=True) if one[wrong]), ""):
             return light, text
+    if not places and (told := _let_by_tolerances(summary)):
+        return AMBER, told
     if limits:
         return good, "; ".join(said)
     if not places:

@@ -84,7 +84,7 @@ class LimitTable(Table):
     """Percentile of the peaks that is given beside the largest, %."""
     n5: LoudnessText | None = None
     """Loudness exceeded in 5 % of the verification window by the contact of any place alone, as "2 sone"; beside a
-    [background] the loudness that it adds to it."""
+    [background] the loudness that it adds to it. This and the other limits of sound hold at every listener."""
     n_max: LoudnessText | None = None
     """The same of the largest loudness."""
     n10: LoudnessText | None = None

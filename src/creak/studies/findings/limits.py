@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from creak.model.units import UNITS
@@ -18,14 +18,17 @@ OF_PLACES = {
     **{"roughness": "asper", "prominence": "", "impulse_adjustment": "dB", "force": "N"},
 }
 """Limit of each place -> unit."""
+Named = Mapping[str, str]
+"""What exceeds a limit, as `failed` names it."""
 ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
 """What counts beside a background."""
 
 
 def judged(limit: LimitTable, summary: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Each limit that the study sets: `limit`, `allowed` (number in `unit`), `failed` ({name, value} of places or lines
-    of the main run that exceed it, worst first), `missing` (why it was not looked at; null: it was); of tolerances
-    from a table `table`, its name, and the largest is `allowed`."""
+    of the main run that exceed it, worst first; of sound at every listener, with its name as `listener` where there
+    are several), `missing` (why it was not looked at; null: it was); of tolerances from a table `table`, its name, and
+    the largest is `allowed`."""
     return [*_of_places(limit, summary), *_of_octaves(limit, summary), *_of_lines(limit, summary)]
 
 
@@ -39,35 +42,50 @@ def limit_words(limits: list[dict[str, Any]]) -> list[str]:
             said.append(f"{what} was not looked at: {one['missing']}")
         elif one["failed"]:
             margin = "margin " if one["limit"] == "tolerance" else ""
-            each = ", ".join(f"{f['name']} ({margin}{_shown(f['value'], one['unit'])})" for f in one["failed"])
+            each = ", ".join(f"{f['name']} ({margin}{_shown(f, one['unit'])})" for f in one["failed"])
             said.append(f"{what} fails at {each}")
         else:
             said.append(f"{what} holds everywhere")
     return said
 
 
-def _shown(value: float | None, unit: str) -> str:
-    return "beyond ISO 532-1" if value is None else f"{value:.3g} {unit}".rstrip()
+def _shown(failed: Mapping[str, Any], unit: str) -> str:
+    value = "beyond ISO 532-1" if failed["value"] is None else f"{failed['value']:.3g} {unit}".rstrip()
+    return f"{value} to {failed['listener']}" if "listener" in failed else value
+
+
+def _heard(sound: Mapping[str, Any] | None) -> tuple[list[tuple[Named, Mapping[str, Any]]], str | None]:
+    """Each place as each listener hears it, by its name in `failed`; why there are none."""
+    if sound is None or sound.get("missing"):
+        return [], "the run was not heard" if sound is None else sound["missing"]
+    listeners = sound["listeners"]
+    several = len(listeners) > 1
+    return [
+        ({"name": p["name"]} | ({"listener": x["listener"]} if several else {}), p)
+        for x in listeners
+        for p in x["places"]
+    ], None
 
 
 def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     runs, sound = summary["runs"], summary["sound"]
     places = (runs.get("reduced") or runs.get("reference") or {"places": []})["places"]
+    heard, unheard = _heard(sound)
     for name, unit in OF_PLACES.items():
         text = getattr(limit, name)
         if text is None:
             continue
-        key, why = name, None
-        if name != "force":
-            why = "the run was not heard" if sound is None else sound.get("missing")
-            if sound is not None and sound.get("beside_background") and name in ADDED:
-                key = ADDED[name]
+        key, why, every = name, unheard, heard
+        if name == "force":
+            why, every = None, [({"name": p["name"]}, p) for p in places]
+        elif sound is not None and sound.get("beside_background") and name in ADDED:
+            key = ADDED[name]
         allowed = in_base(text) if isinstance(text, str) else float(text)
         over, unknown = [], ""
-        for p in [] if why else places:
+        for named, p in every:
             reason = p["figures_missing"].get(name) if name in FIGURES and p[key] is None else None
             if reason is None or reason == BEYOND:
-                over += [(p["name"], p[key])] if p[key] is None or p[key] > allowed else []
+                over += [(named, p[key])] if p[key] is None or p[key] > allowed else []
             elif reason not in NOTHING_THERE:
                 unknown = unknown or f"{p['name']} has none, {reason}"
         yield _judged(name, allowed, unit, over, why or (None if over or not unknown else unknown))
@@ -76,15 +94,15 @@ def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[s
 def _of_octaves(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """Those that the run's band does not hold are not looked at."""
     sound = summary["sound"]
-    why = "the run was not heard" if sound is None else sound.get("missing")
+    heard, why = _heard(sound)
     for name, text in limit.third_octaves.items():
         band, allowed = NAMES.index(name), in_base(text)
         over, unheard = [], why
         if not why and LOWER_EDGES[band] >= sound["band"]["high"]:
             unheard = f"the band of the run ends at {sound['band']['high']:.0f} Hz"
         elif not why:
-            every = ((p["name"], p["third_octaves"][band]) for p in sound["listeners"][0]["places"])
-            over = [(place, level) for place, level in every if level > allowed]
+            every = ((named, p["third_octaves"][band]) for named, p in heard)
+            over = [(named, level) for named, level in every if level > allowed]
         yield _judged(f"third_octaves.{name}", allowed, "dB", over, unheard)
 
 
@@ -104,14 +122,14 @@ def _of_lines(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[st
             if figures is None or (name == "in_plane" and line["material"] is not None):
                 continue
             if figures["risk"] if name == "tolerance" else figures[key] > allowed:
-                over.append((line["name"], figures[key]))
+                over.append(({"name": line["name"]}, figures[key]))
         found = _judged(name, allowed, length, over, None if lines else "there is no E-line")
         yield found if table is None else found | {"table": table.file}
 
 
 def _judged(
-    name: str, allowed: float, unit: str, over: list[tuple[str, float | None]], missing: str | None
+    name: str, allowed: float, unit: str, over: Sequence[tuple[Named, float | None]], missing: str | None
 ) -> dict[str, Any]:
     worst = sorted(over, key=lambda f: -float("inf") if f[1] is None else f[1] if name == "tolerance" else -f[1])
-    failed = [{"name": text, "value": value} for text, value in worst]
+    failed = [{**named, "value": value} for named, value in worst]
     return {"limit": name, "allowed": allowed, "unit": unit, "failed": failed, "missing": missing}

@@ -147,7 +147,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
         if c.background is None or not c.background.linear:
             return ear
-        road = road_levels(run.system, setup.marching.loads, ear, result.window)
+        road = road_levels(run.system, setup.marching.loads, ear, result.window, setup.marching.course.repeats)
         return replace(ear, background=sum_of_levels(background, road), road=a_weighted_sum(road))
 
     both = [[ear_of(one) for one in listener.ears] for listener in listeners]
@@ -351,7 +351,7 @@ def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, p
     for ear in ears:
         if ear.listener.transfers:
             names = [part.name for part in parts]
-            said.append(words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high)))
+            said += words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high))
         if ear.listener.side:
             own = f"as {ear.listener.hrtf} has them," if ear.listener.hrtf else "a rigid sphere"
             said.append(

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from creak.arrays import ComplexArray, FloatArray
 from creak.errors import InputError
@@ -24,11 +24,13 @@ from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import data_sets
 from creak.formats.measured.unit_words import SAME, plain_unit
 from creak.formats.wav import read_wav
+from creak.sound.between_lines import Lines
 from creak.sound.forced import smooth
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import across_third
 from creak.studies.file.sound_tables import TransferTable
 from creak.studies.file.tables import read_header, row_numbers
+from creak.studies.warned import Warned
 
 COLUMNS = (("real", "imag"), ("amplitude", "phase"), ("amplitude",))
 """Of a table, behind frequency; phase in degrees."""
@@ -58,15 +60,16 @@ class Transfer:
     ratio: ComplexArray
     """(n,); above 0 where only amplitudes were measured, and late then as in the open."""
 
-    def gain(self, freq: FloatArray) -> ComplexArray:
-        """At frequencies, Hz; 1 from a third octave outside those that were measured on.
+    @cached_property
+    def lines(self) -> Lines:
+        """What lies between the frequencies."""
+        return Lines(self.freq, self.ratio)
 
-        Between measured ones real and imaginary part are each between theirs, by monotone cubics over log frequency
-        (Fritsch, Carlson, SIAM J. Numer. Anal. 17, 1980): a spline swings far beyond them where they lie apart.
-        """
+    def gain(self, freq: FloatArray) -> ComplexArray:
+        """At frequencies, Hz; 1 from a third octave outside those that were measured on. Between measured ones it is as
+        `Lines` has it."""
         low, high = float(self.freq[0]), float(self.freq[-1])
-        parts = np.column_stack([self.ratio.real, self.ratio.imag])
-        known = PchipInterpolator(np.log(self.freq), parts)(np.log(np.clip(freq, low, high))) @ [1.0, 1j]
+        known = self.lines.at(np.clip(freq, low, high))
         off = np.maximum(low / np.maximum(freq, 1e-300), freq / high)
         return np.asarray(1.0 + smooth((THIRD - off) / (THIRD - 1.0)) * (known - 1.0))
 
@@ -115,14 +118,34 @@ def transfer_of(table: TransferTable, path: Path, part: int, away: float, where:
     return Transfer(part, name, found.freq, ratio * (2.0 * np.pi * away / AIR.density))
 
 
-def words_of(transfers: Sequence[Transfer], names: Sequence[str], listener: str, band: tuple[float, float]) -> str:
-    """A note on what a listener hears by what was measured."""
+def words_of(
+    transfers: Sequence[Transfer], names: Sequence[str], listener: str, band: tuple[float, float]
+) -> list[str]:
+    """Notes on what a listener hears by what was measured; they warn of lines too far apart for their phase."""
     said = []
     for one in transfers:
         low, high = float(one.freq[0]), float(one.freq[-1])
         beyond = "" if low <= band[0] and high >= band[1] else ", outside as in the open"
         said.append(f"{names[one.part]} by {one.file} ({low:.0f} to {high:.0f} Hz{beyond})")
-    return f"sound: {listener} hears {', '.join(said)}: measured, in place of the open air"
+    heard = f"sound: {listener} hears {', '.join(said)}: measured, in place of the open air"
+    return [heard, *(text for one in transfers for text in _too_far(one, band))]
+
+
+def _too_far(one: Transfer, band: tuple[float, float]) -> list[str]:
+    """A warning, where the phase of a way turns too far between two lines in the band."""
+    steps, lines = one.lines.unknown, one.lines
+    steps = steps[(one.freq[steps + 1] > band[0]) & (one.freq[steps] < band[1])]
+    if not steps.size:
+        return []
+    low, high = one.freq[steps[0]], one.freq[steps[-1] + 1]
+    most = np.degrees(np.abs(lines.turns[steps]).max())
+    told = (
+        f"sound: the phase of {one.file} turns by up to {most:.0f} degrees from a line to the next, without the "
+        f"{1e3 * lines.delay:.3g} ms by which all of it is later than in the open, {steps.size} time(s) from "
+        f"{low:.0f} to {high:.0f} Hz: what lies between is not known but for its level. Measure lines "
+        f"{lines.fine(steps):.2g} Hz apart there, or closer"
+    )
+    return [Warned(told)]
 
 
 @dataclass(frozen=True)

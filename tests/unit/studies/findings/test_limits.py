@@ -188,7 +188,9 @@ def test_wrong_limits_and_backgrounds_are_one_message(tmp_path, change, says, mo
 def test_a_figure_that_is_none_holds_only_where_there_is_nothing_to_hear(result, why, failed, missing):
     run = result.summary["runs"]["reduced"]
     place = {**run["places"][0], "sharpness": None, "figures_missing": {"sharpness": why}}
-    summary = {**result.summary, "runs": {"reduced": {**run, "places": [place]}}}
+    sound = result.summary["sound"]
+    sound = {**sound, "listeners": [{**sound["listeners"][0], "places": [place]}]}
+    summary = {**result.summary, "runs": {"reduced": {**run, "places": [place]}}, "sound": sound}
     (found,) = judged(LimitTable(sharpness="1 acum"), summary)
     assert len(found["failed"]) == failed
     assert found["missing"] is None if missing is None else found["missing"].startswith(missing)
@@ -227,3 +229,39 @@ def test_third_octaves_have_limits_of_their_own(result):
     with pytest.raises(ValueError, match="1001"):
         LimitTable(third_octaves={"1001": "1 dB"})
     assert [float(name) for name in NAMES] == pytest.approx(BANDS.tolist(), rel=0.02)
+
+
+HALF = {"far": [60.0, 200.0, 2000.0], "near": [60.0, 200.0, 1000.0]}
+"""Places of listeners, one at half the distance of the other: 6 dB louder (1 / r of a small source)."""
+
+
+@pytest.mark.parametrize("first", ["far", "near"])
+def test_limits_of_sound_are_judged_at_every_listener(tmp_path, first):
+    """Limits between what both hear: the near one fails them, wherever it stands in the file, and read back too."""
+    order = [first, *(name for name in HALF if name != first)]
+    listeners = "".join(f"[listener.{name}]\nposition = {HALF[name]}\n" for name in order)
+    study = BASE.partition("[listener.driver]")[0] + listeners
+    ran = creak.run(creak.read_study(write_strips(tmp_path, study=study)), converge=False, record=False)
+    at = {x["listener"]: x for x in ran.summary["sound"]["listeners"]}
+    far, near = (at[name]["places"][0] for name in HALF)
+    loud = int(np.argmax(far["third_octaves"]))
+    assert near["level"] - far["level"] == pytest.approx(20 * np.log10(2.0), abs=0.5)
+    limit = LimitTable(
+        level=f"{far['level'] + 3.0} dB(A)",
+        n5=f"{0.5 * (near['n5'] + far['n5'])} sone",
+        third_octaves={NAMES[loud]: f"{far['third_octaves'][loud] + 3.0} dB"},
+        n_max="1e4 sone",
+    )
+    found = {one["limit"]: one for one in judged(limit, ran.summary)}
+    for name, value in (("level", near["level"]), ("n5", near["n5"])):
+        assert found[name]["failed"] == [{"name": far["name"], "listener": "near", "value": value}]
+    (octave,) = found[f"third_octaves.{NAMES[loud]}"]["failed"]
+    assert (octave["listener"], octave["value"]) == ("near", near["third_octaves"][loud])
+    said = limit_words([*found.values()])
+    assert any(text.endswith(f"fails at {far['name']} ({near['n5']:.3g} sone to near)") for text in said)
+    assert "limit n_max = 1e+04 sone holds everywhere" in said
+    both = judged(LimitTable(level="1 dB(A)"), ran.summary)[0]["failed"]
+    of_one = [f["listener"] for f in both if f["name"] == far["name"]]
+    assert of_one == ["near", "far"]  # worst first
+    ran.save(tmp_path / "out")
+    assert judged(limit, creak.open_result(tmp_path / "out").summary) == [*found.values()]

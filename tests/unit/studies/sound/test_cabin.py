@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import creak
+from creak.dynamics.loads import Loads
 from creak.formats.stored.sound import read_sound
 from creak.formats.wav import read_wav
 from creak.signals.spectra import low_pass
@@ -18,6 +19,7 @@ from creak.studies.findings.places import find_places
 from creak.studies.sound.ear import n5_of, records_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.loud import bar_share, heard_of
+from creak.studies.sound.road import road_levels
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
@@ -73,6 +75,24 @@ def test_room_ears_and_road_stand_in_the_summary(result):
     road = a_weighted_sum(np.array(point["background"]))
     assert road > 20.0
     assert f"{road:.0f} dB(A) to point" in notes
+
+
+def test_the_road_is_that_of_whole_periods(tmp_path):
+    """As loud as in a run of one period less: of the steady motion that both repeat."""
+    study = BASE.replace("end = 0.2", "end = 0.17").replace("period = 0.2", "period = 0.05")
+    path = write_strips(
+        tmp_path, study=study + "[listener.point]\nposition = [60, 400, 500]\n[background]\nlinear = true\n"
+    )
+    found = creak.run(creak.read_study(path), converge=False, record=False)
+    loads, ear = found.found.setup.marching.loads, found.sound.ear
+    n = int(np.searchsorted(loads.time, 0.12 + 1e-9))
+    less = Loads(loads.time[:n], loads.support[:, :n], loads.force[:n], loads.force_labels)
+    levels = road_levels(found.main.system, less, ear, (0.07, 0.12), 0.05)
+    assert levels[2] > 40.0  # 40 Hz, a line of the excitation
+    heard = levels > levels.max() - 60.0
+    np.testing.assert_allclose(
+        np.array(found.summary["sound"]["listeners"][0]["background"])[heard], levels[heard], atol=0.02
+    )
 
 
 def test_a_measured_head_hears_as_it_was_measured(tmp_path, result):

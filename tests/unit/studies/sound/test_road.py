@@ -93,6 +93,67 @@ def test_a_force_counts_with_what_changes_of_it(piston):
     assert (at_rest == NOTHING).all()
 
 
+def repeating(end: float, step: float = 1e-3, *, drift: float = 0.0, fade: float = 0.0) -> Loads:
+    """A support that swings at 60 Hz, the sixth line of 10 Hz, and one of 20 Hz as strong, up to an end, s; it goes away
+    at a mean acceleration and velocity, and comes in over a time."""
+    time = step * np.arange(round(end / step) + 1)
+    support = drift * np.stack([time + 0.5 * time**2, 1.0 + time, np.ones_like(time)])
+    rise = np.clip(time / fade, 0.0, 1.0) ** 3 if fade else 1.0
+    for f in (20.0, 60.0):
+        omega = 2 * np.pi * f
+        turns = [np.sin(omega * time + phase) for phase in (0.3, 0.3 + np.pi / 2, 0.3 + np.pi)]
+        support += np.stack([ACCELERATION / omega**k * turn for k, turn in zip((2, 1, 0), turns, strict=True)])
+    support[2] *= rise
+    return Loads(time, support[:, :, None], np.zeros((time.size, 0)))
+
+
+def steady() -> float:
+    """dB that the piston on its spring sends at 60 Hz, of the support's acceleration."""
+    omega = 2 * np.pi * 60.0
+    held = STIFFNESS - MASS * omega**2 + 1j * omega * (ALPHA * MASS + BETA * STIFFNESS)
+    push = -MASS * (1 + ALPHA / (1j * omega))
+    return level(ACCELERATION * (1 - omega**2 * push / held))
+
+
+@pytest.mark.parametrize("end", [0.1, 0.2, 0.5, 0.8, 0.9, 1.0, 1.037, 1.1, 1.7])
+def test_levels_are_those_of_steady_motion_whatever_the_number_of_periods(piston, end):
+    """Of the first period too, and of a run that ends within one."""
+    model, system = piston
+    found = road_levels(system, repeating(end), ear(model), (max(end - 0.1, 0.0), end), 0.1)
+    assert found[BAND] == pytest.approx(steady(), abs=0.1)
+    assert (found[[3, 5]] < found[BAND] - 10.0).all()  # 50 and 80 Hz: a filter's skirts, nothing that comes or goes
+
+
+def test_what_goes_away_at_a_mean_velocity_and_acceleration_swings_as_loud(piston):
+    model, system = piston
+    found = road_levels(system, repeating(1.0, drift=5.0), ear(model), (0.9, 1.0), 0.1)
+    np.testing.assert_allclose(found, road_levels(system, repeating(1.0), ear(model), (0.9, 1.0), 0.1), atol=1e-3)
+
+
+def test_short_periods_are_as_loud_as_many_of_them(piston):
+    """Half a period of 50 ms, 2.4 samples of 48 kHz off its own."""
+    model, system = piston
+    found = road_levels(system, repeating(0.35), ear(model), (0.3, 0.35), 0.05)
+    assert found[BAND] == pytest.approx(steady(), abs=0.1)
+
+
+@pytest.mark.parametrize("window", [(0.0, 0.1), (0.0, 0.6), (0.0, 2.0)])
+def test_what_does_not_repeat_counts_where_it_neither_comes_nor_goes(piston, window):
+    """Runs that are compared up to a time, and as a whole: at 60 Hz, within the steps of a part of its turns."""
+    model, system = piston
+    found = road_levels(system, repeating(2.0), ear(model), window)
+    assert found[BAND] == pytest.approx(steady(), abs=0.6 if window[1] < 0.2 else 0.2)
+
+
+def test_a_first_period_that_still_comes_in_is_not_repeated(piston):
+    """Repeated it would jump; and there is none before a run that is shorter."""
+    model, system = piston
+    given = system, repeating(0.52, fade=0.45), ear(model)
+    plain = road_levels(*given, (0.0, 0.52))
+    np.testing.assert_array_equal(road_levels(*given, (0.02, 0.52), 0.5), plain)
+    np.testing.assert_array_equal(road_levels(*given, (0.0, 0.52), 0.7), plain)
+
+
 def test_both_ears_hear_a_small_source_as_the_head_says(piston, measured):
     """The piston at the left ear's side, node by node around the head, and its sound at the middle sent to the ears."""
     model, system = piston

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -19,7 +20,8 @@ from creak.studies.sound.heard import Sound
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.sheets import PartPlates, Push
-from creak.studies.sound.transfers import Transfer, transfer_of
+from creak.studies.sound.transfers import Transfer, transfer_of, words_of
+from creak.studies.warned import Warned
 from helpers_cli import caller
 from helpers_core import assembled, block, model_of, shell
 from helpers_decks import STUDY, write_strips
@@ -177,6 +179,42 @@ def test_between_measured_frequencies_it_stays_between_what_was_measured(tmp_pat
     assert gain.min() > size.min() - 1e-9
     assert gain.max() < size.max() + 1e-9
     np.testing.assert_allclose(found.gain(freq[1:]).real / open_air, size[1:])
+
+
+THIRDS = 1000.0 * 10.0 ** (0.1 * np.arange(-17, 14))
+
+
+@pytest.mark.parametrize(
+    ("freq", "delay"), [(THIRDS, 0.004), (np.arange(20.0, 20_001.0, 20.0), 0.027), (np.array([100.0, 4000.0]), 0.0018)]
+)
+def test_a_late_way_loses_nothing_of_its_level_between_its_lines(tmp_path, freq, delay):
+    """5 Pa per m^3/s^2, late by many turns from line to line: |H| is constant, and so is what is heard."""
+    (tmp_path / "a.csv").write_text(table(freq, 5.0 * np.exp(-2j * np.pi * freq * delay)))
+    found = transfer_of(TransferTable(file="a.csv"), tmp_path / "a.csv", 0, AWAY, "")
+    at = np.geomspace(freq[0], freq[-1], 999)
+    exact = 5.0 * np.exp(-2j * np.pi * at * delay) / in_the_open(at, AWAY)
+    np.testing.assert_allclose(found.gain(at), exact, rtol=1e-6)
+    assert found.square(1000.0) == pytest.approx(float(np.abs(exact[0]) ** 2), rel=1e-6)
+    (heard,) = words_of([found], ["P"], "ear", (20.0, 8000.0))
+    assert not isinstance(heard, Warned)
+
+
+def test_lines_that_do_not_tell_the_way_of_their_phase_warn(tmp_path):
+    """A resonance of 5 % damping at 1 kHz between lines 150 Hz apart, and between such as the warning asks for."""
+
+    def notes(apart: float) -> list[str]:
+        freq = np.arange(50.0, 4000.0, apart)
+        own = 1000.0**2 / (1000.0**2 - freq**2 + 100j * freq)
+        (tmp_path / "a.csv").write_text(table(freq, own * np.exp(-2j * np.pi * freq * 0.005)))
+        found = transfer_of(TransferTable(file="a.csv"), tmp_path / "a.csv", 0, AWAY, "")
+        return words_of([found], ["P"], "ear", (20.0, 8000.0))
+
+    heard, warning = notes(150.0)
+    assert isinstance(warning, Warned)
+    assert "P by a.csv (50 to 3950 Hz" in heard
+    assert "the phase of a.csv turns by up to " in warning
+    assert "from 950 to 1100 Hz" in warning
+    assert len(notes(float(re.search(r"Measure lines (\S+) Hz apart", warning)[1]))) == 1
 
 
 def test_beyond_the_modes_and_the_mesh_it_counts_alike(measured):
