@@ -40,10 +40,12 @@ def _need_words(found: Robustness, place: str) -> str:
     need = next(p.need for p in found.places if p.name == place)
     if need is None or not np.isfinite(need.shift):
         return NONE
+    ends = list(dict.fromkeys(key.rpartition(".")[2] for key in need.ends))
+    with_it = f", {' and '.join(ends)} with it" if ends else ""
     if need.gap is not None:
         top = need.gap - need.shift + need.high
-        return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "")
-    return f"{need.shift:+.3g} everywhere"
+        return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "") + with_it
+    return f"{need.shift:+.3g} everywhere{with_it}"
 
 
 def index_rows(found: Robustness) -> list[list[str]]:

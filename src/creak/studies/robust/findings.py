@@ -9,41 +9,23 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.studies.robust.changes import drawn_setup
-from creak.studies.robust.draws import Draw, whole_power
+from creak.studies.robust.draws import whole_power
 from creak.studies.robust.further import NOW, depth, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
+from creak.studies.robust.needed import Need, OwnGaps, own_gaps
 from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
-from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread, with_forecast
+from creak.verify.odds import Index, Odds, counted, ends, sobol_index, spread, with_forecast
 from creak.words import percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
-OF_GAPS = ("contact.", "connector.", "clip.")
-"""What the gaps of channels depend on."""
 ENOUGH, FEW, MORE = 10, 0.1, 64
 """Draws that rattle, below which more are advised where at most this share has to be marched, and how many times as
 many."""
 LARGEST = 1_000_000_000
 """Bytes of all draws that are asked for so."""
-EVEN = 1e-9
-"""Spread of the gaps of a place up to which they are one number."""
-
-
-@dataclass(frozen=True)
-class Need:
-    """What the gap of a place has to be for a probability at most."""
-
-    target: float
-    shift: float
-    """Added to every gap of the study's own distribution."""
-    low: float
-    high: float
-    """Bounds of 95 %; infinite where the draws are too few."""
-    gap: float | None
-    """That in the middle of what scatters with the shift, where it is one number."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +100,7 @@ def find(draws: Draws) -> Robustness:
     well = draws.state[:n] != FAILED
     impulse = draws.impulse[:n][well]
     totals = _totals(draws)
-    gaps = _middle_gaps(draws)
+    gaps = own_gaps(draws)
     places = tuple(_of_place(draws, k, well, gaps) for k in range(len(draws.places)))
     indices: dict[str, dict[str, Index]] = {}
     like = _forecasts(draws)
@@ -172,7 +154,7 @@ def _totals(draws: Draws) -> dict[str, FloatArray]:
     return dict(zip(SHOWN, columns, strict=True))
 
 
-def _of_place(draws: Draws, k: int, well: BoolArray, gaps: FloatArray) -> PlaceFindings:
+def _of_place(draws: Draws, k: int, well: BoolArray, gaps: OwnGaps) -> PlaceFindings:
     n, name = draws.design.n, draws.places[k]
     figures, slack = draws.figures[:n][well][:, k], draws.slack[:n][well][:, k]
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
@@ -180,8 +162,7 @@ def _of_place(draws: Draws, k: int, well: BoolArray, gaps: FloatArray) -> PlaceF
     if slack.size and np.isfinite(slack).all():
         slack = slack if draws.further is None else draws.further.slack[: draws.further.design.n, k]
         target = draws.setup.study.config.scatter.target
-        shift, low, high = shift_needed(slack[:, NOW], target)
-        need = Need(target, shift, low, high, _gap_with(gaps[draws.channels.of_groups({name})], shift))
+        need = gaps.need(draws.channels.of_groups({name}), slack[:, NOW], target)
         fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
     rattle = _rattle(draws, draws.figures[:n, k, 0] > 0.0, well, k)
     return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility)
@@ -196,23 +177,6 @@ def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) ->
     events = further.events.sum(axis=1) if place is None else further.events[:, place]
     done = np.isfinite(events)
     return with_forecast(hit[well], here, further.forecast(place), further.rows[done], events[done] > 0.0)
-
-
-def _middle_gaps(draws: Draws) -> FloatArray:
-    """(m,) gaps of all channels, each cause in the middle of its distribution."""
-    values, fields = dict[str, Any](), dict[str, FloatArray]()
-    for cause in draws.design.causes:
-        if cause.mean is not None:
-            fields[cause.contact] = cause.mean
-        elif cause.key.startswith(OF_GAPS) and cause.key not in draws.reduced_again and not cause.is_factor:
-            values[cause.key] = cause.number(cause.values(np.full((1, cause.columns.stop), 0.5))[0])
-    setup = drawn_setup(draws.setup, Draw(0, values, fields))
-    return np.concatenate([setup.contacts.gap0, setup.connectors.gap0])
-
-
-def _gap_with(gaps: FloatArray, shift: float) -> float | None:
-    """The gap of a place with the shift; None: its channels (m,) have more than one."""
-    return float(gaps.mean()) + shift if gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) else None
 
 
 def _notes(draws: Draws) -> list[str]:
@@ -259,7 +223,10 @@ def _more(rattle: Odds, draws: Draws) -> list[str]:
 
 
 def _place(p: PlaceFindings) -> dict[str, Any]:
-    need = None if p.need is None else {key: _known(value) for key, value in asdict(p.need).items()}
+    need = None
+    if p.need is not None:
+        numbers = {key: _known(value) for key, value in asdict(p.need).items() if key != "ends"}
+        need = {**numbers, "ends": list(p.need.ends)}
     return {
         "name": p.name,
         "rattle": asdict(p.rattle),
