@@ -12,7 +12,7 @@ from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
 from creak.studies.robust.findings import SHOWN, Robustness
-from creak.studies.robust.shared_model import FAILED
+from creak.studies.robust.shared_model import FAILED, FIGURES
 from creak.verify.odds import Odds
 
 WHOLE = 1e-9
@@ -99,8 +99,7 @@ def write_draws(found: Robustness, path: Path) -> None:
     d, text = found.draws, io.StringIO()
     values = d.drawn.means()
     writer = csv.writer(text, lineterminator="\n")
-    totals = ("events", "impulse", "force", "speed")
-    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in totals), "failed"])
+    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in FIGURES), "failed"])
     half = d.design.n // 2
     names = ["A", "B", *(f"A with {c.key} of B" for c in d.design.causes)]
     for k in range(d.design.total):

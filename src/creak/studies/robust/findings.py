@@ -16,7 +16,7 @@ from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.needed import Need, OwnGaps, own_gaps
 from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
-from creak.verify.odds import Index, Odds, counted, ends, sobol_index, spread, with_forecast
+from creak.verify.odds import Index, Odds, counted, ends, odds, sobol_index, spread, with_forecast
 from creak.words import percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
@@ -26,6 +26,7 @@ ENOUGH, FEW, MORE = 10, 0.1, 64
 many."""
 LARGEST = 1_000_000_000
 """Bytes of all draws that are asked for so."""
+NO_DRAWS = odds(0, 0)
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,10 @@ class PlaceFindings:
     need: Need | None
     fragility: tuple[Odds, ...] | None
     """Odds of contact with the load times each of `FACTORS`; None: channels press from the start."""
+    before: Odds = NO_DRAWS
+    """That it touches before the window."""
+    before_alone: Odds = NO_DRAWS
+    """That it does, and not in the window."""
 
 
 @dataclass(frozen=True)
@@ -122,7 +127,7 @@ def find(draws: Draws) -> Robustness:
         impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         indices,
         tornado if well.any() else {},
-        (*draws.notes, *_notes(draws), *_unlike(places), *_more(rattle, draws)),
+        (*draws.notes, *_notes(draws), *_unlike(places), *_built_up(places, draws), *_more(rattle, draws)),
     )
 
 
@@ -158,6 +163,7 @@ def _of_place(draws: Draws, k: int, well: BoolArray, gaps: OwnGaps) -> PlaceFind
     n, name = draws.design.n, draws.places[k]
     figures, slack = draws.figures[:n][well][:, k], draws.slack[:n][well][:, k]
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
+    before, inside = figures[:, FIGURES.index("before")] > 0.0, figures[:, FIGURES.index("events")] > 0.0
     need, fragility = None, None
     if slack.size and np.isfinite(slack).all():
         slack = slack if draws.further is None else draws.further.slack[: draws.further.design.n, k]
@@ -165,7 +171,8 @@ def _of_place(draws: Draws, k: int, well: BoolArray, gaps: OwnGaps) -> PlaceFind
         need = gaps.need(draws.channels.of_groups({name}), slack[:, NOW], target)
         fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
     rattle = _rattle(draws, draws.figures[:n, k, 0] > 0.0, well, k)
-    return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility)
+    early = counted(before), counted(before & ~inside)
+    return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility, *early)
 
 
 def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) -> Odds:
@@ -209,6 +216,20 @@ def _unlike(places: Sequence[PlaceFindings]) -> list[str]:
     ]
 
 
+def _built_up(places: Sequence[PlaceFindings], draws: Draws) -> list[str]:
+    """Places whose odds lie above their bounds with the draws that touch before the window alone."""
+    start = draws.setup.marching.window[0]
+    return [
+        Warned(
+            f"{p.name} is hit before {start:.4g} s, as the motion builds up, in {percent(p.before.p)} of all draws, in "
+            f"{percent(p.before_alone.p)} of all then alone: the odds leave these out, as what touches later counts. "
+            "If the build-up matters, too, look at the events of a run"
+        )
+        for p in places
+        if p.rattle.p + p.before_alone.p > p.rattle.high
+    ]
+
+
 def _more(rattle: Odds, draws: Draws) -> list[str]:
     """Where few draws rattle and most need no march, more of them cost little."""
     kept = draws.slack[0].size + draws.figures[0].size + draws.impulse[0].size
@@ -230,6 +251,8 @@ def _place(p: PlaceFindings) -> dict[str, Any]:
     return {
         "name": p.name,
         "rattle": asdict(p.rattle),
+        "before": asdict(p.before),
+        "before_alone": asdict(p.before_alone),
         "events": dict(p.events),
         "impulse": dict(p.impulse),
         "force": dict(p.force),

@@ -43,6 +43,8 @@ from creak.version import version
 
 LOG = "draws"
 """Stem of the file of finished draws."""
+EDITION = 2
+"""Of what is kept of a draw and how it is drawn: with another one draws are not taken from before."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +60,7 @@ class Draws:
     state: FloatArray
     """(total,) 0, or one of `FAILED`, `LEFT_OUT` and `FORETOLD` of `shared_model`."""
     figures: FloatArray
-    """(total, n_place, 4)"""
+    """(total, n_place, 5) `FIGURES`"""
     slack: FloatArray
     """(total, n_place, n_factor)"""
     impulse: FloatArray
@@ -190,6 +192,7 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
     told = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
     return {
         "creak": version(),
+        "edition": EDITION,
         "study": digest(told),
         "deck": setup.deck_sha256,
         "files": other_files_sha256(study),

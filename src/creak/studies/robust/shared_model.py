@@ -36,8 +36,9 @@ from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
 from creak.verify.events import counted_instants, events_in, find_events
 
-FIGURES = ("events", "impulse", "force", "speed")
-"""Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed."""
+FIGURES = ("events", "impulse", "force", "speed", "before")
+"""Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed in the window;
+number of events that end before it."""
 FAILED = 1.0
 LEFT_OUT = 2.0
 """A channel that the pre-check dropped closed."""
@@ -55,7 +56,7 @@ class Seen:
     state: float
     """0, `FAILED` or `LEFT_OUT`; of a draw that was not marched `FORETOLD`."""
     figures: FloatArray
-    """(n_place, 4)"""
+    """(n_place, 5) `FIGURES`"""
     slack: FloatArray
     """(n_place, n_factor) smallest gap of a place without contact, the load times each of `FACTORS`; not a number where
     channels press from the start."""
@@ -228,11 +229,14 @@ def march_draws(
         if isinstance(history, Stopped):
             nothing = [np.full(shape, np.nan) for shape in (figures.shape, (len(places), len(FACTORS)), impulse.shape)]
             return Seen(FAILED, *nothing)
-        events = events_in(find_events(history, variant.gaps, v.merge, v.f_max), model.window)
+        every = find_events(history, variant.gaps, v.merge, v.f_max)
+        events = events_in(every, model.window)
         for event in events:
             own = figures[places.index(event.group)]
-            own += 1.0, event.impulse, 0.0, 0.0
-            own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+            own[:2] += 1.0, event.impulse
+            own[2:4] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+        for event in every:
+            figures[places.index(event.group), 4] += event.t_end < model.window[0]
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = closes(dropped_of(history, model.linear.dropped[0]))
