@@ -12,7 +12,7 @@ from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
 from creak.studies.robust.findings import SHOWN, Robustness
-from creak.studies.robust.shared_model import FAILED, FIGURES
+from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, LEFT_OUT
 from creak.verify.odds import Odds
 
 WHOLE = 1e-9
@@ -99,11 +99,12 @@ def write_draws(found: Robustness, path: Path) -> None:
     d, text = found.draws, io.StringIO()
     values = d.drawn.means()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in FIGURES), "failed"])
+    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in FIGURES), "failed", "unreliable"])
     half = d.design.n // 2
     names = ["A", "B", *(f"A with {c.key} of B" for c in d.design.causes)]
     for k in range(d.design.total):
         figures = [repr(float(x)) for x in d.figures[k].ravel()]
         drawn = [repr(float(v[k])) for v in values.values()]
-        writer.writerow([k, names[k // half], *drawn, *figures, int(d.state[k] == FAILED)])
+        marks = [int(d.state[k] == FAILED), int(d.state[k] in (CREATED, LEFT_OUT))]
+        writer.writerow([k, names[k // half], *drawn, *figures, *marks])
     write_text(path, text.getvalue())

@@ -14,9 +14,10 @@ from creak.studies.robust.further import NOW, depth, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.needed import Need, OwnGaps, own_gaps
-from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
+from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
 from creak.verify.odds import Index, Odds, counted, ends, odds, sobol_index, spread, with_forecast
+from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, UNRELIABLE
 from creak.words import percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
@@ -77,6 +78,8 @@ class Robustness:
             "runs": d.design.total,
             "marched": d.marched,
             "taken_from_before": d.taken,
+            "failed": int(np.count_nonzero(_states(d) == FAILED)),
+            "unreliable": int(np.count_nonzero((_states(d) == CREATED) | (_states(d) == LEFT_OUT))),
             "seed": d.design.seed,
             "reduced_again": list(d.reduced_again),
             "causes": [{"key": c.key, "type": c.of.type, "nominal": _known(c.nominal)} for c in d.design.causes],
@@ -187,19 +190,35 @@ def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) ->
 
 
 def _notes(draws: Draws) -> list[str]:
-    failed = int(np.count_nonzero(draws.state == FAILED))
-    left = int(np.count_nonzero(draws.state == LEFT_OUT))
+    """What went wrong in runs, those of further draws among them."""
+    states = _states(draws)
+    failed, left, created = (int(np.count_nonzero(states == which)) for which in (FAILED, LEFT_OUT, CREATED))
     notes: list[str] = []
     if failed:
-        notes.append(Warned(f"{failed} of {draws.state.size} runs did not reach their end and count nowhere"))
+        notes.append(Warned(f"{failed} of {states.size} runs did not reach their end and count nowhere"))
     if left:
         notes.append(
             Warned(
-                f"in {left} of {draws.state.size} runs a channel closed that the pre-check had left out: raise "
-                "[precheck] margin"
+                f"in {left} of {states.size} runs a channel closed that the pre-check had left out: raise [precheck] "
+                "margin"
+            )
+        )
+    if created:
+        notes.append(
+            Warned(
+                f"{created} of {states.size} runs are {UNRELIABLE}: the time integration created more energy than "
+                f"{percent(ENERGY_BAR)} of the work of the loads or {percent(CONTACT_BAR)} of what contact took up. "
+                "They count, as they touch, but their impulses and forces are worth nothing: soften the contact or "
+                "dissipate more"
             )
         )
     return notes
+
+
+def _states(draws: Draws) -> FloatArray:
+    """(n,) of all runs."""
+    more = None if draws.further is None else draws.further.state
+    return draws.state if more is None else np.concatenate([draws.state, more])
 
 
 def _unlike(places: Sequence[PlaceFindings]) -> list[str]:

@@ -35,6 +35,7 @@ from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
 from creak.verify.events import counted_instants, events_in, find_events
+from creak.verify.reliability import reasons_against
 
 FIGURES = ("events", "impulse", "force", "speed", "before")
 """Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed in the window;
@@ -44,6 +45,8 @@ LEFT_OUT = 2.0
 """A channel that the pre-check dropped closed."""
 FORETOLD = 3.0
 """Nothing touches for sure: it was not marched."""
+CREATED = 4.0
+"""Its march created energy, by which a run counts as unreliable (`verify.reliability`)."""
 NOTHING = np.zeros(0, dtype=np.int64)
 TRIED = 8
 """Draws of the load whose linear runs the pre-check looks at, and the one of least damping."""
@@ -54,7 +57,7 @@ class Seen:
     """What is kept of a draw."""
 
     state: float
-    """0, `FAILED` or `LEFT_OUT`; of a draw that was not marched `FORETOLD`."""
+    """0, `FAILED`, `LEFT_OUT` or `CREATED`; of a draw that was not marched `FORETOLD`."""
     figures: FloatArray
     """(n_place, 5) `FIGURES`"""
     slack: FloatArray
@@ -240,9 +243,10 @@ def march_draws(
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = closes(dropped_of(history, model.linear.dropped[0]))
+        state = LEFT_OUT if closed else CREATED if reasons_against(history) else 0.0
         untouched = not history.force.any()
         known = _linear(model, variant, history) if untouched else _foretold(model, variant)
-        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places, known), impulse)
+        return Seen(state, figures, _slack(model, variant, places, known), impulse)
 
     return march_many(model.base, (variant_of(model, draw) for draw in draws), look, threads)
 
