@@ -43,7 +43,7 @@ from creak.version import version
 
 LOG = "draws"
 """Stem of the file of finished draws."""
-EDITION = 3
+EDITION = 4
 """Of what is kept of a draw and how it is drawn: with another one draws are not taken from before."""
 
 
