@@ -60,7 +60,8 @@ def index_rows(found: Robustness) -> list[list[str]]:
 
 
 def _share_words(share: float, bounds: tuple[float, float]) -> str:
-    return f"{share:.2f} ± {0.5 * (bounds[1] - bounds[0]):.2f}"
+    """By the farther bound: one may be cut."""
+    return f"{share:.2f} ± {max(share - bounds[0], bounds[1] - share):.2f}"
 
 
 def sentence(found: Robustness) -> str:
@@ -71,12 +72,11 @@ def sentence(found: Robustness) -> str:
         tried = f" ({d.further.rows.size} of these were marched to see how well)" if d.further.rows.size else ""
         more = f" and {found.rattle.foretold} more that motion without contact foretells{tried}"
     text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}{_window_words(found)}"
-    totals = {
-        key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()
-    }
-    if len(totals) > 1:
-        first = max(totals, key=lambda key: sum(totals[key]))
-        leading = [key for key, (_, high) in totals.items() if key == first or high >= totals[first][0]]
+    causes = found.indices.get("force") or found.indices.get("rattle") or {}
+    if len(causes) > 1:
+        first = max(causes, key=lambda key: causes[key].total)
+        lowest = causes[first].total_bounds[0]
+        leading = [key for key, i in causes.items() if key == first or i.total_bounds[1] >= lowest]
         alike = "" if len(leading) == 1 else ", alike within their bounds"
         text += f"; most of the scatter comes from {' or '.join(leading)}{alike}"
     some = "all" if d.taken == d.design.total else f"{d.taken} of them"

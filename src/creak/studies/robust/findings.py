@@ -18,13 +18,13 @@ from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, FORETOLD
 from creak.studies.warned import Warned, warnings_of
 from creak.verify.odds import Index, Odds, counted, ends, odds, sobol_index, spread, with_forecast
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, UNRELIABLE
-from creak.words import percent
+from creak.words import listed, percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
 ENOUGH, FEW, MORE = 10, 0.1, 64
-"""Draws that rattle, below which more are advised where at most this share has to be marched, and how many times as
-many."""
+"""Draws that rattle, below which Sobol indices are left out, and more draws advised where at most this share has to be
+marched, and how many times as many."""
 LARGEST = 1_000_000_000
 """Bytes of all draws that are asked for so."""
 NO_DRAWS = odds(0, 0)
@@ -110,7 +110,7 @@ def find(draws: Draws) -> Robustness:
     totals = _totals(draws)
     gaps = own_gaps(draws)
     places = tuple(_of_place(draws, k, well, gaps) for k in range(len(draws.places)))
-    indices: dict[str, dict[str, Index]] = {}
+    indices: dict[str, Mapping[str, Index]] = {}
     like = _forecasts(draws)
     for name, column in totals.items() if design.indices else ():
         of = {c.key: _index(draws, k, column, like.get(name)) for k, c in enumerate(design.causes)}
@@ -118,6 +118,7 @@ def find(draws: Draws) -> Robustness:
             indices[name] = {key: index for key, index in of.items() if index is not None}
     values = draws.drawn.means()
     ordered = {c.key: values[c.key][:n][well] for c in design.causes if c.of.type != "seed"}
+    indices, few = _valid(indices, totals["rattle"][:n][well])
     tornado = {
         name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()
     }
@@ -130,7 +131,7 @@ def find(draws: Draws) -> Robustness:
         impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         indices,
         tornado if well.any() else {},
-        (*draws.notes, *_notes(draws), *_unlike(places), *_built_up(places, draws), *_more(rattle, draws)),
+        (*draws.notes, *_notes(draws), *_unlike(places), *_built_up(places, draws), *few, *_more(rattle, draws)),
     )
 
 
@@ -151,6 +152,30 @@ def _index(draws: Draws, cause: int, column: FloatArray, like: tuple[FloatArray,
         return sobol_index(own)
     here, many = like
     return sobol_index(own, draws.design.blocks(here, cause), draws.further.design.blocks(many, cause))
+
+
+def _valid(
+    indices: Mapping[str, Mapping[str, Index]], rattle: FloatArray
+) -> tuple[dict[str, Mapping[str, Index]], list[str]]:
+    """Indices whose bounds hold (`verify.odds.sobol_index`), and a note on those that are left out.
+
+    Parameters
+    ----------
+    rattle : (n,) 1 of each draw that rattles, else 0. Where few do, all figures hang on these few.
+    """
+    n, hits = rattle.size, int(np.count_nonzero(rattle))
+    few = {name: min(hits, n - hits) if name == "rattle" else hits for name in indices}
+    left_out = [name for name, count in few.items() if count < ENOUGH]
+    if not left_out:
+        return dict(indices), []
+    more = whole_power(2 * ENOUGH * n // max(few[left_out[0]], 1))
+    note = (
+        f"Sobol indices of {listed(left_out)} are left out: {hits} of {n} draws rattle, and the bounds of the indices "
+        f"hold where {ENOUGH} do"
+        + (f" and {ENOUGH} do not" if "rattle" in left_out else "")
+        + f". --n {more} should be enough"
+    )
+    return {name: of for name, of in indices.items() if name not in left_out}, [note]
 
 
 def _totals(draws: Draws) -> dict[str, FloatArray]:
