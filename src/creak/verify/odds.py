@@ -81,7 +81,7 @@ def with_forecast(hit: BoolArray, here: Forecast, further: Forecast, rows: IntAr
 
 @dataclass(frozen=True)
 class Index:
-    """Sobol indices of one cause: shares of the variance of a figure."""
+    """Sobol indices of one cause: shares of the variance of a figure, they and their bounds cut to 0 .. 1."""
 
     first: float
     """What knowing the cause alone would take away."""
@@ -156,7 +156,8 @@ class _Share:
             of_many = by**2 * float(many.off @ many.off) / (m * (m - 1))
         error = math.sqrt(float(off @ off + 2.0 * UNSEEN**2) / (n * (n - 1)) + of_many)
         half = float(t.ppf(0.5 * (1.0 + LEVEL), n - 1)) * error
-        return share, (share - half, share + half)
+        cut, low, high = (min(max(x, 0.0), 1.0) for x in (share, share - half, share + half))
+        return cut, (low, high)
 
 
 def shift_needed(slack: FloatArray, target: float) -> tuple[float, float, float]:

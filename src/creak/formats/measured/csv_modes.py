@@ -13,10 +13,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
-from creak.formats.measured.csv_rows import csv_rows
+from creak.formats.measured.csv_rows import csv_rows, separator_of
+from creak.formats.measured.csv_rows import number as number_of
 from creak.formats.measured.modes import PER_METRE, MeasuredModes
 
-SEPARATORS = (";", "\t", ",")
 PLACE = ("x", "y", "z")
 NEEDED = ("frequency_hz", "sensor", "direction")
 HEADER = "frequency_hz,damping,sensor,x,y,z,direction,value (or real,imag instead of value)"
@@ -139,7 +139,7 @@ def _rows(path: Path) -> tuple[list[_Row], float | None]:
     at = _head(lines)
     if at is None:
         raise InputError("the table is empty", where=path, expected=HEADER)
-    separator = max(SEPARATORS, key=lines[at].count)
+    separator = separator_of(lines[at])
     (_, head), *body = csv_rows(lines[at:], path, separator, start=at)
     columns, per_metre = _columns(head, f"{path}:{at + 1}")
     rows = []
@@ -196,10 +196,7 @@ def _row(columns: dict[str, int], cells: list[str], where: str) -> _Row:
         cell = text(name)
         if optional and not cell:
             return math.nan
-        try:
-            value = float(cell.replace(",", "."))
-        except ValueError:
-            value = math.nan
+        value = number_of(cell)
         if not math.isfinite(value):
             raise InputError(f"{name} is {cell!r}", where=where, expected="a finite number", fix="Repair the row.")
         return value

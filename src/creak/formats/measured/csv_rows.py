@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import csv
+import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from creak.errors import InputError
 
+SEPARATORS = (";", "\t", ",")
 NAMES = {",": "commas", ";": "semicolons", "\t": "tabs"}
+DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*(?:[eE][+-]?\d+)?")
+QUOTED = re.compile(r'"[^"]*"')
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """How a cell starts that a spreadsheet computes."""
 
@@ -40,6 +45,21 @@ def csv_rows(
                 fix="Is this a CSV file? Look for a quote without its partner.",
             ) from error
         yield start + rows.line_num, row
+
+
+def separator_of(head: str) -> str:
+    """What stands between the cells of a head: the one of `SEPARATORS` that is there most often outside of quotes."""
+    bare = QUOTED.sub("", head)
+    return max(SEPARATORS, key=bare.count) if any(s in bare for s in SEPARATORS) else ","
+
+
+def number(text: str) -> float:
+    """The number in a cell, its decimals after a point or a comma; nan: there is none."""
+    text = text.strip().replace("−", "-")
+    try:
+        return float(text.replace(",", ".") if DECIMAL_COMMA.fullmatch(text) else text)
+    except ValueError:
+        return math.nan
 
 
 def plain_cell(value: object) -> object:

@@ -18,11 +18,13 @@ MOTIONS = {
 }
 """Label of a unit -> what it counts, and what it is in m and s."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
+PASCALS = {"pa": 1.0, "": 1.0}
 SAME = 1e-3
 """Relative difference up to which two factors are one."""
 
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}
 HERTZ = {"Hz": 1.0, "kHz": 1e3, "1/s": 1.0, "rad/s": 0.5 / math.pi, "rpm": 1.0 / 60.0, "1/min": 1.0 / 60.0}
+IN_BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)\s*$")
 NONE = "none"
 """What universal files write where there is no unit."""
 WORDS = {r"sec(ond)?s?": "s", r"minutes?": "min", r"milli(?=s)": "m", r"micro(?=s)": "u", "hertz": "hz", "/s/s": "/s^2"}
@@ -34,6 +36,14 @@ def plain_unit(unit: str) -> str:
     for word, short in WORDS.items():
         text = re.sub(word, short, text)
     return re.sub(r"s2$|s2(?=/)", "s^2", text.replace("²", "^2")) if text != NONE else ""
+
+
+def name_and_unit(head: str) -> tuple[str, str]:
+    """What the head of a column names, and its unit: `13 Z [um]`, or `13 Z (um)` where the word is a unit."""
+    name, bracket, unit = head.partition("[")
+    if not bracket and (match := IN_BRACKETS.search(head)) and plain_unit(match[1]) in {*MOTIONS, *NEWTONS, *PASCALS}:
+        name, unit = head[: match.start()], match[1]
+    return name.strip(), unit.strip().removesuffix("]").rstrip()
 
 
 def unit_named(size: float, table: Mapping[str, float], base: str) -> str:

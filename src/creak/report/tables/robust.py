@@ -12,7 +12,7 @@ from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
 from creak.studies.robust.findings import SHOWN, Robustness
-from creak.studies.robust.shared_model import FAILED
+from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, LEFT_OUT
 from creak.verify.odds import Odds
 
 WHOLE = 1e-9
@@ -40,10 +40,12 @@ def _need_words(found: Robustness, place: str) -> str:
     need = next(p.need for p in found.places if p.name == place)
     if need is None or not np.isfinite(need.shift):
         return NONE
+    ends = list(dict.fromkeys(key.rpartition(".")[2] for key in need.ends))
+    with_it = f", {' and '.join(ends)} with it" if ends else ""
     if need.gap is not None:
         top = need.gap - need.shift + need.high
-        return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "")
-    return f"{need.shift:+.3g} everywhere"
+        return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "") + with_it
+    return f"{need.shift:+.3g} everywhere{with_it}"
 
 
 def index_rows(found: Robustness) -> list[list[str]]:
@@ -58,7 +60,8 @@ def index_rows(found: Robustness) -> list[list[str]]:
 
 
 def _share_words(share: float, bounds: tuple[float, float]) -> str:
-    return f"{share:.2f} ± {0.5 * (bounds[1] - bounds[0]):.2f}"
+    """By the farther bound: one may be cut."""
+    return f"{share:.2f} ± {max(share - bounds[0], bounds[1] - share):.2f}"
 
 
 def sentence(found: Robustness) -> str:
@@ -69,12 +72,11 @@ def sentence(found: Robustness) -> str:
         tried = f" ({d.further.rows.size} of these were marched to see how well)" if d.further.rows.size else ""
         more = f" and {found.rattle.foretold} more that motion without contact foretells{tried}"
     text = f"it rattles in {odds_words(found.rattle)} of {found.rattle.n} draws{more}{_window_words(found)}"
-    totals = {
-        key: i.total_bounds for key, i in (found.indices.get("force") or found.indices.get("rattle") or {}).items()
-    }
-    if len(totals) > 1:
-        first = max(totals, key=lambda key: sum(totals[key]))
-        leading = [key for key, (_, high) in totals.items() if key == first or high >= totals[first][0]]
+    causes = found.indices.get("force") or found.indices.get("rattle") or {}
+    if len(causes) > 1:
+        first = max(causes, key=lambda key: causes[key].total)
+        lowest = causes[first].total_bounds[0]
+        leading = [key for key, i in causes.items() if key == first or i.total_bounds[1] >= lowest]
         alike = "" if len(leading) == 1 else ", alike within their bounds"
         text += f"; most of the scatter comes from {' or '.join(leading)}{alike}"
     some = "all" if d.taken == d.design.total else f"{d.taken} of them"
@@ -97,12 +99,12 @@ def write_draws(found: Robustness, path: Path) -> None:
     d, text = found.draws, io.StringIO()
     values = d.drawn.means()
     writer = csv.writer(text, lineterminator="\n")
-    totals = ("events", "impulse", "force", "speed")
-    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in totals), "failed"])
+    writer.writerow(["run", "block", *values, *(f"{p}.{f}" for p in d.places for f in FIGURES), "failed", "unreliable"])
     half = d.design.n // 2
     names = ["A", "B", *(f"A with {c.key} of B" for c in d.design.causes)]
     for k in range(d.design.total):
         figures = [repr(float(x)) for x in d.figures[k].ravel()]
         drawn = [repr(float(v[k])) for v in values.values()]
-        writer.writerow([k, names[k // half], *drawn, *figures, int(d.state[k] == FAILED)])
+        marks = [int(d.state[k] == FAILED), int(d.state[k] in (CREATED, LEFT_OUT))]
+        writer.writerow([k, names[k // half], *drawn, *figures, *marks])
     write_text(path, text.getvalue())

@@ -9,19 +9,17 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.measured.csv_rows import csv_rows
+from creak.formats.measured.csv_rows import SEPARATORS, csv_rows, number
 from creak.model.units import METRES
 from creak.studies.file.quantities import LENGTHS
 from creak.studies.file.tables import read_lines
 
-SEPARATORS = (";", "\t", ",")
 HEAD = 200
 """Lines in which the names of the columns are looked for."""
 REMARK = re.compile(r"\s*(#|//|!|%|\$|\*)\s*")
 UNIT = re.compile(r"\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*|(?:\s+|_|/)(um|µm|mm|cm|m)\s*$", re.IGNORECASE)
 OF_UNITS = re.compile(r"\b(units?|einheit(en)?)\b", re.IGNORECASE)
 OTHER_LENGTHS = ("in", "inch", "inches", "ft", "foot", "feet", "dm", "km")
-DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d*(?:[eE][+-]?\d+)?")
 SIGNS = {"+/-": "plusminus", "±": "plusminus", "−": "-"}
 
 
@@ -101,15 +99,6 @@ class ColumnTable:
                 fix="Repair the row, or leave the cell blank.",
             )
         return value
-
-
-def number(text: str) -> float:
-    """The number in a cell, its decimals after a point or a comma; nan: there is none."""
-    text = text.replace("−", "-")
-    try:
-        return float(text.replace(",", ".") if DECIMAL_COMMA.fullmatch(text) else text)
-    except ValueError:
-        return math.nan
 
 
 def read_columns(path: Path, where: str, wanted: Wanted, named: Mapping[str, str], units: str) -> ColumnTable:

@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
-from creak.formats.measured.csv_rows import csv_rows
+from creak.formats.measured.csv_rows import csv_rows, number, separator_of
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, scale_of
 from creak.model.magnitude import LARGEST, computable
@@ -28,7 +28,7 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
 
 
 def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    values = np.array([row_numbers(path, i, row, ",".join(header)) for i, row in rows]).reshape(-1, 2)
+    values = np.array([row_numbers(path, i, row, header) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
@@ -110,7 +110,8 @@ def read_rows(path: Path, where: str, kind: str, header: list[str]) -> Rows:
 
 
 def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
-    """The first row, in small letters, and the others that have something in them.
+    """The first row, in small letters, and the others that have something in them. Between the cells are commas,
+    semicolons or tabs, as in the first row.
 
     Raises
     ------
@@ -121,7 +122,8 @@ def read_header(path: Path, where: str, kind: str) -> tuple[list[str], Rows]:
 
 def header_of(lines: Sequence[str], path: Path) -> tuple[list[str], Rows]:
     """The same of lines that `read_lines` read."""
-    rows = [(i, row) for i, row in csv_rows(lines, path) if any(cell.strip() for cell in row)]
+    separator = separator_of(next((line for line in lines if line.strip()), ""))
+    rows = [(i, row) for i, row in csv_rows(lines, path, separator) if any(cell.strip() for cell in row)]
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
 
 
@@ -145,31 +147,28 @@ def read_lines(path: Path, where: str, kind: str) -> list[str]:
         raise InputError(f"cannot read the {kind} {path}: {error}", where=where) from error
 
 
-def row_numbers(path: Path, line: int, row: list[str], header: str) -> list[float]:
+def row_numbers(path: Path, line: int, row: list[str], header: Sequence[str]) -> list[float]:
     """The numbers of a row, as many as the header has names.
 
     Raises
     ------
     InputError : a cell that is no finite number, too few of them, or too many.
     """
-    count = header.count(",") + 1
+    count, names = len(header), ",".join(header)
     words = {2: "two"}.get(count, str(count))
-    try:
-        numbers = [computable(float(cell)) for cell in row[:count]]
-    except ValueError:
-        numbers = []
+    numbers = [computable(number(cell)) for cell in row[:count]]
     if len(row) > count and any(cell.strip() for cell in row[count:]):
         raise InputError(
             f"the row {','.join(row)!r} has {len(row)} values",
             where=f"{path}:{line}",
-            expected=f"{words}: {header}",
-            fix="Write decimals with a point, and leave out further columns.",
+            expected=f"{words}: {names}",
+            fix="Write decimals with a point, or semicolons between the cells, and leave out further columns.",
         )
     if len(numbers) != count or not np.isfinite(numbers).all():
         raise InputError(
             f"got {','.join(row)!r}",
             where=f"{path}:{line}",
-            expected=f"{words} finite numbers: {header}",
+            expected=f"{words} finite numbers: {names}",
             fix="Repair the row.",
         )
     return numbers

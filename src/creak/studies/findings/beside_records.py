@@ -15,7 +15,7 @@ from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
 from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
-from creak.formats.measured.unit_words import MOTIONS, NEWTONS, plain_unit
+from creak.formats.measured.unit_words import MOTIONS, NEWTONS, PASCALS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
@@ -36,7 +36,6 @@ DROPPED = (
 )
 OF_LINES = re.compile(r" relative [xyz]'?$")
 OF_LINES_WORDS = ": motion of one side of an E-line against the other is not compared"
-PASCALS = {"pa": 1.0, "": 1.0}
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,12 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.secondary import nodes_of
 from creak.errors import InputError
+from creak.formats.measured.csv_rows import number
 from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels, nodes_at
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable
-from creak.studies.file.named_columns import ColumnTable, number
+from creak.studies.file.named_columns import ColumnTable
 from creak.studies.file.point_tables import ENDS, NORMAL, PLACE, read_points
 
 AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)

@@ -18,7 +18,7 @@ from creak.formats.measured.files import is_measured, read_channels
 from creak.formats.measured.histories import AXES, own_name
 from creak.formats.measured.mode_files import ModalTest, read_measured_modes, read_universal
 from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
-from creak.formats.measured.unit_words import plain_unit
+from creak.formats.measured.unit_words import name_and_unit, plain_unit
 from creak.formats.wav import read_wav
 from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels
@@ -128,24 +128,44 @@ def record_channels(path: Path) -> Iterator[Channel]:
 
     Raises
     ------
-    InputError : no such file; it is cut short, or not of its kind.
+    InputError : no such file; it is cut short, or not of its kind; it holds no channel.
     """
     if is_measured(path):
-        yield from map(named_by_place, read_channels(path))
+        channels = read_channels(path)
+        if not channels:
+            raise _holds_nothing(path, "it has no channel")
+        yield from map(named_by_place, channels)
         return
     yield from table_channels(path, *read_header(path, "", "table"))
 
 
 def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channel]:
     """Each column of a table that was read, over the first one, evenly sampled: by a short interval (the quantile
-    `SHORT` of all), at `PER_ROW` instants for each row at most."""
+    `SHORT` of all), at `PER_ROW` instants for each row at most.
+
+    Raises
+    ------
+    InputError : no column beside that of the times, or as `table_column`.
+    """
+    if len(header) < 2:
+        raise _holds_nothing(path, f"the table starts with {','.join(header) or 'nothing'}")
     for column in header[1:]:
         time, values = table_column(path, header, rows, column)
-        name, _, unit = column.partition("[")
+        name, unit = name_and_unit(column)
         most = PER_ROW * (time.size - 1)
         step = max(float(np.quantile(np.diff(time), SHORT)), float(time[-1] - time[0]) / most)
         at = time[0] + step * np.arange(min(int((time[-1] - time[0]) / step + 0.5), most) + 1)
-        yield Channel(_plain(name), unit.rstrip("] "), float(time[0]), step, np.interp(at, time, values))
+        yield Channel(_plain(name), unit, float(time[0]), step, np.interp(at, time, values))
+
+
+def _holds_nothing(path: Path, got: str) -> InputError:
+    return InputError(
+        f"{got}: no time history, no mode, no frequency response function",
+        where=path,
+        expected="a table with a first line as time [ms],1017 Z [mm] and numbers below it, between commas, semicolons "
+        "or tabs; or a file of a test with one channel at least",
+        fix="Export it again.",
+    )
 
 
 def named_by_place(channel: Channel) -> Channel:
@@ -208,14 +228,16 @@ def _wav_channels(path: Path, table: MeasuredTable, where: str) -> Iterator[Chan
 def _renamed(channels: tuple[Channel, ...], table: MeasuredTable, name: str, places: Places) -> tuple[Channel, ...]:
     """The channels under the names that the table gives them."""
     names = {c.name.lower(): c.name for c in channels}
-    for key in table.channels:
-        if _plain(key).lower() not in names:
+    given = dict[str, str]()
+    for key, value in table.channels.items():
+        whole, bare = (_plain(text).lower() for text in (key, name_and_unit(key)[0]))
+        given[whole if whole in names else bare] = _plain(value)
+        if whole not in names and bare not in names:
             raise InputError(
                 f"{Path(table.file).name} has no channel {key!r}",
                 where=places.where("test", name, "channels"),
                 fix=suggest(key, list(names.values())),
             )
-    given = {_plain(key).lower(): _plain(value) for key, value in table.channels.items()}
     return tuple(replace(c, name=given.get(c.name.lower(), c.name)) for c in channels)
 
 

@@ -9,41 +9,25 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.studies.robust.changes import drawn_setup
-from creak.studies.robust.draws import Draw, whole_power
+from creak.studies.robust.draws import whole_power
 from creak.studies.robust.further import NOW, depth, forecast
 from creak.studies.robust.job import Draws
 from creak.studies.robust.linear import FACTORS
-from creak.studies.robust.shared_model import FAILED, FIGURES, FORETOLD, LEFT_OUT
+from creak.studies.robust.needed import Need, OwnGaps, own_gaps
+from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, FORETOLD, LEFT_OUT
 from creak.studies.warned import Warned, warnings_of
-from creak.verify.odds import Index, Odds, counted, ends, shift_needed, sobol_index, spread, with_forecast
-from creak.words import percent
+from creak.verify.odds import Index, Odds, counted, ends, odds, sobol_index, spread, with_forecast
+from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR, UNRELIABLE
+from creak.words import listed, percent
 
 SHOWN = ("rattle", "events", "impulse", "force")
 """Figures of which causes are told: whether it rattles anywhere, then sums, and the largest force."""
-OF_GAPS = ("contact.", "connector.", "clip.")
-"""What the gaps of channels depend on."""
 ENOUGH, FEW, MORE = 10, 0.1, 64
-"""Draws that rattle, below which more are advised where at most this share has to be marched, and how many times as
-many."""
+"""Draws that rattle, below which Sobol indices are left out, and more draws advised where at most this share has to be
+marched, and how many times as many."""
 LARGEST = 1_000_000_000
 """Bytes of all draws that are asked for so."""
-EVEN = 1e-9
-"""Spread of the gaps of a place up to which they are one number."""
-
-
-@dataclass(frozen=True)
-class Need:
-    """What the gap of a place has to be for a probability at most."""
-
-    target: float
-    shift: float
-    """Added to every gap of the study's own distribution."""
-    low: float
-    high: float
-    """Bounds of 95 %; infinite where the draws are too few."""
-    gap: float | None
-    """That in the middle of what scatters with the shift, where it is one number."""
+NO_DRAWS = odds(0, 0)
 
 
 @dataclass(frozen=True)
@@ -59,6 +43,10 @@ class PlaceFindings:
     need: Need | None
     fragility: tuple[Odds, ...] | None
     """Odds of contact with the load times each of `FACTORS`; None: channels press from the start."""
+    before: Odds = NO_DRAWS
+    """That it touches before the window."""
+    before_alone: Odds = NO_DRAWS
+    """That it does, and not in the window."""
 
 
 @dataclass(frozen=True)
@@ -90,6 +78,8 @@ class Robustness:
             "runs": d.design.total,
             "marched": d.marched,
             "taken_from_before": d.taken,
+            "failed": int(np.count_nonzero(_states(d) == FAILED)),
+            "unreliable": int(np.count_nonzero((_states(d) == CREATED) | (_states(d) == LEFT_OUT))),
             "seed": d.design.seed,
             "reduced_again": list(d.reduced_again),
             "causes": [{"key": c.key, "type": c.of.type, "nominal": _known(c.nominal)} for c in d.design.causes],
@@ -118,9 +108,9 @@ def find(draws: Draws) -> Robustness:
     well = draws.state[:n] != FAILED
     impulse = draws.impulse[:n][well]
     totals = _totals(draws)
-    gaps = _middle_gaps(draws)
+    gaps = own_gaps(draws)
     places = tuple(_of_place(draws, k, well, gaps) for k in range(len(draws.places)))
-    indices: dict[str, dict[str, Index]] = {}
+    indices: dict[str, Mapping[str, Index]] = {}
     like = _forecasts(draws)
     for name, column in totals.items() if design.indices else ():
         of = {c.key: _index(draws, k, column, like.get(name)) for k, c in enumerate(design.causes)}
@@ -128,6 +118,7 @@ def find(draws: Draws) -> Robustness:
             indices[name] = {key: index for key, index in of.items() if index is not None}
     values = draws.drawn.means()
     ordered = {c.key: values[c.key][:n][well] for c in design.causes if c.of.type != "seed"}
+    indices, few = _valid(indices, totals["rattle"][:n][well])
     tornado = {
         name: {key: ends(cause, column[:n][well]) for key, cause in ordered.items()} for name, column in totals.items()
     }
@@ -140,7 +131,7 @@ def find(draws: Draws) -> Robustness:
         impulse.mean(axis=0) if len(impulse) else np.zeros(draws.channels.m),
         indices,
         tornado if well.any() else {},
-        (*draws.notes, *_notes(draws), *_unlike(places), *_more(rattle, draws)),
+        (*draws.notes, *_notes(draws), *_unlike(places), *_built_up(places, draws), *few, *_more(rattle, draws)),
     )
 
 
@@ -163,6 +154,30 @@ def _index(draws: Draws, cause: int, column: FloatArray, like: tuple[FloatArray,
     return sobol_index(own, draws.design.blocks(here, cause), draws.further.design.blocks(many, cause))
 
 
+def _valid(
+    indices: Mapping[str, Mapping[str, Index]], rattle: FloatArray
+) -> tuple[dict[str, Mapping[str, Index]], list[str]]:
+    """Indices whose bounds hold (`verify.odds.sobol_index`), and a note on those that are left out.
+
+    Parameters
+    ----------
+    rattle : (n,) 1 of each draw that rattles, else 0. Where few do, all figures hang on these few.
+    """
+    n, hits = rattle.size, int(np.count_nonzero(rattle))
+    few = {name: min(hits, n - hits) if name == "rattle" else hits for name in indices}
+    left_out = [name for name, count in few.items() if count < ENOUGH]
+    if not left_out:
+        return dict(indices), []
+    more = whole_power(2 * ENOUGH * n // max(few[left_out[0]], 1))
+    note = (
+        f"Sobol indices of {listed(left_out)} are left out: {hits} of {n} draws rattle, and the bounds of the indices "
+        f"hold where {ENOUGH} do"
+        + (f" and {ENOUGH} do not" if "rattle" in left_out else "")
+        + f". --n {more} should be enough"
+    )
+    return {name: of for name, of in indices.items() if name not in left_out}, [note]
+
+
 def _totals(draws: Draws) -> dict[str, FloatArray]:
     """(total,) each of `SHOWN`."""
     at = {name: draws.figures[:, :, k] for k, name in enumerate(FIGURES)}
@@ -172,19 +187,20 @@ def _totals(draws: Draws) -> dict[str, FloatArray]:
     return dict(zip(SHOWN, columns, strict=True))
 
 
-def _of_place(draws: Draws, k: int, well: BoolArray, gaps: FloatArray) -> PlaceFindings:
+def _of_place(draws: Draws, k: int, well: BoolArray, gaps: OwnGaps) -> PlaceFindings:
     n, name = draws.design.n, draws.places[k]
     figures, slack = draws.figures[:n][well][:, k], draws.slack[:n][well][:, k]
     spreads = {f: spread(figures[:, j]) for j, f in enumerate(FIGURES)}
+    before, inside = figures[:, FIGURES.index("before")] > 0.0, figures[:, FIGURES.index("events")] > 0.0
     need, fragility = None, None
     if slack.size and np.isfinite(slack).all():
         slack = slack if draws.further is None else draws.further.slack[: draws.further.design.n, k]
         target = draws.setup.study.config.scatter.target
-        shift, low, high = shift_needed(slack[:, NOW], target)
-        need = Need(target, shift, low, high, _gap_with(gaps[draws.channels.of_groups({name})], shift))
+        need = gaps.need(draws.channels.of_groups({name}), slack[:, NOW], target)
         fragility = tuple(counted(slack[:, j] < 0.0) for j in range(len(FACTORS)))
     rattle = _rattle(draws, draws.figures[:n, k, 0] > 0.0, well, k)
-    return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility)
+    early = counted(before), counted(before & ~inside)
+    return PlaceFindings(name, rattle, spreads["events"], spreads["impulse"], spreads["force"], need, fragility, *early)
 
 
 def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) -> Odds:
@@ -198,37 +214,36 @@ def _rattle(draws: Draws, hit: BoolArray, well: BoolArray, place: int | None) ->
     return with_forecast(hit[well], here, further.forecast(place), further.rows[done], events[done] > 0.0)
 
 
-def _middle_gaps(draws: Draws) -> FloatArray:
-    """(m,) gaps of all channels, each cause in the middle of its distribution."""
-    values, fields = dict[str, Any](), dict[str, FloatArray]()
-    for cause in draws.design.causes:
-        if cause.mean is not None:
-            fields[cause.contact] = cause.mean
-        elif cause.key.startswith(OF_GAPS) and cause.key not in draws.reduced_again and not cause.is_factor:
-            values[cause.key] = cause.number(cause.values(np.full((1, cause.columns.stop), 0.5))[0])
-    setup = drawn_setup(draws.setup, Draw(0, values, fields))
-    return np.concatenate([setup.contacts.gap0, setup.connectors.gap0])
-
-
-def _gap_with(gaps: FloatArray, shift: float) -> float | None:
-    """The gap of a place with the shift; None: its channels (m,) have more than one."""
-    return float(gaps.mean()) + shift if gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) else None
-
-
 def _notes(draws: Draws) -> list[str]:
-    failed = int(np.count_nonzero(draws.state == FAILED))
-    left = int(np.count_nonzero(draws.state == LEFT_OUT))
+    """What went wrong in runs, those of further draws among them."""
+    states = _states(draws)
+    failed, left, created = (int(np.count_nonzero(states == which)) for which in (FAILED, LEFT_OUT, CREATED))
     notes: list[str] = []
     if failed:
-        notes.append(Warned(f"{failed} of {draws.state.size} runs did not reach their end and count nowhere"))
+        notes.append(Warned(f"{failed} of {states.size} runs did not reach their end and count nowhere"))
     if left:
         notes.append(
             Warned(
-                f"in {left} of {draws.state.size} runs a channel closed that the pre-check had left out: raise "
-                "[precheck] margin"
+                f"in {left} of {states.size} runs a channel closed that the pre-check had left out: raise [precheck] "
+                "margin"
+            )
+        )
+    if created:
+        notes.append(
+            Warned(
+                f"{created} of {states.size} runs are {UNRELIABLE}: the time integration created more energy than "
+                f"{percent(ENERGY_BAR)} of the work of the loads or {percent(CONTACT_BAR)} of what contact took up. "
+                "They count, as they touch, but their impulses and forces are worth nothing: soften the contact or "
+                "dissipate more"
             )
         )
     return notes
+
+
+def _states(draws: Draws) -> FloatArray:
+    """(n,) of all runs."""
+    more = None if draws.further is None else draws.further.state
+    return draws.state if more is None else np.concatenate([draws.state, more])
 
 
 def _unlike(places: Sequence[PlaceFindings]) -> list[str]:
@@ -242,6 +257,20 @@ def _unlike(places: Sequence[PlaceFindings]) -> list[str]:
         )
         for p, linear in apart
         if not p.rattle.low <= linear.p <= p.rattle.high
+    ]
+
+
+def _built_up(places: Sequence[PlaceFindings], draws: Draws) -> list[str]:
+    """Places whose odds lie above their bounds with the draws that touch before the window alone."""
+    start = draws.setup.marching.window[0]
+    return [
+        Warned(
+            f"{p.name} is hit before {start:.4g} s, as the motion builds up, in {percent(p.before.p)} of all draws, in "
+            f"{percent(p.before_alone.p)} of all then alone: the odds leave these out, as what touches later counts. "
+            "If the build-up matters, too, look at the events of a run"
+        )
+        for p in places
+        if p.rattle.p + p.before_alone.p > p.rattle.high
     ]
 
 
@@ -259,10 +288,15 @@ def _more(rattle: Odds, draws: Draws) -> list[str]:
 
 
 def _place(p: PlaceFindings) -> dict[str, Any]:
-    need = None if p.need is None else {key: _known(value) for key, value in asdict(p.need).items()}
+    need = None
+    if p.need is not None:
+        numbers = {key: _known(value) for key, value in asdict(p.need).items() if key != "ends"}
+        need = {**numbers, "ends": list(p.need.ends)}
     return {
         "name": p.name,
         "rattle": asdict(p.rattle),
+        "before": asdict(p.before),
+        "before_alone": asdict(p.before_alone),
         "events": dict(p.events),
         "impulse": dict(p.impulse),
         "force": dict(p.force),

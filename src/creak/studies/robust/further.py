@@ -47,6 +47,8 @@ class Further:
     """(k,) those of the design's n that are marched, beside the draws of the study."""
     events: FloatArray | None = None
     """(k, n_place) in them, once they were."""
+    state: FloatArray | None = None
+    """(k,) of them, as of the draws of the study."""
 
     def forecast(self, place: int | None) -> Forecast:
         """Whether each of the design's n closes a gap of a place; None: of any."""

@@ -43,6 +43,8 @@ from creak.version import version
 
 LOG = "draws"
 """Stem of the file of finished draws."""
+EDITION = 4
+"""Of what is kept of a draw and how it is drawn: with another one draws are not taken from before."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +58,9 @@ class Draws:
     drawn: Drawn
     """What each cause is in them."""
     state: FloatArray
-    """(total,) 0, or one of `FAILED`, `LEFT_OUT` and `FORETOLD` of `shared_model`."""
+    """(total,) 0, or one of `FAILED`, `LEFT_OUT`, `CREATED` and `FORETOLD` of `shared_model`."""
     figures: FloatArray
-    """(total, n_place, 4)"""
+    """(total, n_place, 5) `FIGURES`"""
     slack: FloatArray
     """(total, n_place, n_factor)"""
     impulse: FloatArray
@@ -148,10 +150,9 @@ def run_draws(
                 found[number] = record
                 progress("draws", len(found), len(wanted))
     if further is not None:
-        events = [
-            found[k][1 : 1 + len(FIGURES) * len(places) : len(FIGURES)] for k in _further_numbers(further, design)
-        ]
-        further = replace(further, events=np.array(events).reshape(-1, len(places)))
+        records = np.array([found[k] for k in _further_numbers(further, design)]).reshape(-1, width)
+        events = records[:, 1 : 1 + len(FIGURES) * len(places) : len(FIGURES)]
+        further = replace(further, events=events, state=records[:, 0])
     table = np.stack([found[k] for k in range(design.total)])
     cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
     state, figures, slack, impulse = np.split(table, cuts, axis=1)
@@ -190,6 +191,7 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
     told = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
     return {
         "creak": version(),
+        "edition": EDITION,
         "study": digest(told),
         "deck": setup.deck_sha256,
         "files": other_files_sha256(study),

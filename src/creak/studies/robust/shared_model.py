@@ -35,14 +35,18 @@ from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
 from creak.verify.events import counted_instants, events_in, find_events
+from creak.verify.reliability import reasons_against
 
-FIGURES = ("events", "impulse", "force", "speed")
-"""Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed."""
+FIGURES = ("events", "impulse", "force", "speed", "before")
+"""Of each place in a draw: number, sum, largest low-passed force of the place, largest closing speed in the window;
+number of events that end before it."""
 FAILED = 1.0
 LEFT_OUT = 2.0
 """A channel that the pre-check dropped closed."""
 FORETOLD = 3.0
 """Nothing touches for sure: it was not marched."""
+CREATED = 4.0
+"""Its march created energy, by which a run counts as unreliable (`verify.reliability`)."""
 NOTHING = np.zeros(0, dtype=np.int64)
 TRIED = 8
 """Draws of the load whose linear runs the pre-check looks at, and the one of least damping."""
@@ -53,9 +57,9 @@ class Seen:
     """What is kept of a draw."""
 
     state: float
-    """0, `FAILED` or `LEFT_OUT`; of a draw that was not marched `FORETOLD`."""
+    """0, `FAILED`, `LEFT_OUT` or `CREATED`; of a draw that was not marched `FORETOLD`."""
     figures: FloatArray
-    """(n_place, 4)"""
+    """(n_place, 5) `FIGURES`"""
     slack: FloatArray
     """(n_place, n_factor) smallest gap of a place without contact, the load times each of `FACTORS`; not a number where
     channels press from the start."""
@@ -228,17 +232,21 @@ def march_draws(
         if isinstance(history, Stopped):
             nothing = [np.full(shape, np.nan) for shape in (figures.shape, (len(places), len(FACTORS)), impulse.shape)]
             return Seen(FAILED, *nothing)
-        events = events_in(find_events(history, variant.gaps, v.merge, v.f_max), model.window)
+        every = find_events(history, variant.gaps, v.merge, v.f_max)
+        events = events_in(every, model.window)
         for event in events:
             own = figures[places.index(event.group)]
-            own += 1.0, event.impulse, 0.0, 0.0
-            own[2:] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+            own[:2] += 1.0, event.impulse
+            own[2:4] = max(own[2], event.force_place), max(own[3], event.closing_speed)
+        for event in every:
+            figures[places.index(event.group), 4] += event.t_end < model.window[0]
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = closes(dropped_of(history, model.linear.dropped[0]))
+        state = LEFT_OUT if closed else CREATED if reasons_against(history) else 0.0
         untouched = not history.force.any()
         known = _linear(model, variant, history) if untouched else _foretold(model, variant)
-        return Seen(LEFT_OUT if closed else 0.0, figures, _slack(model, variant, places, known), impulse)
+        return Seen(state, figures, _slack(model, variant, places, known), impulse)
 
     return march_many(model.base, (variant_of(model, draw) for draw in draws), look, threads)
 

@@ -183,7 +183,7 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
             expected=f"the header {EXPECTED}",
             fix="Put it into the first line.",
         )
-    values = np.array([row_numbers(path, *row, ",".join(header)) for row in rows]).reshape(-1, len(header))
+    values = np.array([row_numbers(path, *row, header) for row in rows]).reshape(-1, len(header))
     rows = [row for row, f in zip(rows, values[:, 0], strict=True) if f != 0.0]
     values = values[values[:, 0] != 0.0]  # a source that does not move tells nothing
     freq, first, second = values[:, 0], values[:, 1], values[:, -1]

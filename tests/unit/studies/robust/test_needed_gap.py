@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 from benchmarks.odds import DECK, STOPPED_BEAM, reach
-from scipy.stats import norm
+from scipy.stats import norm, truncnorm
 
 import creak
+from creak.report.tables.robust import place_rows
 from creak.studies.robust.findings import PlaceFindings, _unlike
 from creak.studies.robust.linear import FACTORS
 from creak.verify.odds import odds
@@ -58,6 +59,41 @@ def test_middles_of_two_limits_that_differ_are_no_single_gap(tmp_path):
     found = creak.robust(beam(tmp_path, both, clip, upper=30.0), 8, indices=False, threads=1)
     assert found.places[1].need.gap == pytest.approx(9.0 + found.places[1].need.shift)
     assert np.isfinite(found.places[1].need.shift)
+
+
+@pytest.mark.parametrize(("key", "sign", "end"), [("clip.0.upper", 1.0, "low"), ("clip.0.lower", -1.0, "high")])
+def test_a_truncated_distribution_moves_as_a_whole(tmp_path, key, sign, end):
+    """The gap that is told is its mean with the shift at which SHARE of the truncated normal lies below the motion."""
+    clip = STOP.format("play", f"{key[7:]} = {14.0 * sign}")
+    vary = f'"{key}" = {{ type = "normal", mean = {9.0 * sign}, sigma = {SIGMA}, {end} = {8.5 * sign} }}'
+    path = beam(tmp_path, vary, clip, upper=30.0)
+    if sign < 0.0:
+        path.write_text(path.read_text().replace('"step", amplitude = 0.7', '"step", amplitude = -0.7'))
+    found = creak.robust(path, 64, indices=False, threads=1)
+    need, cut = found.places[1].need, (8.5 - 9.0) / SIGMA
+    shift = LOAD * reach(path) - truncnorm.ppf(SHARE, cut, np.inf, 9.0, SIGMA)
+    assert need.low <= shift <= need.high
+    assert need.shift == pytest.approx(shift, abs=0.05)
+    assert need.gap == pytest.approx(9.0 + need.shift)
+    assert found.as_dict()["places"][1]["need"]["ends"] == [f"{key}.{end}"]
+    assert place_rows(found)[2][-1].endswith(f", {end} with it")
+    assert found.places[0].need.ends == ()
+
+
+@pytest.mark.parametrize(
+    ("of", "words"),
+    [
+        ('type = "uniform", low = 8.0, high = 12.0', " everywhere, low and high with it"),
+        ('type = "lognormal", sigma = 0.1', " everywhere"),
+        ('type = "normal", sigma = 0.1, relative = true', " everywhere"),
+        ('type = "normal", mean = 7.0, sigma = 1.5, low = 8.0', " everywhere, low with it"),
+    ],
+)
+def test_a_number_that_shapes_its_distribution_is_no_gap(tmp_path, of, words):
+    """Another one in the study would make the distribution wider, or move nothing: the shift alone is told."""
+    found = creak.robust(beam(tmp_path, f'"connector.0.upper" = {{ {of} }}', upper=10.0), 8, indices=False, threads=1)
+    assert found.places[0].need.gap is None
+    assert place_rows(found)[1][-1] == f"{found.places[0].need.shift:+.3g}{words}"
 
 
 @pytest.mark.parametrize(("hits", "reached", "told"), [(97, 70, True), (97, 95, False), (5, 30, True)])
