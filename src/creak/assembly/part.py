@@ -253,7 +253,8 @@ def part_system(
     K, M = (congruent(T, SideBySide([A]), own) for A in (matrices.K, matrices.M))
     C = None if matrices.C is None else congruent(T, SideBySide([matrices.C]), own)
     needed = np.isin(independent, _outside_labels(model, across))
-    keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
+    moves = np.any([A.diagonal() != 0.0 for A in (K, M, C) if A is not None], axis=0)
+    keep = np.flatnonzero(moves | needed)
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
     C = None if C is None else principal(C, keep)
     along = rigid_vectors(labels, model.nodes, np.zeros(3))[:, 0]

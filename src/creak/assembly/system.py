@@ -19,6 +19,9 @@ Recover = Callable[[FloatArray, FloatArray, IntArray | None], FloatArray]
 Combine = Callable[[Matrix, IntArray], tuple[Matrix, Matrix]]
 """A (m, k), physical dof labels (k,) -> A R and A R_s of `Rows`."""
 
+Bear = Callable[[IntArray], None]
+"""Physical dof labels (k,) at which forces act; see `System.bear`."""
+
 
 @dataclass(frozen=True)
 class Supports:
@@ -102,6 +105,8 @@ class System:
     of_shells: bool = False
     """Whether `rows` takes ~label besides: what shells have in that dof where a support holds the node's rotation about
     their normal (`assembly.drilling`), elsewhere the same as `label`."""
+    bear: Bear | None = None
+    """Raises InputError for labels at which a force would press on nothing, or on dampers alone; None: on none."""
 
     @property
     def n(self) -> int:
@@ -215,6 +220,7 @@ def project(
         whole=whole,
         interface=system.interface,
         combine=combine,
+        bear=system.bear,
     )
 
 
