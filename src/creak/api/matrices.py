@@ -127,7 +127,8 @@ def couple(
 
     Returns
     -------
-    System in the dofs that stay free; the motion of every label can still be asked for.
+    System in the dofs that stay free; the motion of every label can still be asked for. Its initial velocity has the
+    momentum of those of the Systems, T' M T q' = T' M v, which is theirs where they fit together.
 
     Raises
     ------

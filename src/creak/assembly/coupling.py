@@ -15,8 +15,8 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.dampers import bearing, led_by_dampers, place_of
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
-from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Stats, Supports, System, dense_if_full, to_dense
+from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints, started_labels
+from creak.assembly.system import Stats, Supports, System, dense_if_full, fitted_velocity, to_dense
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.scratch import SPARE, rows_of
@@ -130,7 +130,7 @@ def couple(
     def whole(q: FloatArray, s: FloatArray, at: IntArray | None) -> FloatArray:
         return rows.recover(np.asarray(T @ q + T_s @ s), at)
 
-    velocity = np.concatenate([s.velocity for s in systems])[own[active]]
+    velocity = fitted_velocity(T, M.times, M_t, own[active], _given(systems, model))
     M_t, K_t, *more = _of_one_kind([_dense_if_full(A) for A in (M_t, K_t, *([] if C_t is None else [C_t]))])
     damping = Damping(common.alpha, common.beta, more[0] if more else None)
     return System(
@@ -149,6 +149,14 @@ def couple(
         of_shells=True,
         bear=bear,
     )
+
+
+def _given(systems: Sequence[System], model: Model) -> FloatArray:
+    """Initial velocities of all coordinates; in a model with parts those that it neither names nor moves have none."""
+    v = np.concatenate([s.velocity for s in systems])
+    coordinates = np.concatenate([s.coordinates for s in systems])
+    free = (v == 0.0) & ~np.isin(coordinates, started_labels(model))
+    return np.where(free & bool(model.parts), np.nan, v)
 
 
 def _positive(mass: FloatArray, coordinates: IntArray, model: Model) -> None:
