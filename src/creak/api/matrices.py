@@ -20,6 +20,7 @@ from creak.given import positive, whole
 from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
+from creak.linalg.pencil import require_positive
 from creak.model.constraints import Equation, Fixed
 from creak.model.dofs import dofs_of, node_and_dof, nodes_of
 from creak.model.mesh import Model, Nodes
@@ -46,7 +47,7 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
     Raises
     ------
     InputError : both count and f_max, one of them no positive number, or matrices that are not square, real, symmetric,
-        finite or of one size.
+        finite, positive or of one size.
     NumericalError : a dof has neither mass nor stiffness, or a mode was missed.
 
     Method: shift-invert block Lanczos with a Sturm count; dense up to 600 dofs.
@@ -60,7 +61,9 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
     _same_size(K, M, "M")
     wanted = min(count, K.shape[0]) if f_max is None else None
     factor = regular_factor(K)
-    return linalg_modes.modes(K, M, f_max=f_max, count=wanted, free=factor is None, stiffness_factor=factor)
+    found = linalg_modes.modes(K, M, f_max=f_max, count=wanted, free=factor is None, stiffness_factor=factor)
+    require_positive("K", K, found.shapes[:, found.omega2 < 0.0])
+    return found
 
 
 def system_from_matrices(
