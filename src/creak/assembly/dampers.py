@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import to_dense
 from creak.errors import InputError
-from creak.model.dofs import AXES, node_and_dof
+from creak.model.dofs import AXES, dof_label, node_and_dof
 from creak.model.mesh import Model
 
 NOTHING = 1e-12
@@ -93,4 +93,6 @@ def place_of(label: int, model: Model) -> str:
     """`node 17 RZ`, or the dof's label where the Systems came without a deck."""
     label = ~label if label < 0 else label
     node, dof = node_and_dof(label)
-    return f"node {model.nodes.label(node)} {AXES[dof - 1]}" if model.parts else f"dof {label}"
+    if model.parts:
+        return f"node {model.nodes.label(node)} {AXES[dof - 1]}"
+    return f"dof {dof_label(int(model.nodes.ids[node]), dof)}"
