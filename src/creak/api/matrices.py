@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,13 +20,16 @@ from creak.given import positive, whole
 from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
+from creak.linalg.pencil import require_positive
 from creak.model.constraints import Equation, Fixed
-from creak.model.dofs import dofs_of, node_and_dof, nodes_of
+from creak.model.dofs import PER_NODE, dof_labels, dofs_of, node_and_dof, nodes_of
 from creak.model.mesh import Model, Nodes
 
 SYMMETRIC = 1e-8
 """Largest |A_ij - A_ji| over the largest |A_ij| of a matrix that counts as symmetric."""
 DEFAULT_COUNT = 20
+Rename = Callable[[IntArray], IntArray]
+"""Labels of dofs -> other labels, in the same order."""
 
 
 def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = None) -> Modes:
@@ -46,7 +49,7 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
     Raises
     ------
     InputError : both count and f_max, one of them no positive number, or matrices that are not square, real, symmetric,
-        finite or of one size.
+        finite, positive or of one size.
     NumericalError : a dof has neither mass nor stiffness, or a mode was missed.
 
     Method: shift-invert block Lanczos with a Sturm count; dense up to 600 dofs.
@@ -60,7 +63,9 @@ def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = Non
     _same_size(K, M, "M")
     wanted = min(count, K.shape[0]) if f_max is None else None
     factor = regular_factor(K)
-    return linalg_modes.modes(K, M, f_max=f_max, count=wanted, free=factor is None, stiffness_factor=factor)
+    found = linalg_modes.modes(K, M, f_max=f_max, count=wanted, free=factor is None, stiffness_factor=factor)
+    require_positive("K", K, found.shapes[:, found.omega2 < 0.0])
+    return found
 
 
 def system_from_matrices(
@@ -127,7 +132,8 @@ def couple(
 
     Returns
     -------
-    System in the dofs that stay free; the motion of every label can still be asked for.
+    System in the dofs that stay free; the motion of every label can still be asked for. Its initial velocity has the
+    momentum of those of the Systems, T' M T q' = T' M v, which is theirs where they fit together.
 
     Raises
     ------
@@ -144,20 +150,23 @@ def couple(
     known = np.unique(np.concatenate([s.labels for s in systems]))
     held = known_labels(fixed, known, "fixed")
     ends = {str(name): known_labels(x, known, f"driven {name!r}") for name, x in (driven or {}).items()}
-    rows = [_equation(x, c, known) for x, c in equations]
+    numbers = _Numbered(known)
+    rows = [_equation(x, c, known, numbers) for x, c in equations]
     model = Model(
         source="couple",
-        nodes=_nodes(known),
+        nodes=numbers.nodes,
         blocks=(),
         parts=(),
         node_sets={},
         element_sets={},
         surfaces={},
         constraints=tuple(rows),
-        fixed=tuple(Fixed(np.array([node]), (dof,)) for node, dof in map(node_and_dof, held)),
+        fixed=tuple(Fixed(np.array([node]), (dof,)) for node, dof in map(node_and_dof, numbers.rows(held))),
     )
     common = Rayleigh(systems[0].damping.alpha, systems[0].damping.beta)
-    return coupling.couple([_with_common(s, common) for s in systems], model, coupling.Driven(ends), common)
+    own = [numbers.numbered(_with_common(s, common)) for s in systems]
+    driving = coupling.Driven({name: numbers.rows(labels) for name, labels in ends.items()})
+    return numbers.labelled(coupling.couple(own, model, driving, common))
 
 
 # --- checks ---------------------------------------------------------------------------------------------------------
@@ -256,19 +265,67 @@ def _rows_of(own: IntArray) -> Rows:
     return rows
 
 
-def _nodes(known: IntArray) -> Nodes:
-    count = node_and_dof(known[-1])[0] + 1
-    return Nodes(np.arange(count, dtype=np.int64), np.zeros((count, 3)))
+class _Numbered:
+    """The labels of dofs, numbered anew without gaps between the nodes: 6 row + dof - 1. Their order stays."""
+
+    def __init__(self, known: IntArray) -> None:
+        self._nodes = np.unique(nodes_of(known))
+
+    @property
+    def nodes(self) -> Nodes:
+        return Nodes(self._nodes, np.zeros((self._nodes.size, 3)))
+
+    def rows(self, labels: IntArray) -> IntArray:
+        """The new numbers of labels; of those that are not known, one that no System has."""
+        plain = np.where(labels < 0, ~labels, labels)
+        at = np.searchsorted(self._nodes, nodes_of(plain))
+        there = self._nodes[np.minimum(at, self._nodes.size - 1)] == nodes_of(plain)
+        new = np.where(there, _moved_to(at, plain), PER_NODE * self._nodes.size)
+        return np.asarray(np.where(labels < 0, ~new, new), dtype=np.int64)
+
+    def labels(self, rows: IntArray) -> IntArray:
+        """The labels of new numbers."""
+        plain = np.where(rows < 0, ~rows, rows)
+        old = _moved_to(self._nodes[nodes_of(plain)], plain)
+        return np.asarray(np.where(rows < 0, ~old, old), dtype=np.int64)
+
+    def numbered(self, system: System) -> System:
+        """The System with the new numbers for labels."""
+        return _renamed(system, self.rows, self.labels)
+
+    def labelled(self, system: System) -> System:
+        """The System with labels for the new numbers."""
+        return _renamed(system, self.labels, self.rows)
 
 
-def _equation(labels: ArrayLike, coefficients: ArrayLike, known: IntArray) -> Equation:
+def _moved_to(nodes: IntArray, labels: IntArray) -> IntArray:
+    """The dofs of `labels` at other nodes."""
+    return np.asarray(dof_labels(nodes, dofs_of(labels)), dtype=np.int64)
+
+
+def _renamed(system: System, new: Rename, old: Rename) -> System:
+    combine, bear = system.combine, system.bear
+    at = system.coordinates
+    return replace(
+        system,
+        rows=lambda x: system.rows(old(x)),
+        combine=None if combine is None else lambda A, x: combine(A, old(x)),
+        bear=None if bear is None else lambda x: bear(old(x)),
+        coordinates=np.where(at < 0, at, new(np.maximum(at, system.labels[0]))),
+        labels=new(system.labels),
+        interface=None if system.interface is None else new(system.interface),
+    )
+
+
+def _equation(labels: ArrayLike, coefficients: ArrayLike, known: IntArray, numbers: _Numbered) -> Equation:
     found, values = known_labels(labels, known, "equations"), np.asarray(coefficients, dtype=np.float64).ravel()
     if found.size != values.size or not found.size or values[0] == 0.0:
         raise InputError(
             f"an equation with {found.size} labels and coefficients {values.tolist()}",
             expected="as many of each, the first coefficient not zero",
         )
-    return Equation(nodes_of(found), dofs_of(found), values)
+    rows = numbers.rows(found)
+    return Equation(nodes_of(rows), dofs_of(rows), values)
 
 
 def _with_common(system: System, common: Rayleigh) -> System:

@@ -12,14 +12,23 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import fixed_equations, linear_equations
+from creak.assembly.dampers import bearing, led_by_dampers, place_of
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
-from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints
-from creak.assembly.system import Stats, Supports, System, dense_if_full, rows_with_entries, to_dense
+from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints, started_labels
+from creak.assembly.system import (
+    Stats,
+    Supports,
+    System,
+    dense_if_full,
+    fitted_velocity,
+    rows_with_entries,
+    to_dense,
+)
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.scratch import SPARE, rows_of
-from creak.model.dofs import AXES, dofs_of, node_and_dof, node_dofs, nodes_of
+from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 
 NEGATIVE = 1e-9
@@ -58,11 +67,13 @@ def couple(
     The same call joins unreduced parts into the reference model and Craig-Bampton parts into the reduced
     one (primal assembly: Klerk, Rixen, Voormeeren, AIAA J. 46, 2008). Systems that share a physical dof are tied
     there where both offer it (`System.joins`); where one does not, its copy stays loose, and the motion of the
-    first unreduced System that has the dof counts as the physical one.
+    first unreduced System that has the dof counts as the physical one. Dofs without stiffness and mass are left out;
+    those of them that dampers hold follow the others (`assembly.dampers`).
 
     Raises
     ------
-    InputError : a driven dof is also held, or tied to another driven one; a negative mass.
+    InputError : a driven dof is also held, or tied to another driven one; a negative mass; Systems that share a dof
+        which only dampers hold in one that was joined before.
     """
     rows, names = _Stacked(systems), driven.names
     n_q = sum(s.n for s in systems)
@@ -89,9 +100,20 @@ def couple(
     if C is None and C_between is not None:
         C = [sp.csr_matrix((s.n, s.n)) for s in systems]
     extra = None if C is None else side_by_side(C, C_between)
-    # Coordinates without stiffness and mass, unused rotations, are left out.
-    active = np.flatnonzero((K_t.diagonal() > 0.0) | (M_t.diagonal() > 0.0))
-    M_t, K_t, T = principal(M_t, active), principal(K_t, active), T[:, active]
+    C_t = None if extra is None else congruent(T, extra, own)
+    # Coordinates without stiffness and mass, unused rotations, are left out; those with dampers follow the others.
+    held = (K_t.diagonal() > 0.0) | (M_t.diagonal() > 0.0)
+    active, left = np.flatnonzero(held), np.flatnonzero(~held)
+    damped = np.zeros(left.size, dtype=bool) if C_t is None else C_t.diagonal()[left] > 0.0
+    bear = bearing(rows, T[:, left], damped, model)
+    M_t, K_t = principal(M_t, active), principal(K_t, active)
+    if extra is not None and damped.any():
+        led = left[damped]
+        X, X_s, C_t = led_by_dampers(C_t, _side(T, extra, T_s), led, active)
+        T, T_s = T[:, active] + T[:, led] @ X, T_s + T[:, led] @ X_s
+        C_t = C_t if C_t.nnz else None
+    else:
+        T, C_t = T[:, active], None if C_t is None else principal(C_t, active)
     coordinates = np.concatenate([s.coordinates for s in systems])[own[active]]
     _positive(M_t.diagonal(), coordinates, model)
     supports = Supports(
@@ -116,10 +138,9 @@ def couple(
     def whole(q: FloatArray, s: FloatArray, at: IntArray | None) -> FloatArray:
         return rows.recover(np.asarray(T @ q + T_s @ s), at)
 
-    velocity = np.concatenate([s.velocity for s in systems])[own[active]]
-    C_t = [] if extra is None else [congruent(T, extra, own[active])]
-    M_t, K_t, *C_t = _of_one_kind([_dense_if_full(A) for A in (M_t, K_t, *C_t)])
-    damping = Damping(common.alpha, common.beta, C_t[0] if C_t else None)
+    velocity = fitted_velocity(T, M.times, M_t, own[active], _given(systems, model))
+    M_t, K_t, *more = _of_one_kind([_dense_if_full(A) for A in (M_t, K_t, *([] if C_t is None else [C_t]))])
+    damping = Damping(common.alpha, common.beta, more[0] if more else None)
     return System(
         "assembly",
         M_t,
@@ -134,15 +155,24 @@ def couple(
         whole=whole,
         combine=combine,
         of_shells=True,
+        bear=bear,
     )
+
+
+def _given(systems: Sequence[System], model: Model) -> FloatArray:
+    """Initial velocities of all coordinates; in a model with parts those that it neither names nor moves have none."""
+    v = np.concatenate([s.velocity for s in systems])
+    coordinates = np.concatenate([s.coordinates for s in systems])
+    free = (v == 0.0) & ~np.isin(coordinates, started_labels(model))
+    return np.where(free & bool(model.parts), np.nan, v)
 
 
 def _positive(mass: FloatArray, coordinates: IntArray, model: Model) -> None:
     """Raise InputError for a coordinate whose mass is negative beyond round-off."""
     if not mass.size or mass.min() >= -NEGATIVE * np.abs(mass).max():
         return
-    node, dof = node_and_dof(int(coordinates[mass.argmin()]))
-    at = f"node {model.nodes.label(node)} {AXES[dof - 1]}" if node >= 0 else "a coordinate of a superelement"
+    label = int(coordinates[mass.argmin()])
+    at = place_of(label, model) if label >= 0 else "a coordinate of a superelement"
     raise InputError(
         f"the mass at {at} is {mass.min():.4g}, with what is tied to it",
         expected="zero or more",
@@ -205,6 +235,9 @@ class _Stacked:
             labels = self._offered[k]
             labels = labels[self.owner(labels) != k]
             if labels.size:
+                for each in (system, *(self.systems[j] for j in np.unique(self.owner(labels)))):
+                    if each.bear is not None:
+                        each.bear(labels)
                 shells = np.array([s.of_shells for s in self.systems])[self.owner(labels)] & system.of_shells
                 labels = np.where(shells, ~labels, labels)
                 other = [self.of(j, labels, np.full(labels.size, j == k)) for j in range(len(self.systems))]

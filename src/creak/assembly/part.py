@@ -19,7 +19,7 @@ from creak.assembly.edges import with_edges
 from creak.assembly.elimination import eliminate, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
-from creak.assembly.system import Rows, Stats, System, no_supports
+from creak.assembly.system import Rows, Stats, System, fitted_velocity, no_supports
 from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.later import later
@@ -253,12 +253,16 @@ def part_system(
     K, M = (congruent(T, SideBySide([A]), own) for A in (matrices.K, matrices.M))
     C = None if matrices.C is None else congruent(T, SideBySide([matrices.C]), own)
     needed = np.isin(independent, _outside_labels(model, across))
-    keep = np.flatnonzero((K.diagonal() != 0.0) | (M.diagonal() != 0.0) | needed)
+    moves = np.any([A.diagonal() != 0.0 for A in (K, M, C) if A is not None], axis=0)
+    keep = np.flatnonzero(moves | needed)
     K, M, T = principal(K, keep), principal(M, keep), T[:, keep]
     C = None if C is None else principal(C, keep)
     along = rigid_vectors(labels, model.nodes, np.zeros(3))[:, 0]
     mass = float(along @ (matrices.M @ along))
     known = _known(model, part, labels, T, independent[keep], mass, drilling)
+    known["velocity"] = fitted_velocity(
+        T, SideBySide([matrices.M]).times, M, own[keep], _initial_velocity(model, labels)
+    )
     return System(M=M, K=K, damping=Damping(common.alpha, common.beta, C), **known)
 
 
@@ -275,6 +279,8 @@ def outlined_part(
     labels, T, independent, _ = _independent(model, part, drilling)
     T = T[:, np.searchsorted(independent, coordinates)]
     known = {**_OTHERS, **_known(model, part, labels, T, coordinates, mass, drilling)}
+    if not np.isin(started_labels(model), labels).any():
+        known["velocity"] = np.zeros(coordinates.size)
     if not _any_excess(_blocks(model, part), common, override):
         known["damping"] = Damping(common.alpha, common.beta)
     return later(System, lambda: part_system(model, part, common, override=override), **known)
@@ -300,7 +306,6 @@ def _known(
         "rows": _rows_of(labels, real, T, model.nodes.count),
         "supports": no_supports(coordinates.size),
         "coordinates": coordinates,
-        "velocity": _initial_velocity(model, coordinates),
         "stats": Stats(mass, sum(b.ids.size for b in _blocks(model, part))),
         "labels": labels,
         "of_shells": True,
@@ -339,7 +344,7 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     zero, one = sp.csr_matrix((n, n)), sp.identity(n, format="csr")
     rows = _rows_of(labels, one, one, model.nodes.count)
     damping = Damping(common.alpha, common.beta)
-    velocity = _initial_velocity(model, labels)
+    velocity = np.nan_to_num(_initial_velocity(model, labels))
     return System(
         "(loose nodes)",
         zero,
@@ -354,11 +359,16 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
     )
 
 
-def _initial_velocity(model: Model, coordinates: IntArray) -> FloatArray:
-    velocity = np.zeros(PER_NODE * model.nodes.count)
-    for node, dof, value in model.initial_velocity:
-        velocity[dof_label(node, dof)] = value
-    return velocity[coordinates]
+def started_labels(model: Model) -> IntArray:
+    """Dof labels with an initial velocity, as they come."""
+    return np.array([dof_label(node, dof) for node, dof, _ in model.initial_velocity], dtype=np.int64)
+
+
+def _initial_velocity(model: Model, labels: IntArray) -> FloatArray:
+    """Initial velocities at labels, not a number where none is given."""
+    velocity = np.full(PER_NODE * model.nodes.count, np.nan)
+    velocity[started_labels(model)] = [value for _, _, value in model.initial_velocity]
+    return velocity[labels]
 
 
 def _outside_labels(model: Model, across: Sequence[Constraint]) -> IntArray:

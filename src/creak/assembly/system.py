@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.sparse.linalg import cg
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.damping import Damping
@@ -18,6 +19,9 @@ Recover = Callable[[FloatArray, FloatArray, IntArray | None], FloatArray]
 """q (n, k), s (n_support, k) and places in the labels of a System, or None -> u (n_label, k) there, or of all."""
 Combine = Callable[[Matrix, IntArray], tuple[Matrix, Matrix]]
 """A (m, k), physical dof labels (k,) -> A R and A R_s of `Rows`."""
+
+Bear = Callable[[IntArray], None]
+"""Physical dof labels (k,) at which forces act; see `System.bear`."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,8 @@ class System:
     of_shells: bool = False
     """Whether `rows` takes ~label besides: what shells have in that dof where a support holds the node's rotation about
     their normal (`assembly.drilling`), elsewhere the same as `label`."""
+    bear: Bear | None = None
+    """Raises InputError for labels at which a force would press on nothing, or on dampers alone; None: on none."""
 
     @property
     def n(self) -> int:
@@ -215,18 +221,45 @@ def project(
         whole=whole,
         interface=system.interface,
         combine=combine,
+        bear=system.bear,
     )
 
 
-def momentum_fit(M: FloatArray, momentum: FloatArray) -> FloatArray:
+def momentum_fit(M: Matrix, momentum: FloatArray) -> FloatArray:
     """Reduced initial velocity with the generalised momentum V' M v of the unreduced one: M' q' = V' M v.
 
-    Coordinates without mass (rotations of a point mass) get none.
+    Coordinates without mass (rotations of a point mass) get none. A sparse M' may be singular.
     """
     velocity, heavy = np.zeros(M.shape[0]), np.flatnonzero(M.diagonal() > 0.0)
-    if momentum.any():
+    if not momentum.any():
+        return velocity
+    if not sp.issparse(M):
         velocity[heavy] = np.linalg.solve(M[np.ix_(heavy, heavy)], momentum[heavy])
+        return velocity
+    scale = sp.diags(1.0 / np.sqrt(M.diagonal()[heavy]))
+    found, _ = cg(scale @ M[heavy][:, heavy] @ scale, scale @ momentum[heavy], rtol=ROUND_OFF)
+    velocity[heavy] = scale @ found
     return velocity
+
+
+ROUND_OFF = 1e-13
+"""Of an initial velocity that is fitted, and of one that needs no fit."""
+
+
+def fitted_velocity(T: Matrix, M: Callable[[Matrix], Matrix], M_t: Matrix, own: IntArray, v: FloatArray) -> FloatArray:
+    """Velocity q' (k,) of what follows fewer coordinates, u = T q, with the momentum of the given one v (n,).
+
+    T' M T q' = T' M v; exactly v where T has it. What follows no coordinate (supports) has no part in it.
+
+    Parameters
+    ----------
+    M : x (n, 1) sparse -> M x. M_t : T' M T, sparse. own : (k,) rows of T that are the coordinates.
+    v : (n,), not a number where none is given: what follows others has theirs, the others none.
+    """
+    q = np.nan_to_num(v[own])
+    differs = v - T @ q
+    differs[~(np.abs(differs) > ROUND_OFF * np.abs(q).max(initial=0.0)) | ~rows_with_entries(T)] = 0.0
+    return q if not differs.any() else q + momentum_fit(M_t, to_dense(T.T @ M(sp.csr_matrix(differs[:, None])))[:, 0])
 
 
 MOSTLY_FULL = 0.1

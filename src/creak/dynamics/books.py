@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.contact.step_problem import contact_energy
+from creak.contact.step_problem import contact_energy, spring_energy
 from creak.dynamics.history import ENERGIES
 from creak.linalg.compiled import either
 
@@ -28,10 +28,14 @@ def new_book() -> FloatArray:
 
 @either
 def in_channels(laws, preload, gap0, gap):  # type: ignore[no-untyped-def]
-    """Energy of the springs of the channels, and potential of the forces (m,) that balance their preload."""
+    """Energy of the springs of the channels, and potential of the forces (m,) that balance their preload.
+
+    Of a channel with a preload it counts from its rest, where both together are least.
+    """
     energy = contact_energy(laws, gap)
     for i in range(gap.size):
-        energy += preload[i] * (gap[i] - gap0[i])
+        if preload[i] != 0.0:
+            energy += preload[i] * (gap[i] - gap0[i]) - spring_energy(laws, i, gap0[i])
     return energy
 
 

@@ -54,8 +54,15 @@ class ChannelMatrices:
 
 
 def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
-    """The rows of all channels on the coordinates and on the prescribed motion."""
+    """The rows of all channels on the coordinates and on the prescribed motion.
+
+    Raises
+    ------
+    InputError : a channel presses on a dof that has neither stiffness nor mass.
+    """
     R, R_s = system.rows(gaps.labels)
+    if system.bear is not None and gaps.presses:
+        system.bear(gaps.labels[np.unique(sp.csr_matrix(gaps.G).nonzero()[1])])
 
     def on(A: Matrix) -> tuple[Matrix, FloatArray]:
         B = A @ R

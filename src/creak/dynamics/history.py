@@ -10,9 +10,9 @@ from creak.arrays import FloatArray, IntArray
 from creak.dynamics.record.watch import Extremes
 
 ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
-"""Columns of `History.energy`: three stored energies, then work since the start. `friction` is what sliding took;
-`scheme` is what the others leave over of the external work and of the initial energy: the scheme's own dissipation,
-negative when energy was created."""
+"""Columns of `History.energy`: three stored energies, then work since the start. The energy of channels with a preload
+counts from their rest. `friction` is what sliding took; `scheme` is what the others leave over of the external work and
+of the initial energy: the scheme's own dissipation, negative when energy was created."""
 
 
 def split_columns(table: FloatArray, m: int, f2: int) -> tuple[FloatArray, ...]:
@@ -60,6 +60,8 @@ class History:
     spacing: float = 0.0
     """s between instants where contact changed too often for all of them to be kept, and forces are means
     (`dynamics.record.thinning`); 0: nowhere."""
+    preload: FloatArray = field(default_factory=lambda: np.zeros(0))
+    """(m,) forces with which the channels press at rest, balanced by what is not in the motion; empty: none has any."""
 
     @property
     def nbytes(self) -> int:
@@ -79,17 +81,21 @@ class History:
 
     @property
     def energy_scale(self) -> float:
-        """Largest external work or stored energy of the run, the yardstick of the balance."""
+        """Largest external work, or the energy at the start, the yardstick of the balance.
+
+        Strain that never falls below that of the start, as that of static loads, does not count.
+        """
         external = float(np.abs(self.energy[:, ENERGIES.index("external")]).max())
-        stored = float(self.energy[0, :3].sum())
+        kinetic, strain, contact = (self.energy[:, ENERGIES.index(k)] for k in ("kinetic", "strain", "contact"))
+        stored = float(kinetic[0] + (strain[0] - strain.min()) + contact[0])
         return max(external, stored, np.finfo(float).tiny)
 
     @property
     def energy_created(self) -> float:
-        """Largest energy that the scheme created so far at any time, as a fraction of the external work."""
+        """Largest energy that the scheme created so far at any time, as a fraction of `energy_scale`."""
         return float(max(0.0, -self.energy[:, ENERGIES.index("scheme")].min() / self.energy_scale))
 
     @property
     def energy_dissipated_by_scheme(self) -> float:
-        """The scheme's own dissipation at the end, as a fraction of the external work."""
+        """The scheme's own dissipation at the end, as a fraction of `energy_scale`."""
         return float(self.energy[-1, ENERGIES.index("scheme")] / self.energy_scale)

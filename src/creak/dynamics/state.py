@@ -59,7 +59,12 @@ class Outside:
 
 
 class LinearTerms:
-    """M, C, K, supports and forces of a System under given loads."""
+    """M, C, K, supports and forces of a System under given loads.
+
+    Raises
+    ------
+    InputError : a force acts on a dof that has neither stiffness nor mass.
+    """
 
     driven: IntArray | slice
     """(k,) coordinates that supports or forces act on: few in a full model, a slice where it is all of them. M_qs,
@@ -72,6 +77,8 @@ class LinearTerms:
         n_force = len(loads.force_labels)
         B, self.B_s = np.zeros((system.n, n_force)), np.zeros((sup.count, n_force))
         for j, labels in enumerate(loads.force_labels):
+            if system.bear is not None:
+                system.bear(labels)
             R, R_s = system.rows(labels)
             B[:, j] = np.asarray(R.sum(axis=0)).ravel()
             self.B_s[:, j] = np.asarray(R_s.sum(axis=0)).ravel()

@@ -11,7 +11,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.errors import NumericalError
+from creak.errors import InputError, NumericalError
 from creak.jit import njit
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
@@ -24,6 +24,15 @@ NOTHING = 1e-13
 """Below this share of the largest a term of the diagonal of K + s M, or its eigenvalue once scaled to ones, is none."""
 NEGATIVE = 1e-9
 """Eigenvalues of the same below minus this are more than round-off."""
+INDEFINITE = 1e-8
+"""Share of its terms below minus which x' A x is more than the round-off of a matrix, reduced ones included."""
+FAINT = 1e-4
+"""Share of the largest entry that counts among the terms, so that entries of round-off have no sign."""
+FIXES = {
+    "K": "Look for wrong signs in K. A structure that has buckled and that its stops alone hold has no modes: move its "
+    "unreduced System (creak.simulate).",
+    "M": "Look for wrong signs in M, negative point masses, or rows and columns in different orders.",
+}
 ASIDE = 1e-6
 """A shift that hits an eigenvalue is moved up by this share."""
 
@@ -120,6 +129,33 @@ def full(A: Matrix) -> FloatArray:
     return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
 
 
+def require_positive(name: str, A: FloatArray | Matrix, X: FloatArray) -> None:
+    """Refuse a matrix A (n, n) with x' A x < 0 for a column of X (n, k), beyond the round-off of its entries.
+
+    Parameters
+    ----------
+    name : for the message.
+
+    Raises
+    ------
+    InputError : with x' A x over |x|' |A| |x|; x' K x is omega^2 where x' M x = 1.
+    """
+    if not X.shape[1]:
+        return
+    energy = np.einsum("ij,ij->j", X, np.asarray(A @ X))
+    size = np.einsum("ij,ij->j", abs(X), np.asarray(abs(A) @ abs(X)))
+    share = energy / (size + FAINT * float(abs(A).max()) * np.einsum("ij,ij->j", X, X) + np.finfo(float).tiny)
+    k = int(share.argmin())
+    if share[k] >= -INDEFINITE:
+        return
+    far = f" (omega^2 = {energy[k]:.4g} (rad/s)^2)" if name == "K" else ""
+    raise InputError(
+        f"{name} is not positive: a shape x has x' {name} x / (|x|' |{name}| |x|) = {share[k]:.2g}{far}",
+        expected=f"at least {-INDEFINITE:g}, which is round-off",
+        fix=FIXES[name],
+    )
+
+
 class Pairs(NamedTuple):
     """Eigenpairs of a dense pencil, rising."""
 
@@ -188,6 +224,7 @@ def _massless_pairs(K: FloatArray, M: FloatArray) -> Pairs:
         basis[some] = scale[:, None] * U[:, held] / np.sqrt(size[held])
         mu, y = sla.eigh(symmetric(basis.T @ M @ basis))
         x = basis @ y
+    require_positive("M", M, x[:, mu < 0.0])
     finite = mu > MASSLESS * mu.max(initial=0.0)
     mu, x = mu[finite][::-1], x[:, finite][:, ::-1]
     lam = 1.0 / mu - shift

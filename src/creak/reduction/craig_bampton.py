@@ -245,6 +245,7 @@ def reduced_system(system: System, basis: Basis, matrices: Matrices) -> System:
         whole=_recovering(system, basis),
         interface=_joinable(system, inside),
         of_shells=system.of_shells,
+        bear=system.bear,
     )
 
 

@@ -12,7 +12,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System, project, to_dense
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.pencil import regular_pairs
+from creak.linalg.pencil import regular_pairs, require_positive
 
 NO_MASS = 1e-13
 """Directions with less mass than this, each coordinate scaled by its own, count as massless."""
@@ -37,6 +37,7 @@ def diagonalise(system: System, modes_of: Callable[[FloatArray, FloatArray], Spl
 
     Raises
     ------
+    InputError : K or M is not positive beyond round-off.
     NumericalError : a direction has neither mass nor stiffness.
     """
     return system if system.damping.extra is not None else in_own_modes(system, modes_of)
@@ -47,6 +48,7 @@ def all_modes(K: FloatArray, M: FloatArray) -> Split:
 
     Raises
     ------
+    InputError : M is not positive.
     NumericalError : a direction has neither mass nor stiffness.
     """
     if _singular(M):
@@ -60,10 +62,12 @@ def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Sp
 
     Raises
     ------
+    InputError : K or M is not positive beyond round-off.
     NumericalError : a direction has neither mass nor stiffness.
     """
     K, M = to_dense(system.K), to_dense(system.M)
     omega2, Phi, N = (modes_of or all_modes)(K, M)
+    require_positive("K", K, Phi[:, omega2 < 0.0])
     own = (
         Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
         Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),
@@ -97,6 +101,7 @@ def _split_modes(K: FloatArray, M: FloatArray) -> Split:
     """omega^2 and Phi of the finite modes (Phi' M Phi = I), and the massless directions N (N' K N = I)."""
     d = _scales(M)
     mass, U = np.linalg.eigh(d[:, None] * M * d)
+    require_positive("M", M, d[:, None] * U[:, mass < 0.0])
     light = mass <= NO_MASS * mass.max(initial=0.0)
     N, rest = d[:, None] * U[:, light], d[:, None] * U[:, ~light] / np.sqrt(mass[~light])
     try:

@@ -22,7 +22,8 @@ def created_of_contact(history: History) -> float:
     """Largest energy created at any time, as a share of what contact took up in the whole run.
 
     Contact takes energy up while it is pressed together and gives it back while it opens: the work of the normal
-    forces over the gaps, 1/2 (f0 + f1) (g1 - g0) in each step, exact for the average acceleration method. What it gave
+    forces over the gaps, 1/2 (f0 + f1) (g1 - g0) in each step, exact for the average acceleration method. Of a channel
+    with a preload it is that of the force beyond it, as the rest of the structure balances the preload. What it gave
     back, and lost in its dampers, beyond what it took and what its springs held at the start came out of nothing. That
     counts as far as the balance of the whole run has it too: a scheme that dissipates it again passes. Unlike
     `History.energy_created` it sees a light part that rattles on a heavy one whose motion takes nearly all the work.
@@ -38,7 +39,10 @@ def created_of_contact(history: History) -> float:
     start = given - taken
     for part in blocks(history.time.size - 1, history.gap.shape[1]):
         after = slice(part.start + 1, part.stop + 1)
-        work = 0.5 * (history.force[part] + history.force[after]) * (history.gap[after] - history.gap[part])
+        force = 0.5 * (history.force[part] + history.force[after])
+        if history.preload.size:
+            force -= history.preload
+        work = force * (history.gap[after] - history.gap[part])
         taken -= float(np.minimum(work, 0.0).sum())
         net = start + np.cumsum(work.sum(axis=1))
         start = float(net[-1])

@@ -8,6 +8,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 import creak
+from creak.assembly.system import to_dense
 from helpers_core import bar, chain, time_axis
 
 N = 12
@@ -243,3 +244,30 @@ def test_wrong_input_gets_one_clear_message(case):
     call, text = BAD[case]
     with pytest.raises(creak.InputError, match=text):
         call()
+
+
+def test_labels_are_names_however_large():
+    """Two chains joined, held and driven under labels of nodes near 1e12: the numbers are those of small labels."""
+    far = 6 * 10**12
+    spread = far + np.array([0, 7, 14, 15, 600, 6 * 10**9])
+    M_3, K_3 = chain(3)
+    M_4, K_4 = bar(3, 3.0, 3e4, 1.0)
+
+    def joined(labels):
+        parts = [creak.system_from_matrices(K_3, M_3, labels=labels[:3])]
+        parts.append(creak.system_from_matrices(K_4, M_4, labels=labels[2:], velocity=np.arange(4.0)))
+        link = [([labels[1], labels[4]], [1.0, -0.5])]
+        return creak.couple(*parts, fixed=[labels[0]], driven={"end": [labels[5]]}, equations=link)
+
+    large, small = joined(spread), joined(np.arange(6))
+    for name in ("K", "M"):
+        np.testing.assert_array_equal(to_dense(getattr(large, name)), to_dense(getattr(small, name)))
+    np.testing.assert_array_equal(large.labels, spread)
+    np.testing.assert_array_equal(large.coordinates, spread[small.coordinates])
+    np.testing.assert_array_equal(large.velocity, small.velocity)
+    order = np.array([5, 1, 0, 3])
+    for ours, theirs in zip(large.rows(spread[order]), small.rows(order), strict=True):
+        np.testing.assert_array_equal(to_dense(ours), to_dense(theirs))
+    bare = creak.couple(creak.system_from_matrices(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), labels=spread[2:4]))
+    with pytest.raises(creak.InputError, match=f"acts at dof {spread[3]}, but it has neither"):
+        bare.bear(spread[3:4])

@@ -6,12 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
+import scipy.sparse as sp
 
+import creak
 from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.assembly.system import System, to_dense
 from creak.errors import InputError
 from creak.model.constraints import RigidLink
 from creak.reduction.craig_bampton import craig_bampton
+from creak.studies.run.start_velocity import velocity_warnings
 from helpers_core import (
     NONE,
     STEEL,
@@ -156,3 +160,82 @@ def test_velocity_of_nodes_tied_to_a_loose_reference_is_not_lost():
     system = assembled(model)
     v = (system.rows(np.arange(24))[0] @ system.velocity).reshape(-1, 6)
     np.testing.assert_allclose(v[:, 1], -4.0)
+
+
+HALVES, AT = (slice(0, 4), slice(4, 8)), ([0, 1, 2, 3], [3, 4, 5, 6])
+X_2, X_3 = 6, 12
+MASSES = (1.0, 3.0)
+
+
+def linked(velocity):
+    """Masses of 1 and 3 kg at nodes 2 and 3, one part, on a spring from node 1; node 2 follows node 3."""
+    blocks = [
+        block("spring2", [[0, 1]], spring(1e3, 1)),
+        block("mass", [[1]], point_mass(MASSES[0]), 0, 5),
+        block("mass", [[2]], point_mass(MASSES[1]), 0, 6),
+    ]
+    coords = np.array([[0.0, 0, 0], [1.0, 0, 0], [2.0, 0, 0]])
+    model = model_of(coords, blocks, constraints=[RigidLink("beam", 1, 2)], initial_velocity=velocity)
+    system = assembled(model)
+    return model, system, np.asarray(system.rows(np.array([X_2, X_3]))[0] @ system.velocity)
+
+
+@pytest.mark.parametrize(
+    ("velocity", "expected", "warned"),
+    [
+        ([(1, 1, 8.0), (2, 1, 8.0)], 8.0, 0),
+        ([(2, 1, 8.0)], 8.0, 0),  # what follows and is given none has that of the others
+        ([(1, 1, 8.0)], MASSES[0] * 8.0 / sum(MASSES), 1),
+        ([(1, 1, 8.0), (2, 1, 4.0)], (MASSES[0] * 8.0 + MASSES[1] * 4.0) / sum(MASSES), 1),
+    ],
+)
+def test_velocities_of_linked_masses_keep_their_momentum(velocity, expected, warned):
+    model, system, v = linked(velocity)
+    np.testing.assert_allclose(v, expected, rtol=1e-10)
+    assert len(velocity_warnings(model, system)) == warned
+
+
+def test_the_warning_names_the_node_and_both_velocities():
+    model, system, _ = linked([(1, 1, 8.0)])
+    (text,) = velocity_warnings(model, system)
+    assert text.startswith("node 2 X of part ")
+    assert "starts with 2 instead of 8" in text
+
+
+def test_a_body_thrown_at_dependent_nodes_alone_flies_and_turns():
+    """Two masses on a rigid bar whose reference has none: momentum and angular momentum are those given."""
+    coords = np.array([[0.0, -1.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])
+    links = [RigidLink("beam", 0, 2), RigidLink("beam", 1, 2)]
+    model = model_of(
+        coords,
+        [block("mass", [[0], [1]], point_mass(2.0))],
+        constraints=links,
+        initial_velocity=[(0, 1, 3.0), (1, 1, 5.0)],
+    )
+    system = assembled(model)
+    v = np.asarray(system.rows(np.arange(18))[0] @ system.velocity)
+    np.testing.assert_allclose(v[[0, 6, 12, 17]], [3.0, 5.0, 4.0, -1.0], atol=1e-9)  # v = 4 - y, turning about Z
+
+
+@pytest.mark.parametrize("kind", [np.asarray, sp.csr_matrix])
+def test_systems_that_meet_at_unequal_speeds_share_their_momentum(kind):
+    one = creak.system_from_matrices(kind([[0.0]]), kind([[1.0]]), labels=[5], velocity=[1.0])
+    other = creak.system_from_matrices(kind([[0.0]]), kind([[3.0]]), labels=[5])
+    for joined in (creak.couple(one, other), creak.couple(other, one)):
+        np.testing.assert_allclose(joined.velocity, [0.25], rtol=1e-12)
+
+
+def test_a_fit_over_consistent_mass_is_that_of_full_matrices():
+    rng = np.random.default_rng(3)
+    M = sla.block_diag(*(a @ a.T for a in rng.normal(size=(2, 4, 4))))
+    v = rng.normal(size=8)
+    parts = [
+        creak.system_from_matrices(M[k, k], M[k, k], labels=at, velocity=v[k]) for k, at in zip(HALVES, AT, strict=True)
+    ]
+    joined = creak.couple(*parts, equations=[([1, 5], [1.0, -2.0])])
+    T = np.zeros((8, 6))  # 0, 2, 3, 4, 5, 6 of the labels 0 to 6; 1 = 2 x 5
+    T[[0, 2, 3], [0, 1, 2]] = T[[4, 5, 6, 7], [2, 3, 4, 5]] = 1.0
+    T[1, 4] = 2.0
+    expected = np.linalg.solve(T.T @ M @ T, T.T @ M @ v)
+    found = joined.rows(np.array([0, 2, 3, 4, 5, 6]))[0] @ joined.velocity
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import creak
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.record.watch import Extremes
 from creak.dynamics.scheme import HHT
@@ -78,6 +79,34 @@ def test_created_energy_away_from_contact_is_not_of_contact():
 
 def test_springs_that_start_pressed_give_back_what_they_held():
     assert created_of_contact(bounce(0.5, held=0.5 * TAKEN)) == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("preload", [0.0, 10.0])
+def test_what_a_preload_holds_hides_nothing(preload):
+    """One mass into a stop with steps far too long: what it gained is its speed after over its speed before.
+
+    Beside the stop a channel of next to no stiffness holds P^2 / 2k = 5000 J with its preload, all the time.
+    """
+    time = time_axis(0.6, 0.01)
+    gaps = creak.gap_channels([[1.0], [1.0]], [2.3e-3, 0.0], [1e5, 0.01], preload=[0.0, preload])
+    loads = forces_on(time, [0], np.zeros(time.size))
+    system = system_of(np.eye(1), np.zeros((1, 1)), velocity=[-1.0])
+    history = simulate(system, gaps, loads, HHT(0.0), observed=np.array([0]))
+    x = history.displacement[:, 0]
+    made = ((x[-1] - x[-2]) / 0.01) ** 2 - 1.0
+    assert made > 0.4
+    assert history.energy_created == pytest.approx(made, rel=0.03)  # of the weak spring
+    assert created_of_contact(history) == pytest.approx(made, rel=0.03)  # all of it went into contact
+    assert history.energy[0, :3].tolist() == [0.5, 0.0, 0.0]
+    (reason,) = reasons_against(history)
+    assert "of the work of the loads" in reason
+    assert "of the energy that contact took up" in reason
+
+
+def test_the_strain_of_static_loads_hides_nothing():
+    history = bounce(0.0, work=10.0, scheme=-1.0)
+    history.energy[:, ENERGIES.index("strain")] += 1e6
+    assert history.energy_created == pytest.approx(0.1)
 
 
 def test_what_dampers_lost_came_from_somewhere():

@@ -4,7 +4,8 @@ Generalised-alpha with rho_inf = 0 takes out in one step what it does not resolv
 stops what meets it, and what is thrown back is never faster than what came (a mass on its spring keeps .80, .66, .62,
 .66 of its speed at omega h = 1, 2, 4, 8, at most .93; with HHT, alpha = 1 - sqrt(2), up to 1.08, 1.01, 1.79, 2.2). That
 is right for a node in front of a structure, whose motion decides the event and is resolved. A mass that is all there is
-behind its channel has to rebound from the spring itself: there omega h is at most `RESOLVED`.
+behind its channel has to rebound from the spring itself: there omega h is at most `RESOLVED`, and with a damper in the
+channel h c / m at most `DAMPED`.
 
 No time is known beforehand: what a constant force moves in n steps, over its square, is the inverse of the mass that
 it reaches by then. A mass alone is the same in one step and in ten. That of a structure grows, as waves run into it,
@@ -33,6 +34,9 @@ IN_CONTACT = generalised_alpha(0.0)
 """Of steps in contact."""
 RESOLVED = 0.05
 """Most of omega h where a mass has to rebound: it keeps .9995 of its speed, .998 of it at .1."""
+DAMPED = 0.005
+"""Most of h c / m there: the force of a damper sets in at once, somewhere within a step, and half of this share of the
+speed that is left is what that costs."""
 LATER = 10
 """Steps after which is asked whether a channel moves more mass than in one: 1.3 to 5 times of a clamped strip (20 us),
 twice at the edge of a door, as much of a block."""
@@ -54,7 +58,7 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: fl
     """Parts of `step` (s), each at most the share `longest` of it, and the channels with springs for hard contact.
 
     A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1. Where
-    a mass rebounds, no spring is stiffer than omega h = `RESOLVED`.
+    a mass rebounds, no spring is stiffer than omega h = `RESOLVED`, and h c / m is `DAMPED` at most.
     """
     parts = fewest = fewest_parts(longest)
     can = np.flatnonzero(gaps.can_press())
@@ -88,7 +92,8 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: fl
     if block.size:
         reach = np.abs(give(h)[np.ix_(block, block)])
         omega2 = float((reach @ np.where(np.isinf(given[block]), 0.0, given[block])).max())
-        finer = math.ceil(h * math.sqrt(omega2) / RESOLVED)
+        rate = float((reach @ some.damping[block]).max())
+        finer = math.ceil(h * max(math.sqrt(omega2) / RESOLVED, rate / DAMPED))
         finer = max(1, finer, REBOUND * fewest // parts if np.isinf(given[block]).any() else 1)
         parts *= min(finer, max(1, FINEST * fewest // parts))
         springs[block] = np.minimum(given[block], (RESOLVED * parts / step) ** 2 / reach.sum(axis=1))

@@ -69,6 +69,7 @@ class Recorder:
         basis: FloatArray | None = None,
         lean: bool = False,
     ) -> None:
+        self._preload = np.zeros(0) if gaps.preload is None else gaps.preload
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
         self._basis, self._needed = basis, np.arange(system.n, dtype=np.int64)
@@ -287,6 +288,7 @@ class Recorder:
             residual,
             None if self._watch is None else self._watch.extremes,
             self._spacing,
+            self._preload,
         )
 
 

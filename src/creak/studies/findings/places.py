@@ -140,7 +140,8 @@ def events_at(
         return [[] for _ in groups]
     names = [f"{k}" for k, channels in enumerate(groups) for _ in channels]
     only = replace(gaps.select(every), group=tuple(names))
-    own = replace(history, gap=history.gap[:, every], force=history.force[:, every])
+    pressing = history.preload[every] if history.preload.size else history.preload
+    own = replace(history, gap=history.gap[:, every], force=history.force[:, every], preload=pressing)
     events = events_in(find_events(own, only, v.merge, v.f_max), window)
     return [[e for e in events if e.group == f"{k}"] for k in range(len(groups))]
 

@@ -52,6 +52,7 @@ from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
+from creak.studies.prepare.output_nodes import output_nodes, unmoved_warnings
 from creak.studies.prepare.output_steps import check_outputs
 from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice, sides_meant
 from creak.studies.prepare.reduction import Band, Reduction
@@ -291,6 +292,8 @@ def set_up_model(
         modal, said = measured_damping(linear, test, c.model.units, where)
         notes.append(said)
     elines = make_elines(model, study.lines, contacts)
+    kept = output_nodes(model, c.output.node_sets, pairs, [test.nodes_idx for test in tests], places)
+    notes += unmoved_warnings(model, kept, driven, superelements)
     return Setup(
         study,
         model,
@@ -301,7 +304,7 @@ def set_up_model(
         connectors,
         loads,
         pairs,
-        _watched(model, c.output.node_sets, pairs, [test.nodes_idx for test in tests], places),
+        kept,
         [*notes, *elines.notes],
         superelements,
         elines=elines,
@@ -390,11 +393,3 @@ def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> I
             fix="Make the sets equally long.",
         )
     return np.column_stack([main, secondary])
-
-
-def _watched(
-    model: Model, node_sets: Sequence[str], pairs: IntArray, measured: Sequence[IntArray], places: Places
-) -> IntArray:
-    where = places.where("output", "nodes")
-    sets = [model.node_set(name, where=where) for name in node_sets]
-    return np.array(list(dict.fromkeys(np.concatenate([pairs.ravel(), *sets, *measured]).tolist())), dtype=np.int64)

@@ -36,6 +36,7 @@ from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.kernels import Compiled
 from creak.studies.run.one_run import Run
+from creak.studies.run.start_velocity import velocity_warnings
 from creak.studies.run.static_start import started
 from creak.studies.solved import solved
 
@@ -220,7 +221,8 @@ def ready(
     if c.reduction.method != WHOLE:
         reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
-    return setup, reference, join([kept, setup.connectors]), [*figures, *whole, *notes]
+    started_so = velocity_warnings(setup.model, reference.system)
+    return setup, reference, join([kept, setup.connectors]), [*figures, *started_so, *whole, *notes]
 
 
 def with_closed(
