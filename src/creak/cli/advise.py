@@ -64,7 +64,7 @@ def advise(
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(changed_study(study_file, changes), ignore)
             setup_detail(output, setup)
-            tell_setup(output, setup, told)
+            tell_setup(output, setup.no_contact, setup.notes, told)
             advice = look(setup, progress, band)
         _draw(output, advice)
         tell_notes(output, setup.notes, told)

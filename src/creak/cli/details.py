@@ -77,11 +77,11 @@ def tell_warnings(output: Output, notes: Iterable[str], told: set[str]) -> None:
             told.add(text)
 
 
-def tell_setup(output: Output, setup: Setup, told: set[str]) -> None:
-    """Before a run: in red that nothing can touch, then the notes that warn."""
-    if setup.no_contact:
-        output.alarm(setup.no_contact)
-    tell_warnings(output, setup.notes, told)
+def tell_setup(output: Output, no_contact: str | None, notes: Sequence[str], told: set[str]) -> None:
+    """Before a run: in red why nothing can touch, then the notes that warn."""
+    if no_contact:
+        output.alarm(no_contact)
+    tell_warnings(output, notes, told)
 
 
 def tell_notes(output: Output, notes: Sequence[str], told: set[str]) -> None:

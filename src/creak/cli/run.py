@@ -154,7 +154,7 @@ def run(
                 check_method(setup.study.config.reduction.method, setup.study.places)
             check_folder(folder)  # once more: what has been read meanwhile stays
             setup_detail(output, setup)
-            tell_setup(output, setup, told)
+            tell_setup(output, setup.no_contact, setup.notes, told)
             result = run_setup(
                 setup,
                 progress,

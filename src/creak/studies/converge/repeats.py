@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -31,7 +31,8 @@ from creak.studies.converge.settling import (
     Outcome,
     Repeat,
 )
-from creak.studies.file.config import TimeTable
+from creak.studies.file.config import ReductionTable, TimeTable
+from creak.studies.file.contact_tables import ContactTable
 from creak.studies.models.reduced import ReducedModel, with_more_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Observed
@@ -89,7 +90,7 @@ def converge(
     if repeats and result.reduced is not None and result.reduced.complete:
         same = replace(_base_run(result), name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
-    unlooked = not_looked_at(result)
+    unlooked = not_looked_at(result.setup.study.config.reduction, result.reduced)
     notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
@@ -104,7 +105,7 @@ def plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
     base, notes = _base_run(result), []
     h, quarter = base.step, 0.25 * base.step
     repeats = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
-    softer, own = _scaled(result), _is_given(result)
+    softer, own = _scaled(result.gaps, result.setup.contacts), _is_given(result.setup.study.config.contact)
     hard = int(np.isinf(result.gaps.stiffness).sum())
     if softer.size:
         repeats += [
@@ -125,8 +126,8 @@ def _exact_plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
     """One run for each thing that the answer must not hang on."""
     base, notes = _base_run(result), []
     repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
-    if _scaled(result).size:
-        own = _is_given(result)
+    if _scaled(result.gaps, result.setup.contacts).size:
+        own = _is_given(result.setup.study.config.contact)
         repeats += [
             replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
             replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
@@ -149,11 +150,11 @@ def _with_modes(result: StudyResult, repeats: list[Repeat], notes: list[str]) ->
     return repeats, notes
 
 
-def not_looked_at(result: StudyResult) -> tuple[str, ...]:
+def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[str, ...]:
     """What the reduction may leave out and no run with more modes can tell, a sentence each."""
-    table, said = result.setup.study.config.reduction, list[str]()
-    if result.reduced is None or result.reduced.complete:
+    if reduced is None or reduced.complete:
         return ()
+    said = list[str]()
     if table.method == "guyan":
         said.append("a Guyan reduction keeps no modes: what it leaves out was not looked at (craig-bampton keeps some)")
     if table.interface.type in SHAPES:
@@ -171,15 +172,13 @@ def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapO
     return replace(gaps.with_stiffness(gaps.stiffness * by), curves=curves)
 
 
-def _scaled(result: StudyResult) -> IntArray:
+def _scaled(gaps: GapOperator, contacts: GapOperator) -> IntArray:
     """Channels of contact pairs with a finite stiffness or a curve."""
-    contacts = set(result.setup.contacts.group)
-    return np.flatnonzero(result.gaps.of_groups(contacts) & np.isfinite(result.gaps.stiffness))
+    return np.flatnonzero(gaps.of_groups(set(contacts.group)) & np.isfinite(gaps.stiffness))
 
 
-def _is_given(result: StudyResult) -> bool:
+def _is_given(tables: Mapping[str, ContactTable]) -> bool:
     """Whether the study says how stiff every contact is, by a number or a curve."""
-    tables = result.setup.study.config.contact
     return all(t.stiffness != "auto" or t.overclosure is not None for t in tables.values())
 
 
@@ -228,15 +227,15 @@ def _outcomes(
             return failed(repeat, error)
 
     every = [made(repeat) for repeat in repeats]
-    return {o.repeat.name: o for o in at_once(marched, every, _side_by_side(result, base), shared.halt)}
+    return {o.repeat.name: o for o in at_once(marched, every, _side_by_side(result.reduced, base), shared.halt)}
 
 
-def _side_by_side(result: StudyResult, base: Run) -> int:
+def _side_by_side(reduced: ReducedModel | None, base: Run) -> int:
     """Runs that march at once: as many as cores, as far as memory holds what each keeps.
 
     The unreduced model's solver takes all cores by itself.
     """
-    if result.reduced is None:
+    if reduced is None:
         return 1
     return max(1, int(min(cores(), free_bytes() / (GROWING * base.history.nbytes))))
 
@@ -265,7 +264,7 @@ def _ready(result: StudyResult, base: Run, repeat: Repeat, progress: Progress) -
     model: ReducedModel | ReferenceModel = result.reduced or result.reference
     if isinstance(model, ReducedModel) and repeat.family == "modes":
         model = with_more_modes(setup, result.reference, result.gaps, model, progress)
-    gaps = scaled_contact(result.gaps, _scaled(result), repeat.stiffness)
+    gaps = scaled_contact(result.gaps, _scaled(result.gaps, result.setup.contacts), repeat.stiffness)
     observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
     march = partial(march_run, repeat.name, setup.marching, observed, model, gaps)
     return _Ready(repeat, model.system, gaps, march)

@@ -6,8 +6,10 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.recovery import by_node, recovered
+from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
+from creak.model.mesh import Nodes
 from creak.signals.resampling import cell_means
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
@@ -40,16 +42,15 @@ def record_of(run: Run, result: StudyResult) -> RunRecord:
         energy=h.energy[at],
         energy_terms=ENERGIES,
         field=_field(run, result),
-        elines=_lines(run, result),
+        elines=_lines(run, result.setup.elines.points, nodes),
     )
 
 
-def _lines(run: Run, result: StudyResult) -> LineRecord | None:
-    moved, points = run.line_motion, result.setup.elines.points
+def _lines(run: Run, points: GapOperator, nodes: Nodes) -> LineRecord | None:
+    moved = run.line_motion
     if moved is None:
         return None
-    labels = result.setup.model.nodes.ids[points.nodes_idx].astype(np.int64)
-    return LineRecord(moved.time, moved.motion, points.names, labels)
+    return LineRecord(moved.time, moved.motion, points.names, nodes.ids[points.nodes_idx].astype(np.int64))
 
 
 def _means(h: History, x: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -15,12 +15,14 @@ from creak.errors import InputError
 from creak.formats.measured.histories import Histories
 from creak.model.mesh import Model
 from creak.progress import Progress
+from creak.reduction.modal import ModalDamping
 from creak.sound.zwicker_tables import RATE
 from creak.studies.findings.beside_records import RecordFits, fit_pressures, fit_records
 from creak.studies.findings.histories import record_of
 from creak.studies.findings.tree import FoundTest
 from creak.studies.models.correlation import fit_modes
 from creak.studies.models.frfs import FrfFit, fit_frfs
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.measurements import OF_SOUND, Measurement
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
@@ -57,12 +59,14 @@ def beside_tests(
     histories = None
     if main is not None and moved:
         histories = attempted("time histories beside the tests", partial(_histories, result, main), None, notes)
-    found = []
+    s, reduced, found = result.setup, result.reduced, []
+    structure = partial(_structure, s.model, result.reference, s.modal)
+    of_frfs = structure, s.modal, None if reduced is None else reduced.system, s.study.config.model.units, progress
     for k, test in enumerate(tests):
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
-        modes = attempted(what, partial(_modes, result, test), None, notes)
-        frfs = attempted(what, partial(_frfs, result, test, progress), None, notes)
+        modes = attempted(what, partial(_modes, structure, s.modal, test), None, notes)
+        frfs = attempted(what, partial(_frfs, *of_frfs, test), None, notes)
         records = None
         if main is not None:
             records = attempted(what, partial(_records, histories, sound, test, f_max), None, notes)
@@ -70,29 +74,32 @@ def beside_tests(
     return tuple(found)
 
 
-def _structure(result: StudyResult) -> _Structure:
+def _structure(model: Model, reference: ReferenceModel, modal: ModalDamping | None) -> _Structure:
     """As the study holds and drives it."""
-    reference, modal = result.reference, result.setup.modal
     system, modes = reference.system, reference.modes
     if modal is not None:
         system = replace(system, damping=Damping(0.0, 0.0))
     rigid = int((modes.omega2 == 0.0).sum())
     damped = system if modal is None else None
-    return _Structure(result.setup.model, system, damped, modes.frequencies.tolist(), rigid, modes.shapes)
+    return _Structure(model, system, damped, modes.frequencies.tolist(), rigid, modes.shapes)
 
 
-def _modes(result: StudyResult, test: Measurement) -> ModeFit | None:
-    return None if test.modes is None else fit_modes(_structure(result), *test.modes, result.setup.modal)[0]
+def _modes(structure: Callable[[], _Structure], modal: ModalDamping | None, test: Measurement) -> ModeFit | None:
+    return None if test.modes is None else fit_modes(structure(), *test.modes, modal)[0]
 
 
-def _frfs(result: StudyResult, test: Measurement, progress: Progress) -> FrfFit | None:
+def _frfs(
+    structure: Callable[[], _Structure],
+    modal: ModalDamping | None,
+    reduced: System | None,
+    units: str,
+    progress: Progress,
+    test: Measurement,
+) -> FrfFit | None:
     if test.frfs is None:
         return None
-    s, reduced = result.setup, result.reduced
-    system = None if reduced is None else reduced.system
-    damping, units = (s.modal, "damping is that of the study"), s.study.config.model.units
-    top = max(float(f.freq[-1]) for f in test.frfs[0].functions)
-    return fit_frfs(_structure(result), *test.frfs, top, damping, reduced=system, units=units, progress=progress)
+    top, damping = max(float(f.freq[-1]) for f in test.frfs[0].functions), (modal, "damping is that of the study")
+    return fit_frfs(structure(), *test.frfs, top, damping, reduced=reduced, units=units, progress=progress)
 
 
 def _records(

@@ -86,7 +86,7 @@ def joined(case: UpdateCase, values: Mapping[str, float], like: Joined | None = 
     loose = loose_system(structure.model, structure.rayleigh) if like is None else like.loose
     system = structure.joined(parts, loose)
     if case.closed:
-        system = with_closed(system, closed_joints(study, structure.model, case.closed))
+        system = with_closed(system, closed_joints(study.touching, study.path, structure.model, case.closed))
     return Joined(structure, parts, loose, system)
 
 

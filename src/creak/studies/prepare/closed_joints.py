@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import scipy.sparse as sp
@@ -15,30 +16,29 @@ from creak.contact.play import play_channels
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
-from creak.studies.file.reader import Study
+from creak.studies.file.case import Touching
 from creak.studies.prepare.pairs import plays_of
 from creak.studies.prepare.setup import contact_channels
 
 
-def closed_joints(study: Study, model: Model, names: Collection[str]) -> GapOperator:
+def closed_joints(touching: Touching, path: Path, model: Model, names: Collection[str]) -> GapOperator:
     """The channels of some contacts, connectors and clips.
 
     Parameters
     ----------
-    model : as the study has it. names : of contacts, and of connectors and clips as results tell them.
+    path : of the study. model : as it has it. names : of contacts, and of connectors and clips as results tell them.
 
     Raises
     ------
     InputError : an unknown name, or one without a stiffness of its own ("hard", or a law by points).
     """
-    touching = study.touching
     plays = [*plays_of(touching), *with_clips(model, touching)[1]]
     known = [*touching.contacts, *(p.name for p, _ in plays)]
     for name in names:
         if name not in known:
             raise InputError(
                 f"the study has no contact, connector or clip {name!r} that touches",
-                where=study.path,
+                where=path,
                 fix=suggest(name, known),
             )
     chosen = replace(touching, contacts={n: t for n, t in touching.contacts.items() if n in names})
@@ -49,7 +49,7 @@ def closed_joints(study: Study, model: Model, names: Collection[str]) -> GapOper
         name = gaps.group[0] if gaps.curves is not None else gaps.group[int((~soft).argmax())]
         raise InputError(
             f"{name} has no stiffness with which it could stay closed",
-            where=study.path,
+            where=path,
             expected='stiffness = NUMBER; not "hard", no law by points',
             fix="Give it one.",
         )

@@ -12,7 +12,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.laws.parameters import Curves, Friction
 from creak.contact.play import play_channels
-from creak.model.mesh import Nodes
+from creak.model.mesh import Model, Nodes
 from creak.studies.design.clips import with_clips
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable
@@ -54,7 +54,7 @@ def varied(
     for n in other:
         own = setup.contacts.select(_of(setup.contacts, n))
         if own.friction is None and contact_law(touching.contacts[n], "").friction.static > 0.0:
-            own = _rubbing(setup, given, touching, n, own)
+            own = _rubbing(setup.model, given, touching, n, own)
         nearest = at_nearest_wall(own, setup.model.nodes)
         pieces.append(_contact(own, nearest, n, given, touching, fields.get(n), factors.get(n, 1.0)))
     if pieces:
@@ -122,10 +122,10 @@ def _gaps(
     return gap0 if press_fit else np.maximum(gap0, 0.0)
 
 
-def _rubbing(setup: Setup, before: Touching, now: Touching, name: str, own: GapOperator) -> GapOperator:
+def _rubbing(model: Model, before: Touching, now: Touching, name: str, own: GapOperator) -> GapOperator:
     """The channels of a contact on which something begins to rub: its sides, which the nodes' rotations move."""
     table = before.contacts[name].model_copy(update={"friction": now.contacts[name].friction})
-    whole, _ = contact_channels(setup.model, replace(before, contacts={name: table}))
+    whole, _ = contact_channels(model, replace(before, contacts={name: table}))
     place = {channel: k for k, channel in enumerate(whole.names)}
     whole = whole.select(np.array([place[channel] for channel in own.names], dtype=np.int64))
     return replace(own, labels=whole.labels, G=whole.G, tangents=whole.tangents)

@@ -28,9 +28,9 @@ from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.reader import read_study
 from creak.studies.findings.save import save
 from creak.studies.findings.summary import unreliable_runs
+from creak.studies.models.reduced import ReducedModel
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.job import StudyResult
 from creak.studies.sweep.figures import flat_figures
 from creak.studies.sweep.reference import SharedReference
 from creak.verify.reliability import UNRELIABLE
@@ -133,7 +133,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
         record=False,
     )
     result, summary = case.found, case.summary
-    sharing = _superelements(result)
+    sharing = _superelements(result.reduced)
     if result.stopped is not None:
         raise NumericalError(result.stopped)
     sharing["reference_reused"] = reference is not None and reference.reused
@@ -159,9 +159,9 @@ def _made(task: Task, start: float) -> dict[str, Any]:
     return record
 
 
-def _superelements(result: StudyResult) -> dict[str, Any]:
+def _superelements(reduced: ReducedModel | None) -> dict[str, Any]:
     """How many were reduced anew, and how many were not."""
-    made = () if result.reduced is None else result.reduced.superelements
+    made = () if reduced is None else reduced.superelements
     reused = sum(r.reused for r in made)
     return {"superelements_reused": reused, "superelements_made": len(made) - reused}
 

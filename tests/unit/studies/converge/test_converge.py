@@ -205,7 +205,7 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     assert [v.name for v in repeats] == [HALF, QUARTER]
     for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness"):
         assert any(word in note for note in notes)
-    assert "Guyan" in module.not_looked_at(hard)[0]
+    assert "Guyan" in module.not_looked_at(hard.setup.study.config.reduction, hard.reduced)[0]
 
 
 @pytest.mark.parametrize(
