@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
     from creak.api.motion import make_loads, simulate
-    from creak.api.reductions import craig_bampton, gap_modes, guyan
+    from creak.api.reductions import craig_bampton, diagonalise, gap_modes, guyan
     from creak.api.result import Result
     from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
@@ -54,7 +54,6 @@ if TYPE_CHECKING:
     from creak.linalg.modes import Modes
     from creak.model.constraints import RigidLink
     from creak.model.mesh import Model
-    from creak.reduction.diagonal import diagonalise
     from creak.signals.omega_arithmetic import integrate_twice
     from creak.signals.sources import (
         Motion,
@@ -93,7 +92,7 @@ _HOMES = {
     "api.files": ("read_json", "write_json", "write_text"),
     "api.matrices": ("couple", "modes", "system_from_matrices"),
     "api.motion": ("make_loads", "simulate"),
-    "api.reductions": ("craig_bampton", "gap_modes", "guyan"),
+    "api.reductions": ("craig_bampton", "diagonalise", "gap_modes", "guyan"),
     "api.result": ("Result",),
     "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
@@ -110,7 +109,6 @@ _HOMES = {
     "linalg.modes": ("Modes",),
     "model.constraints": ("RigidLink",),
     "model.mesh": ("Model",),
-    "reduction.diagonal": ("diagonalise",),
     "signals.omega_arithmetic": ("integrate_twice",),
     "signals.sources": (
         "Motion",

@@ -12,8 +12,11 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.given import number, whole
+from creak.linalg.modes import DENSE_LIMIT
+from creak.linalg.pencil import dense_pairs, full, require_positive
 from creak.reduction import craig_bampton as cb
 from creak.reduction import gap_modes as gm
+from creak.reduction.diagonal import diagonalise as own_modes
 
 
 def craig_bampton(
@@ -35,11 +38,13 @@ def craig_bampton(
 
     Raises
     ------
-    InputError : an unknown label, or not one of f_max and count. NumericalError : the boundary does not hold it.
+    InputError : an unknown label, not one of f_max and count, or K is not positive.
+    NumericalError : the boundary does not hold it.
 
     Source: Craig and Bampton, AIAA J. 6(7), 1968. Accurate up to about f_max / 2 of the assembly.
     """
     _one_of(f_max, count)
+    _require_positive(system)
     return cb.craig_bampton(system, _boundary(system, boundary), f_max=f_max, count=count)
 
 
@@ -73,6 +78,31 @@ def gap_modes(system: System, gaps: GapOperator, *, f_max: float | None = None, 
     """
     _one_of(f_max, count)
     return gm.gap_modes(system, _rows(system, gaps), f_max=f_max, count=count)
+
+
+def diagonalise(system: System) -> System:
+    """A small System in its own modes, all of them: q = Phi eta, M = I, K = diag(omega^2); a step costs O(n).
+
+    Directions N without mass are split off, N' K N = I. Unchanged where its damping would stay full.
+
+    Raises
+    ------
+    InputError : K or M is not positive. NumericalError : a direction has neither mass nor stiffness.
+    """
+    _require_positive(system)
+    return own_modes(system)
+
+
+SLOW = 1e-4
+"""Largest -omega^2 that is none, 1 / time^2: a free body reduced to few dofs has nothing but round-off for K."""
+
+
+def _require_positive(system: System) -> None:
+    """Refuse a System of few physical dofs with omega^2 below round-off: modes would make rigid motion of it."""
+    if system.n <= DENSE_LIMIT and (system.coordinates >= 0).all():
+        K = full(system.K)
+        lam, X, _ = dense_pairs(K, full(system.M))
+        require_positive("K", K, X[:, lam < -SLOW])
 
 
 def _boundary(system: System, boundary: ArrayLike) -> IntArray:

@@ -14,6 +14,9 @@ ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "frict
 counts from their rest. `friction` is what sliding took; `scheme` is what the others leave over of the external work and
 of the initial energy: the scheme's own dissipation, negative when energy was created."""
 
+ROUND_OFF = 1e-9
+"""Share of `History.energy_held` that is nothing."""
+
 
 def split_columns(table: FloatArray, m: int, f2: int) -> tuple[FloatArray, ...]:
     """time (n,), gap and force (n, m), tangential and sliding (n, f2), energy, side by side in a table of instants."""
@@ -83,12 +86,18 @@ class History:
     def energy_scale(self) -> float:
         """Largest external work, or the energy at the start, the yardstick of the balance.
 
-        Strain that never falls below that of the start, as that of static loads, does not count.
+        Strain that never falls below that of the start, as that of static loads, does not count, but for round-off.
         """
         external = float(np.abs(self.energy[:, ENERGIES.index("external")]).max())
         kinetic, strain, contact = (self.energy[:, ENERGIES.index(k)] for k in ("kinetic", "strain", "contact"))
         stored = float(kinetic[0] + (strain[0] - strain.min()) + contact[0])
-        return max(external, stored, np.finfo(float).tiny)
+        return max(external, stored, ROUND_OFF * self.energy_held, np.finfo(float).tiny)
+
+    @property
+    def energy_held(self) -> float:
+        """Energy of springs at the start, of structure and contact: its round-off is that of the balance."""
+        pressed = 0.5 * float(self.force[0] @ np.abs(self.gap[0])) if self.gap.size else 0.0
+        return float(self.energy[0, ENERGIES.index("strain")]) + pressed
 
     @property
     def energy_created(self) -> float:

@@ -37,7 +37,7 @@ def diagonalise(system: System, modes_of: Callable[[FloatArray, FloatArray], Spl
 
     Raises
     ------
-    InputError : K or M is not positive beyond round-off.
+    InputError : M is not positive beyond round-off.
     NumericalError : a direction has neither mass nor stiffness.
     """
     return system if system.damping.extra is not None else in_own_modes(system, modes_of)
@@ -62,12 +62,11 @@ def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Sp
 
     Raises
     ------
-    InputError : K or M is not positive beyond round-off.
+    InputError : M is not positive beyond round-off.
     NumericalError : a direction has neither mass nor stiffness.
     """
     K, M = to_dense(system.K), to_dense(system.M)
     omega2, Phi, N = (modes_of or all_modes)(K, M)
-    require_positive("K", K, Phi[:, omega2 < 0.0])
     own = (
         Diagonal(np.concatenate([np.ones(omega2.size), np.zeros(N.shape[1])])),
         Diagonal(np.concatenate([np.maximum(omega2, 0.0), np.ones(N.shape[1])])),

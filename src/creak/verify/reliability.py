@@ -13,7 +13,8 @@ ENERGY_BAR = 0.005
 CONTACT_BAR = 0.1
 """Share of the energy that went into contact up to which it may come out of nothing: 5 % of its forces."""
 FLOOR = 1e-9
-"""Share of the energy scale of a run below which energy that went into contact counts as that much."""
+"""Share of the energy scale of a run, or of what its springs hold, below which energy that went into contact counts as
+that much."""
 UNRELIABLE = "unreliable"
 """Verdict on such a run."""
 
@@ -47,7 +48,7 @@ def created_of_contact(history: History) -> float:
         net = start + np.cumsum(work.sum(axis=1))
         start = float(net[-1])
         worst = max(worst, float(np.minimum(net + lost[after], -made[after]).max()))
-    return worst / max(taken, FLOOR * history.energy_scale)
+    return worst / max(taken, FLOOR * max(history.energy_scale, history.energy_held))
 
 
 def is_finite(history: History) -> bool:

@@ -9,7 +9,17 @@ from scipy.integrate import solve_ivp
 
 import creak
 from creak.reduction.diagonal import diagonalise
-from helpers_core import bar, system_of, time_axis
+from helpers_core import (
+    NO_DAMPING,
+    bar,
+    beam_section,
+    block,
+    model_of,
+    part_system,
+    straight_beam,
+    system_of,
+    time_axis,
+)
 
 K = np.array([[1500.0, -1000.0], [-1000.0, 600.0]])
 """A buckled structure: one eigenvalue is negative."""
@@ -27,9 +37,17 @@ def test_so_are_reduced_systems():
     system = creak.system_from_matrices(K, np.eye(2))
     with pytest.raises(creak.InputError, match="K is not positive"):
         creak.diagonalise(system)
-    reduced = creak.craig_bampton(system, [1], count=1)
     with pytest.raises(creak.InputError, match="K is not positive"):
-        creak.simulate(reduced, [], creak.make_loads(reduced, time_axis(0.1, 1e-3)))
+        creak.craig_bampton(system, [1], count=1)
+
+
+@pytest.mark.parametrize("count", [0, 1, 5])
+def test_a_free_body_on_one_node_keeps_round_off_alone_and_is_taken(count):
+    """All that Guyan leaves of a free beam's stiffness at one node is round-off."""
+    coords, e = straight_beam(20, 1.0)
+    beam = part_system(model_of(coords, [block("beam2", e, beam_section())]), 0, NO_DAMPING)
+    reduced = creak.couple(creak.craig_bampton(beam, beam.coordinates[:6], count=count))
+    assert np.count_nonzero(creak.diagonalise(reduced).K.d < 1e-3) == 6
 
 
 def test_a_mass_that_is_not_positive_is_refused():
