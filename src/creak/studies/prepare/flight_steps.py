@@ -73,7 +73,7 @@ def _unfollowed(driving: Driving, step: float, points: Mapping[str, float]) -> l
     return [
         Warned(
             f"[excitation.{name}] changes within {PER_LOBE * wanted:.2g} s, which flight steps of {step:.2g} s do not "
-            "follow: what this moves is not right; a higher [verification] f_max makes them shorter"
+            "follow: what this moves may be wrong; a higher [verification] f_max makes them shorter"
         )
         for name, wanted in points.items()
         if FEWEST * step > PER_LOBE * wanted and not driving.excitations[name].signal.highest
