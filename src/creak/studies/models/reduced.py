@@ -29,6 +29,7 @@ from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.part_jobs import reduce_elsewhere
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
+from creak.studies.models.ritz_check import require_no_softer
 from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (
@@ -170,6 +171,8 @@ def reduce_model(
         raise failed[0]
     _check_modes(reduction, superelements)
     together = _together(structure, reduction, reference.loose, cut, superelements, progress, store.folder)
+    if reduction.table.interface.type == "full" and reference.of_parts is None:
+        require_no_softer(together.system, reference.modes.frequencies)
     return _with_times(replace(together, notes=notes), wall, cpu)
 
 

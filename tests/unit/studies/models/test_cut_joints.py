@@ -5,10 +5,15 @@ from __future__ import annotations
 
 import warnings
 
+import numpy as np
 import pytest
 
 from creak.api.study import run
+from creak.errors import NumericalError
+from creak.reduction.diagonal import diagonalise
 from creak.studies.file.reader import read_study
+from creak.studies.models.ritz_check import require_no_softer
+from helpers_core import system_of
 
 E, G, AREA, INERTIA, TORSION, DENSITY = 70000.0, 26923.0, 100.0, 900.0, 1500.0, 2.7e-9
 EI, LENGTH, FORCE = E * INERTIA, 400.0, 10.0
@@ -101,3 +106,14 @@ def test_a_spring_does_not_hold_the_rotation_of_the_superelement_that_it_meets(t
     deck += beam(31, ("OTHER",), LENGTH) + "*BOUNDARY\n20, 1, 6\n31, 1, 6\n*NSET, NSET=PUSHED\n9\n"
     more = f'[superelement.tip]\nfile = "tip.pch"\n[reduction]\nmethod = "{method}"'
     assert settled(tmp_path, deck, more) == pytest.approx(FORCE / (3.0 * EI / L**3 + k), rel=1e-6)
+
+
+def test_a_reduced_model_that_is_softer_is_refused():
+    """Joints that were lost would show: frequencies of any basis lie above those of the whole (Courant, Fischer)."""
+    K, rng = np.diag([0.0, 4.0, 9.0, 25.0, 1e4]), np.random.default_rng(3)
+    whole = np.sqrt(np.diag(K)) / (2.0 * np.pi)
+    for n in (2, 3, 4):
+        basis = np.linalg.qr(rng.standard_normal((5, n)))[0]
+        require_no_softer(diagonalise(system_of(np.eye(n), basis.T @ K @ basis)), whole[:4])
+    with pytest.raises(NumericalError, match=r"mode 3 .* 0\.4456 Hz, and 0\.4775 Hz"):
+        require_no_softer(diagonalise(system_of(np.eye(3), np.diag([0.0, 4.0, 7.84]))), whole)
