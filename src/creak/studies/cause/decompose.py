@@ -109,9 +109,9 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     steps = np.unique(at)
     seen = _Seen(setup.loads, setup.marching.resolution, system, gaps)
     march = partial(marched, setup.marching, steps=steps)
-    history = march(system, gaps, setup.loads)
+    history, coordinates = _motion_at(run, steps, lambda: march(system, gaps, setup.loads))
     columns = excitation_columns(setup.driven.names, list(setup.study.driving.forcing))
-    q = dict(zip(steps.tolist(), history.coordinates.T, strict=True))
+    q = dict(zip(steps.tolist(), coordinates.T, strict=True))
     alone = _alone(march, setup.loads, columns, system, gaps.without_force(), steps)
     groups = _touched_groups(gaps, run.history)
     found = []
@@ -134,6 +134,15 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
             )
         )
     return tuple(found)
+
+
+def _motion_at(run: Run, steps: IntArray, again: Callable[[], History]) -> tuple[History, FloatArray]:
+    """The run's history and its coordinates (n, k) at whole steps, of the run itself where it has kept them."""
+    kept = run.at_contact
+    if kept is not None and np.isin(steps, kept.steps).all():
+        return run.history, kept.coordinates[:, np.searchsorted(kept.steps, steps)]
+    history = again()
+    return history, history.coordinates
 
 
 def _why_not(result: StudyResult, run: Run | None, places: Sequence[Place]) -> str:

@@ -15,6 +15,8 @@ from creak.verify.events import Event, events_in
 
 MEMORY = 400_000_000
 """Bytes of coordinates that a run keeps until its events are known."""
+AFTER = 100_000_000
+"""Bytes of those at contact that are kept after it."""
 MOST_EVENTS = 12
 FRAMES = 48
 """Most instants around an event."""
@@ -45,6 +47,16 @@ class Recording:
     motions: tuple[Motion, ...]
     why: str = ""
     """Why there are none."""
+
+
+@dataclass(frozen=True)
+class AtContact:
+    """Coordinates of a run while something touches."""
+
+    steps: IntArray
+    """(k,) whole steps, sorted: those with an event of the verification window, and one more on either side."""
+    coordinates: FloatArray
+    """(n, k)"""
 
 
 def recorded_steps(marching: Marching, period: float, n: int) -> IntArray:
@@ -82,6 +94,22 @@ def recorded(marching: Marching, period: float, system: System, history: History
             motion = _around(marching, BESIDE * period, history, event)
             chosen += [motion] if motion is not None else []
     return Recording(tuple(chosen), "" if chosen else "nothing touches in the verification window")
+
+
+def at_contact(marching: Marching, system: System, history: History, events: Sequence[Event]) -> AtContact | None:
+    """Of the coordinates that a run has kept those at contact; None where they are not all there, or too many."""
+    ends, kept = marching.ends, history.whole_at
+    inside = events_in(events, marching.window)
+    first = np.searchsorted(ends, [e.t_start for e in inside], side="right") - 1
+    last = np.searchsorted(ends, [e.t_end for e in inside], side="left")
+    near = np.zeros(ends.size, dtype=bool)
+    for a, b in zip(first.tolist(), last.tolist(), strict=True):
+        near[max(a, 0) : b + 1] = True
+    steps = np.flatnonzero(near)
+    all_there = system.n == history.coordinates.shape[0] and np.isin(steps, kept).all()
+    if not all_there or 8 * system.n * steps.size > AFTER:
+        return None
+    return AtContact(steps, history.coordinates[:, np.searchsorted(kept, steps)])
 
 
 def at_steps(history: History, steps: IntArray) -> History:

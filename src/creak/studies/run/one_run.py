@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -24,7 +24,7 @@ from creak.studies.run.checkpoint import Checkpoint
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.elines import LineMotion, line_steps, measured
 from creak.studies.run.integrate import Kept, integrate
-from creak.studies.run.motion import NO_STEPS, Recording, at_steps, recorded, recorded_steps
+from creak.studies.run.motion import NO_STEPS, AtContact, Recording, at_contact, at_steps, recorded, recorded_steps
 from creak.studies.run.static_start import with_static
 from creak.verify.elines import PointMeasures
 from creak.verify.events import Event, find_events
@@ -55,6 +55,8 @@ class Run:
     """Why the run ended early; None: it did not."""
     recording: Recording | None = None
     """Motion around the hardest events; None where nobody asked for it."""
+    at_contact: AtContact | None = None
+    """All coordinates while something touches; None where nobody asked for them, or they are not there."""
     lines: PointMeasures | None = None
     """At the points of the E-lines; None where nobody asked for them."""
     squeaks: tuple[Squeak, ...] = ()
@@ -114,8 +116,10 @@ def march_run(
     size = (model.retained, model.modes, model.cpu_s, model.wall_s) if isinstance(model, ReducedModel) else NO_SIZE
     shown = at_steps(history, np.union1d(fields, on_trial))
     recording = recorded(marching, period, system, shown, events) if observed.record else None
+    touching = at_contact(marching, system, shown, events) if observed.record else None
     found = measured(marching, observed.lines, system, history, of_lines, contact=True) if stopped is None else None
     squeaks = tuple(find_squeaks(history, gaps, marching.window))
     left, told = at_steps(history, fields), spacing_words(history.spacing)
     at_lines, moved = (None, None) if found is None else found
-    return Run(name, system, left, events, cost, *size, slips, how, stopped, recording, at_lines, squeaks, moved, told)
+    found_run = Run(name, system, left, events, cost, *size, slips, how, stopped, recording, touching)
+    return replace(found_run, lines=at_lines, squeaks=squeaks, line_motion=moved, notes=told)

@@ -10,6 +10,7 @@ import pytest
 import creak
 from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
+from creak.studies.cause import decompose
 from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
 from creak.studies.cause.effects import causes_of, checked_by_run, effect_of, find_changes, predicted
@@ -71,6 +72,21 @@ def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
         rest = next(s for s in cause.sources if s.kind == REST)
         assert abs(rest.modes).max() < 0.01 * max(abs(s.total) for s in cause.sources)
         assert cause.modes.sum() + sum(s.direct for s in cause.sources) == pytest.approx(cause.total, abs=1e-12)
+
+
+def test_what_the_run_kept_of_its_motion_is_not_marched_again(causes, folder, monkeypatch):
+    kept = creak.run(creak.read_study(folder / "study.toml"), converge=False)
+    march = decompose.marched
+
+    def free_alone(marching, system, gaps, loads, steps):
+        assert not gaps.presses
+        return march(marching, system, gaps, loads, steps)
+
+    monkeypatch.setattr(decompose, "marched", free_alone)
+    again = find_causes(kept.found, heard_places(kept.found, kept.main, kept.sound))
+    assert [c.gap for c in again] == [c.gap for c in causes]
+    for a, b in zip(again, causes, strict=True):
+        np.testing.assert_allclose(a.modes, b.modes, rtol=1e-12, atol=1e-12 * np.abs(b.modes).max())
 
 
 def test_an_excitation_alone_is_the_motion_without_contact(causes, result, folder):

@@ -12,6 +12,7 @@ from creak.studies.converge.repeats import repeated_setup
 from creak.studies.converge.settling import (
     BAND,
     BASE,
+    CHANCE,
     FINER,
     LAST_TWO,
     MORE_MODES,
@@ -225,7 +226,7 @@ def test_summary_is_json(found):
 
 
 def test_every_family_has_its_advice():
-    assert set(REMEDIES) == {*LAST_TWO, UNREDUCED, BAND, WAYS, SCATTER}
+    assert set(REMEDIES) == {*LAST_TWO, UNREDUCED, CHANCE, BAND, WAYS, SCATTER}
 
 
 def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
