@@ -149,7 +149,7 @@ def event(t_end, force):
 @pytest.mark.parametrize(
     ("places", "events", "told"),
     [
-        ([], [event(0.2, 30.0), event(0.4, 9.0)], "as the motion builds up, 2 events, the hardest 30.0 N"),
+        ([], [event(0.2, 30.0), event(0.4, 9.0)], "before that 2 events, the hardest 30.0 N"),
         ([place(force=2.0)], [event(0.2, 30.0), event(1.5, 2.0)], "1 event, the hardest 30.0 N"),
         ([place(force=20.0)], [event(0.2, 30.0)], ""),
         ([], [], ""),

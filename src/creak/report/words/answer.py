@@ -114,16 +114,22 @@ def answer(summary: Mapping[str, Any]) -> Answer:
 
 
 def earlier(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
-    """What hit harder before the last period of the excitation, which alone is counted; empty where nothing did.
+    """What hit harder before the periods of the excitation that are counted; empty where nothing did.
 
-    Harder: by more than the `LOUDER` times that the motion of a run from rest may differ from its last period's.
+    Harder: by more than the `LOUDER` times that the motion of a run from rest may differ from that of its end.
     """
     start = (summary["verification"].get("window") or (0.0, 0.0))[0]
     events = [e for e in run.get("events", ()) if e["t_end"] <= start]
     hardest = max((e["force_place"] for e in events), default=0.0)
     if hardest <= LOUDER * max((p["force"] for p in run["places"]), default=0.0):
         return ""
-    return f"before that, as the motion builds up, {plural(len(events), 'event')}, the hardest {number(hardest, 3)} N"
+    return f"before that {plural(len(events), 'event')}, the hardest {number(hardest, 3)} N"
+
+
+def _lately(summary: Mapping[str, Any], run: Mapping[str, Any]) -> bool:
+    """Whether something hit shortly before what is counted, not longer ago than that lasts."""
+    start, end = summary["verification"].get("window") or (0.0, 0.0)
+    return any(2.0 * start - end < e["t_end"] <= start for e in run.get("events", ()))
 
 
 def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
@@ -248,6 +254,8 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     for wrong, light in (("failed", RED), ("missing", AMBER)):
         if text := next((text for text, one in zip(said, limits, strict=True) if one[wrong]), ""):
             return light, text
+    if not places and good == GREEN and _lately(summary, run):
+        return AMBER, "something hits shortly before what is counted: a longer run tells whether it comes back"
     if not places and (told := _let_by_tolerances(summary)):
         return AMBER, told
     if limits:

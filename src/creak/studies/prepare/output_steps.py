@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
@@ -9,6 +11,8 @@ from creak.errors import InputError
 from creak.studies.file.case import Course
 from creak.studies.warned import Warned
 
+FEW = 10
+"""Periods up to which the last one alone counts."""
 SAME_END = 1e-6
 """Share of its length by which a run may end beside the time that the study gives."""
 
@@ -121,9 +125,15 @@ def _steps(course: Course, key: str, interval: float) -> int:
 
 
 def excitation_window(course: Course, time: FloatArray) -> tuple[float, float]:
-    """The time span that verification looks at: the last period of what drives it, or all of a run that has none."""
+    """The time span that verification looks at: all of a run in which nothing repeats, else its last period.
+
+    Of more than `FEW` periods it is the second half, in whole periods: contact may come back in every third alone.
+    """
     period, end = course.repeats, float(time[-1])
-    return (end - period, end) if period is not None and period < end else (0.0, end)
+    if period is None or period >= end:
+        return 0.0, end
+    whole = math.floor(end / period * (1.0 + 1e-9))
+    return end - (whole // 2 if whole > FEW else 1) * period, end
 
 
 def compared_end(course: Course, end: float) -> float:

@@ -1,12 +1,14 @@
-"""What of a run is counted: the last period of all that drives it together, or the whole run."""
+"""What of a run is counted: the last period of all that drives it together, of many the second half, or the whole run."""
 
 from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import creak
+from creak.studies.prepare.output_steps import excitation_window
 from helpers_decks import two_strips
 
 SHOCK = 'type = "smooth-step", values = [[0, 0], [0.01, 0.6], [0.02, 0]]'
@@ -56,6 +58,13 @@ def test_all_begin_again_together(tmp_path, signals, longest, together):
     course = study_of(tmp_path, *signals).course
     assert course.period == pytest.approx(longest)
     assert course.repeats == pytest.approx(together)
+
+
+@pytest.mark.parametrize(("end", "start"), [(0.5, 0.4), (1.0, 0.9), (1.1, 0.6), (3.04, 1.54)])
+def test_of_many_periods_the_second_half_counts(tmp_path, end, start):
+    """Contact that comes back in every third period is in it."""
+    study = creak.change_study(study_of(tmp_path, sine(10.0)), {"time.end": end})
+    assert excitation_window(study.course, np.array([0.0, end])) == pytest.approx((start, end))
 
 
 def test_a_shock_beside_a_hum_is_counted(tmp_path):

@@ -1,0 +1,49 @@
+"""A quiet run under an excitation that repeats: has its motion come to repeat as well? The response of a mass on a
+spring from rest at resonance is known: A (1 - exp(-zeta omega t)) cos(omega t), A = p / (2 zeta k)."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.reduction.diagonal import diagonalise
+from creak.studies.run.steady import may_still_close
+from helpers_core import channels, forces_on, system_of
+
+OMEGA, ZETA = 2.0 * np.pi * 10.0, 0.02
+FINAL = 1.0 / (2.0 * ZETA * OMEGA**2)
+
+
+def told(periods: int, gap: float, period: float | None = 0.1) -> tuple[str, float]:
+    """The sentence, and how far the motion has come, over what it comes to."""
+    time = np.linspace(0.0, 0.1 * periods, SAMPLES * 40 * periods + 1)
+    loads = forces_on(time, [0], np.sin(OMEGA * time))
+    mass = system_of(np.eye(1), np.array([[OMEGA**2]]), alpha=2.0 * ZETA * OMEGA)
+    gaps = channels([[-1.0]], gap, 1e3 * OMEGA**2)
+    history = simulate_flow(diagonalise(mass), gaps, loads, observed=np.array([0]))
+    return may_still_close(history, gaps, period), (gap - history.gap.min()) / FINAL
+
+
+def test_motion_that_grows_towards_the_gap_is_told():
+    """At the last peak on that side, after 4.5 periods, it is at 1 - exp(-9 pi zeta) = 43 % of where it ends."""
+    said, reached = told(5, 0.7 * FINAL)
+    assert reached == pytest.approx(1.0 - np.exp(-9.0 * np.pi * ZETA), rel=0.02)
+    assert said.startswith("the motion does not repeat yet: gap")
+    # 5 % of what is left: ln 20 / (2 pi zeta) = 24 periods.
+    assert said.endswith("make it 24 periods longer")
+
+
+@pytest.mark.parametrize(("periods", "gap"), [(5, 1.1), (60, 1.02), (60, 2.0)])
+def test_motion_that_stays_below_the_gap_is_quiet(periods, gap):
+    said, reached = told(periods, gap * FINAL)
+    assert reached < 1.0
+    assert said == ""
+
+
+def test_where_nothing_repeats_or_something_pressed_nothing_is_said():
+    assert told(5, 0.7 * FINAL, period=None)[0] == ""
+    assert told(2, 0.7 * FINAL)[0] == ""
+    said, reached = told(12, 0.7 * FINAL)
+    assert reached > 0.7
+    assert said == ""
