@@ -34,6 +34,8 @@ LASTS = 0.3
 """Share of the time, closed without contact, from which contact is what costs."""
 READS = 2.2
 """Step of a diagonal model over the time that reading its channel rows and ten vectors takes (measured on the door)."""
+SOLVED = 3.0
+"""Solutions in a step with friction (a tray that slides on two bars)."""
 SHORTEST = 1e-6
 """s of a step of two or three modes; calls of NumPy take as long, and are left out of the timing."""
 TRIALS = 25
@@ -77,7 +79,9 @@ def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolutio
     form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
     n, levels = loads.n_step // SAMPLES, flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution).levels
     share, rows = (1.0, float(gaps.m)) if closed is None else closed.tolist()
-    return n * (1.0 + share**2 * 2.0**levels) * step_s(system.n, math.ceil(min(rows, LOOKED * gaps.m)))
+    looked = math.ceil(min(rows, LOOKED * gaps.m))
+    step = step_s(system.n, looked)
+    return n * (step + share**2 * 2.0**levels * (step + (solve_s(3 * looked) if gaps.rubbing else 0.0)))
 
 
 def words(seconds: float, repeated: bool, closed: FloatArray | None) -> str:
@@ -119,6 +123,13 @@ def step_s(unknowns: int, rows: int, observed: float = 0.0) -> float:
             G, X = np.ones((max(rows, 1), n)), np.ones((n, BATCH))
             step += observed / len(G) * median_s(lambda: G @ X) / BATCH
     return step
+
+
+def solve_s(unknowns: int) -> float:
+    """What the forces of channels that rub take in a step: a few solutions of so many equations, timed here."""
+    A, b = np.eye(max(unknowns, 1)) + 0.1, np.ones(max(unknowns, 1))
+    with one_blas_thread():
+        return SOLVED * median_s(lambda: np.linalg.solve(A, b))
 
 
 def median_s(work: Callable[[], object]) -> float:

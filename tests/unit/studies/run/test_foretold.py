@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from creak.cli.console import Terminal
 from creak.cli.output import ProgressBars
+from creak.contact.laws.parameters import Friction
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of
 from creak.dynamics.flow.resolution import SETTLED, flow_steps
@@ -45,6 +47,9 @@ def test_steps_near_contact_are_what_costs(monkeypatch):
     assert never == pytest.approx(always / (1 + 2**levels))
     assert run_s(system, gaps, loads, SETTLED, np.array([1.0, 3.0])) == pytest.approx(3.0 * always)
     assert run_s(system, gaps, loads, SETTLED, np.array([1.0, 9.0])) == pytest.approx(4.0 * always)
+    along, across = (channels(np.eye(10, n, k), 0.0, 0.0).G for k in (10, 20))
+    rubs = replace(gaps, tangents=(along, across), friction=Friction(*(np.full(10, x) for x in (0.3, 0.3, 0.0))))
+    assert run_s(system, rubs, loads, SETTLED, np.array([1.0, 1.0])) > 1.01 * always
 
 
 @pytest.mark.parametrize("repeated", [True, False])
