@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.model.constraints import Equation
 from helpers_nastran import assembled, motion, read, rigid_mass, row, unread
@@ -76,6 +77,28 @@ def test_cfast_between_a_held_and_a_rigid_sheet(tmp_path, dof, stiffness):
     rigid = f"GRID,9002,,17.,21.,1.,,{kept}\n" + _long("RBE2,5,9002,123456", others)
     model = read(tmp_path, deck(WAYS["CFAST by property"], held="123456") + rigid)
     assert motion(model, {(9002, dof): 1.0})[row(model, 9002), dof - 1] == pytest.approx(1.0 / stiffness, rel=1e-9)
+
+
+@pytest.mark.parametrize(("dof", "stiffness"), [(1, 2000.0), (2, 300.0), (3, 400.0)])
+def test_cfast_with_axes_of_its_own(tmp_path, dof, stiffness):
+    """The same with MCID = 0 and MFLAG = 1: KT1, KT2, KT3 act along the basic x, y, z, though the fastener lies along z."""
+    others = [str(2001 + i) for i in range(36)]
+    kept = "".join(str(d) for d in range(1, 7) if d != dof)
+    rigid = f"GRID,9002,,17.,21.,1.,,{kept}\n" + _long("RBE2,5,9002,123456", others)
+    fast = FAST.replace("6.,,,2000.,300.,300.", "6.,0,1,2000.,300.,400.") + GS + "CFAST,99,7,PROP,1,2,9001\n"
+    model = read(tmp_path, deck(fast, held="123456") + rigid)
+    assert motion(model, {(9002, dof): 1.0})[row(model, 9002), dof - 1] == pytest.approx(1.0 / stiffness, rel=1e-9)
+
+
+@pytest.mark.parametrize("axes", ["0,1", "3,1", "3,0"])
+def test_springs_alike_in_all_directions_know_no_axes(tmp_path, axes):
+    """KT1 = KT2 = KT3 and KR1 = KR2 = KR3: MCID and MFLAG change nothing, on the patches neither; D wider than a shell."""
+    skew = "CORD2R,3,,0.,0.,0.,.3,-.5,.4\n,.2,.7,-.1\n"
+    place = skew + GS + "CFAST,99,7,PROP,1,2,9001\n"
+    alike = "PFAST,7,16.,%s,300.,300.,300.,2.+4\n,2.+4,2.+4\n"
+    turned, plain = (assembled(read(tmp_path, deck(alike % a + place))).K for a in (axes, ","))
+    turned, plain = (to_dense(K) for K in (turned, plain))
+    np.testing.assert_allclose(turned, plain, rtol=0.0, atol=1e-12 * np.abs(plain).max())
 
 
 def _long(head: str, ids: list[str]) -> str:

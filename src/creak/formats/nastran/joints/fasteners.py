@@ -75,12 +75,12 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
             ends.append(deck.grids.place(given) if given is not None else _pierced(f, *surfaces[patch], coords))
             rows.append(deck.grids.add(ends[-1]))
         normal = np.eye(3)[0] if f.patches[0] is None else _normal(ends[0], *surfaces[f.patches[0]], coords)
-        axes = _axes(deck, f, ends, normal)
+        along = _frame(ends, normal)
         for side, patch in enumerate(f.patches):
             if patch is not None:
-                found += _hung(f, rows[side], ends[side], axes, *surfaces[patch], coords)
+                found += _hung(f, rows[side], ends[side], along, *surfaces[patch], coords)
         spot = 0.5 * sum(float(surfaces[p][1].mean()) for p in f.patches if p is not None)
-        _connect(deck, f, rows, ends, axes, materials, spot)
+        _connect(deck, f, rows, ends, _axes(deck, f, ends[0], along), materials, spot)
     return found
 
 
@@ -192,36 +192,43 @@ def _normal(place: FloatArray, corners: IntArray, _: FloatArray, coords: FloatAr
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _axes(deck: Deck, f: _Fastener, ends: list[FloatArray], normal: FloatArray) -> FloatArray:
-    """(3, 3), rows x along the fastener (the normal of patch A where it has no length), y, z; MCID and MFLAG."""
+def _frame(ends: list[FloatArray], normal: FloatArray) -> FloatArray:
+    """(3, 3), rows x along the fastener (the normal of patch A where it has no length), y near a basic axis, z."""
     line = ends[1] - ends[0]
     length = float(np.linalg.norm(line))
     x = line / length if length > 1e-9 * (1.0 + float(np.abs(ends[0]).max())) else normal
-    fast = f.card.name == "CFAST"
-    mcid = f.owner.integer(2, -1) if fast else -1
-    y = np.eye(3)[int(np.argmin(np.round(np.abs(x), 9)))]
-    if mcid >= 0:
-        T = axes_at(deck.system(mcid, f.owner), ends[0])
-        if f.owner.integer(3, 0) == 1:
-            return np.asarray(T.T)
-        y = T[:, 1]
+    return _about(x, np.eye(3)[int(np.argmin(np.round(np.abs(x), 9)))])
+
+
+def _about(x: FloatArray, y: FloatArray) -> FloatArray:
+    """(3, 3), rows x, the part of y across it, z."""
     z = np.cross(x, y)
     z /= np.linalg.norm(z)
     return np.array([x, np.cross(z, x), z])
 
 
+def _axes(deck: Deck, f: _Fastener, place: FloatArray, along: FloatArray) -> FloatArray:
+    """(3, 3), rows are the directions of the springs: `along`, or by MCID and MFLAG of PFAST."""
+    mcid = f.owner.integer(2, -1) if f.card.name == "CFAST" else -1
+    if mcid < 0:
+        return along
+    T = axes_at(deck.system(mcid, f.owner), place)
+    return np.asarray(T.T) if f.owner.integer(3, 0) == 1 else _about(along[0], T[:, 1])
+
+
 def _hung(
-    f: _Fastener, row: int, place: FloatArray, axes: FloatArray, corners: IntArray, _: FloatArray, coords: FloatArray
+    f: _Fastener, row: int, place: FloatArray, along: FloatArray, corners: IntArray, _: FloatArray, coords: FloatArray
 ) -> Iterator[Equation]:
-    """(u, theta) of the piercing point from the translations of the grids: A^-1 sum_k S_k' sum_j N_kj u_j."""
+    """(u, theta) of the piercing point from the translations of the grids: A^-1 sum_k S_k' sum_j N_kj u_j.
+
+    The four points lie across `along`, whatever the directions of the springs.
+    """
     d = HALF * f.owner.real(1 if f.card.name == "CFAST" else 2)
     if not d > 0.0:
         raise InputError(
             f"{f.owner.name} {f.owner.text(0)} has diameter {d / HALF:g}", where=f.owner.where, expected="> 0"
         )
-    x = axes[0]
-    y = axes[1] if f.card.name == "CWELD" or f.owner.integer(3, 0) != 1 else np.cross(axes[2], x)
-    z = np.cross(x, y)
+    _, y, z = along
     around = place + d * np.array([y + z, y - z, -y - z, z - y])
     facet, shape, met = _met(around, corners, coords)
     r = met - place
