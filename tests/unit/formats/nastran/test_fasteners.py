@@ -120,11 +120,21 @@ def test_cweld_is_a_round_shear_flexible_bar(tmp_path, dof):
     np.testing.assert_allclose(ours, theirs, rtol=1e-6, atol=1e-9 * np.abs(theirs).max())
 
 
+def _stiffness(folder, fastener: str) -> list[np.ndarray]:
+    """The matrix of each fastener between the sheets."""
+    return [b.section.stiffness for b in read(folder, deck(fastener)).blocks if b.kind == "bush2"]
+
+
 def test_spot_has_half_of_both_thicknesses_as_length(tmp_path):
     """L = (1.5 + 1.5)/2, whatever the distance of the sheets."""
-    model = read(tmp_path, deck(WAYS["SPOT"]))
-    (k,) = [b.section.stiffness for b in model.blocks if b.kind == "bush2"]
+    (k,) = _stiffness(tmp_path, WAYS["SPOT"])
     assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / 1.5)
+
+
+def test_spot_between_grids_is_as_long_as_it_is(tmp_path):
+    """GRIDID names no shells whose thickness could be the length: EA/L of the distance of the patches, of 2 mm."""
+    (k,) = _stiffness(tmp_path, WAYS["GRIDID"].replace(WELD, "PWELD,7,1,6.,,,,,SPOT\n"))
+    assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / H)
 
 
 def test_mass_of_a_cfast(tmp_path):

@@ -45,6 +45,12 @@ class _Fastener:
     given: tuple[int | None, int | None]
     """Rows of GA and GB where the deck gives them."""
 
+    @property
+    def is_spot(self) -> bool:
+        """A weld of TYPE = SPOT between shells, whose length is half of both thicknesses."""
+        shells = all(patch is not None and patch[0] != "GRID" for patch in self.patches)
+        return shells and self.owner.name == "PWELD" and self.owner.text(7).upper() == "SPOT"
+
 
 def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
     """Springs in the middle between the piercing points, and the equations that hang these points on their patches.
@@ -79,8 +85,10 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
         for side, patch in enumerate(f.patches):
             if patch is not None:
                 found += _hung(f, rows[side], ends[side], along, *surfaces[patch], coords)
-        spot = 0.5 * sum(float(surfaces[p][1].mean()) for p in f.patches if p is not None)
-        _connect(deck, f, rows, ends, _axes(deck, f, ends[0], along), materials, spot)
+        length = float(np.linalg.norm(ends[1] - ends[0]))
+        if f.is_spot:
+            length = 0.5 * sum(float(surfaces[p][1].mean()) for p in f.patches if p is not None)
+        _connect(deck, f, rows, _axes(deck, f, ends[0], along), materials, length)
     return found
 
 
@@ -264,12 +272,11 @@ def _connect(
     deck: Deck,
     f: _Fastener,
     rows: list[int],
-    ends: list[FloatArray],
     axes: FloatArray,
     materials: Materials,
-    spot: float,
+    length: float,
 ) -> None:
-    """`spot` is half of both thicknesses, the length of a PWELD of TYPE SPOT."""
+    """`length` is that of a weld."""
     made_of: Material | None = None
     if f.card.name == "CFAST":
         k = np.array([f.owner.real(i, 0.0) for i in range(4, 10)])
@@ -279,9 +286,6 @@ def _connect(
             deck.add((f.owner.text(0), mass), "mass", point, deck.free_id(), [row], f.card)
         beta = damping(deck, f.owner, f.owner.real(11, 0.0))[1]
     else:
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        if f.owner.text(7).upper() == "SPOT" and None not in f.patches:
-            length = spot
         k = weld_stiffness(f.owner, materials, length)
         made_of, _ = materials.isotropic(f.owner.integer(1), f.owner)
         beta = made_of.beta
