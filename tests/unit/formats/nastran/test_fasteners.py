@@ -131,6 +131,15 @@ def test_spot_has_half_of_both_thicknesses_as_length(tmp_path):
     assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / 1.5)
 
 
+def test_spot_takes_the_thickness_of_the_shells_that_it_meets(tmp_path):
+    """L = (tA + tB)/2 of plies beside the grids (tB = .8 from Z0 = 0 up), and of a shell with T1 to T4 of its own."""
+    text = deck(WAYS["SPOT"]).replace("PSHELL,2,1,1.5,1,,1", "PCOMP,2,0.\n,1,.5,0.,,1,.3,90.")
+    met = "CQUAD4,1007,1,1008,1013,1014,1009"
+    for bulk, length in ((text, 1.15), (text.replace(met, met + "\n,,,1.,1.,2.4,2.4"), 1.25)):
+        (k,) = [b.section.stiffness for b in read(tmp_path, bulk).blocks if b.kind == "bush2"]
+        assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / length)
+
+
 def test_spot_between_grids_is_as_long_as_it_is(tmp_path):
     """GRIDID names no shells whose thickness could be the length: EA/L of the distance of the patches, of 2 mm."""
     (k,) = _stiffness(tmp_path, WAYS["GRIDID"].replace(WELD, "PWELD,7,1,6.,,,,,SPOT\n"))

@@ -10,13 +10,13 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.tying import reach_of
+from creak.formats.deck.groups import Group
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint, Equation
-from creak.model.materials import Bushing, Material, PointMass
+from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
 
@@ -87,7 +87,8 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
                 found += _hung(f, rows[side], ends[side], along, *surfaces[patch], coords)
         length = float(np.linalg.norm(ends[1] - ends[0]))
         if f.is_spot:
-            length = 0.5 * sum(float(surfaces[p][1].mean()) for p in f.patches if p is not None)
+            met = [(end, *surfaces[p]) for end, p in zip(ends, f.patches, strict=True) if p is not None]
+            length = 0.5 * sum(float(t[_met(end[None], corners, coords)[0][0]]) for end, corners, t in met)
         _connect(deck, f, rows, _axes(deck, f, ends[0], along), materials, length)
     return found
 
@@ -155,11 +156,11 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
     for group in deck.groups.values():
         if group.kind not in SHELL_FACETS:
             continue
-        for e, nodes in zip(group.ids, group.nodes, strict=True):
+        for k, (e, nodes) in enumerate(zip(group.ids, group.nodes, strict=True)):
             if (e == identifier) if kind == "ONE" else deck.property_of.get(e) == wanted:
                 mine = [[nodes[i] for i in facet] for facet in SHELL_FACETS[group.kind]]
                 corners += mine
-                thickness += [reach_of(group.section)] * len(mine)
+                thickness += [_thickness(group, k)] * len(mine)
     if not corners:
         what = "property" if kind == "PROP" else "element"
         raise InputError(
@@ -168,6 +169,13 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
             expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6",
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
+
+
+def _thickness(group: Group, k: int) -> float:
+    """Mean thickness of the k-th shell of a group, wherever its middle lies."""
+    assert isinstance(group.section, ShellSection | GeneralShell)
+    own = group.own.get("thickness")
+    return group.section.thickness * (1.0 if own is None else float(own[k].mean()))
 
 
 def _met(points: FloatArray, corners: IntArray, coords: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
