@@ -146,6 +146,30 @@ def test_spot_between_grids_is_as_long_as_it_is(tmp_path):
     assert k[0, 0] == pytest.approx(2e5 * math.pi * 9.0 / H)
 
 
+@pytest.mark.parametrize("way", ["PARTPAT", "ELPAT", "ELEMID", "GRIDID", "SPOT of GRIDID"])
+@pytest.mark.parametrize(
+    ("d", "limits", "length"),
+    [
+        (16.0, "", 3.2),
+        (0.2, "", 1.0),
+        (16.0, ",.1", 2.0),
+        (16.0, ",.3,.4", 4.8),
+        (0.25, ",,4.", 1.0),
+        (0.2, ",,12.", 2.0),
+    ],
+)
+def test_a_weld_is_neither_stubbier_nor_more_slender_than_its_limits(tmp_path, way, d, limits, length):
+    """EA/L and EI/L with L = 2 mm between the sheets, but at least LDMIN D and at most LDMAX D (.2 and 5)."""
+    kind = "SPOT" if "SPOT" in way else ""
+    pweld = f"PWELD,7,1,{d},,,,,{kind}\n{limits}\n"
+    (k,) = _stiffness(tmp_path, WAYS[way.split()[-1]].replace(WELD, pweld))
+    E, area, inertia = 2e5, math.pi * d**2 / 4.0, math.pi * d**4 / 64.0
+    phi = 12.0 * E * inertia / (0.9 * E / 2.6 * area * length**2)
+    across = 12.0 * E * inertia / (length**3 * (1.0 + phi))
+    bend, turn = E * inertia / length, E / 2.6 * 2.0 * inertia / length
+    np.testing.assert_allclose(np.diag(k), [E * area / length, across, across, turn, bend, bend], rtol=1e-12)
+
+
 def test_mass_of_a_cfast(tmp_path):
     plain = rigid_mass(read(tmp_path, deck("")))[0, 0]
     assert rigid_mass(read(tmp_path, deck(WAYS["CFAST by property"])))[0, 0] == pytest.approx(plain + 0.4)
@@ -170,6 +194,8 @@ def test_a_grid_on_a_patch_and_two_grids(tmp_path):
         (FAST + GS + "CFAST,99,7,PART,1,2,9001", "field 4 of CFAST is 'PART'; expected PROP or ELEM"),
         (WELD + GS + "CWELD,99,7,9001,ALIGN", "CWELD 99 has no GA and GB"),
         ("PWELD,7,1,0.\n" + GS + "CWELD,99,7,9001,PARTPAT\n,1,2", "has diameter 0"),
+        (WELD + ",.6,.5\n" + GS + "CWELD,99,7,9001,PARTPAT\n,1,2", "PWELD 7 has LDMIN 0.6 and LDMAX 0.5"),
+        ("PWELD,7,1,6.\n,DTAB,5\n" + GS + "CWELD,99,7,9001,PARTPAT\n,1,2", "PWELD is 'DTAB'; expected a real number"),
         (FAST + GS.replace("17.,21.", "99.,99.") + "CFAST,99,7,PROP,1,2,9001", "CFAST 99 lies .* beside a patch"),
     ],
 )

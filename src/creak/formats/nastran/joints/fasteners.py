@@ -25,7 +25,9 @@ Patch = tuple[str, int, int]
 HALF = math.sqrt(math.pi) / 4.0
 """Half the side of the square of the fastener's area, over its diameter: where the four points of a patch stand."""
 SHORTEST = 1e-4
-"""Length of a CWELD whose ends coincide, as in Nastran."""
+"""Length of a CWELD whose ends coincide and whose LDMIN is 0."""
+SLENDER = (0.2, 5.0)
+"""LDMIN and LDMAX of a PWELD that gives none."""
 BESIDE = 0.05
 """Share of a facet by which a fastener may lie beside a patch."""
 SHEAR = 0.9
@@ -60,7 +62,7 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
 
     Raises
     ------
-    InputError : an unknown grid, element or property, a patch without shells, no place.
+    InputError : an unknown grid, element or property, a patch without shells, no place, wrong limits of a length.
     """
     fasteners = [*_cfasts(deck), *_cwelds(deck)]
     found: list[Constraint] = []
@@ -85,10 +87,11 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
         for side, patch in enumerate(f.patches):
             if patch is not None:
                 found += _hung(f, rows[side], ends[side], along, *surfaces[patch], coords)
-        length = float(np.linalg.norm(ends[1] - ends[0]))
+        met = [(end, *surfaces[p]) for end, p in zip(ends, f.patches, strict=True) if p is not None]
         if f.is_spot:
-            met = [(end, *surfaces[p]) for end, p in zip(ends, f.patches, strict=True) if p is not None]
             length = 0.5 * sum(float(t[_met(end[None], corners, coords)[0][0]]) for end, corners, t in met)
+        else:
+            length = _within_limits(f, float(np.linalg.norm(ends[1] - ends[0])))
         _connect(deck, f, rows, _axes(deck, f, ends[0], along), materials, length)
     return found
 
@@ -274,6 +277,20 @@ def _hung(
         dofs = np.array([dof + 1, *([1, 2, 3] * len(shares))], dtype=np.int64)
         used = np.abs(coefficients) > 1e-14
         yield Equation(nodes[used], dofs[used], coefficients[used], f.card.where)
+
+
+def _within_limits(f: _Fastener, length: float) -> float:
+    """LDMIN D to LDMAX D of a PWELD."""
+    if f.card.name != "CWELD":
+        return length
+    low, high = (f.owner.real(8 + i, SLENDER[i]) for i in range(2))
+    if not 0.0 <= low <= high:
+        raise InputError(
+            f"PWELD {f.owner.text(0)} has LDMIN {low:g} and LDMAX {high:g}",
+            where=f.owner.place(8),
+            expected="0 <= LDMIN <= LDMAX",
+        )
+    return min(max(length, low * f.owner.real(2)), high * f.owner.real(2))
 
 
 def _connect(
