@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 from creak.assembly.system import to_dense
 from creak.errors import InputError
@@ -183,6 +184,80 @@ def test_a_grid_on_a_patch_and_two_grids(tmp_path):
     model = read(tmp_path, deck(WELD + "CWELD,99,7,,ALIGN,1013,2015"))
     assert not model.constraints
     assert sum(b.ids.size for b in model.blocks if b.kind == "bush2") == 1
+
+
+ENDS = "GRID,9003,,17.,21.,0.,,{ps}\nGRID,9004,,17.,21.,2.,,{ps}\n"
+GIVEN = {
+    "CFAST": FAST + "CFAST,99,7,PROP,1,2,,9003,9004\n",
+    "CWELD": WELD + "CWELD,99,7,,PARTPAT,9003,9004\n,1,2\n",
+    "MSET = ON": "PWELD,7,1,6.,,,ON\nCWELD,99,7,,ELEMID,9003,9004\n,1007,2013\n",
+}
+
+
+@pytest.mark.parametrize("way", GIVEN)
+def test_what_hangs_on_ga_and_gb_hangs_on_the_patches(tmp_path, way):
+    """A force on GB moves the rigid upper sheet by 1/k along the fastener; GA stays with the lower sheet, which is held."""
+    others = [str(2001 + i) for i in range(36)]
+    rigid = ENDS.format(ps="") + "GRID,9002,,17.,21.,1.,,12456\n" + _long("RBE2,5,9002,123456", others)
+    model = read(tmp_path, deck(GIVEN[way] + rigid, held="123456"))
+    assert not any(unread(model).values())
+    u = motion(model, {(9004, 3): 1.0, (9003, 3): 1.0})
+    flexible = 1.0 / 2000.0 if way == "CFAST" else H / (2e5 * math.pi * 9.0)
+    assert u[row(model, 9004), 2] == pytest.approx(flexible, rel=1e-9)
+    assert u[row(model, 9002), 2] == pytest.approx(flexible, rel=1e-9)
+    assert u[row(model, 9003), 2] == pytest.approx(0.0, abs=1e-12 * flexible)
+
+
+def test_a_matrix_of_the_deck_hangs_on_gb(tmp_path):
+    """K2GG that joins GA, GB and another grid: its springs of 500 from each to the next stand beside KT1 = 2000."""
+    others = [str(2001 + i) for i in range(36)]
+    rigid = ENDS.format(ps="") + "GRID,9002,,17.,21.,1.,,12456\n" + _long("RBE2,5,9002,123456", others)
+    rigid += "GRID,9005,,0.,0.,0.,,12456\nDMIG,KX,0,6,1,0\n"
+    for a, b, value in ((9003, 9003, 500.0), (9003, 9005, -500.0), (9005, 9005, 1000.0), (9004, 9005, -500.0)):
+        rigid += f"DMIG,KX,{b},3,,{a},3,{value}\n"
+    rigid += "DMIG,KX,9004,3,,9004,3,500.\n"
+    model = read(tmp_path, deck(GIVEN["CFAST"] + rigid, held="123456"), case="K2GG = KX\n")
+    assert motion(model, {(9004, 3): 1.0})[row(model, 9002), 2] == pytest.approx(1.0 / 2250.0, rel=1e-9)
+
+
+def test_a_mass_on_gb_moves_as_the_mean_of_its_shell(tmp_path):
+    """In the middle of a square shell that is the mean of its four corners: the same 1/omega^2 with an RBE3 for it,
+    which leaves GB nothing to follow."""
+    sheets = sheet(1, 1, 0.0, n=1, held="123456") + sheet(11, 2, H, n=1) + MATERIAL
+    ends = "GRID,9003,,20.,20.,0.\nGRID,9004,,20.,20.,2.\nCONM2,50,9004,,1.-4\n"
+    rbe3 = "RBE3,60,,9004,123456,1.,123,11,12\n,13,14\n"
+    values = []
+    for more in ("", rbe3):
+        system = assembled(read(tmp_path, sheets + ends + GIVEN["CWELD"] + more))
+        values.append(scipy.linalg.eigh(to_dense(system.M), to_dense(system.K), eigvals_only=True)[-12:])
+    np.testing.assert_allclose(*values, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("ends", "way", "stops"),
+    [("held", "CFAST", False), ("held", "CWELD", False), ("held", "MSET = ON", True), ("corner", "CWELD", None)],
+)
+def test_a_grid_that_cannot_follow_gives_its_place_alone(tmp_path, ends, way, stops):
+    """Held (PS), or a corner of the patch: K is that of the same fastener without GA and GB."""
+    given = ENDS.format(ps="123456") + GIVEN[way]
+    free = GIVEN[way].replace("9003", "").replace("9004", "")
+    free = free.replace("PROP,1,2,,", "PROP,1,2,9001") if way == "CFAST" else free.replace("99,7,,", "99,7,9001,")
+    place = GS
+    if ends == "corner":
+        given, place = given.replace("9003,9004", "1013,"), GS.replace("17.,21.,1.", "20.,20.,0.")
+    ours, theirs = (read(tmp_path, deck(text)) for text in (given, place + free))
+    K, plain = (to_dense(assembled(model).K) for model in (ours, theirs))
+    np.testing.assert_allclose(K, plain, rtol=0.0, atol=1e-12 * np.abs(plain).max())
+    assert [flag for what, flag in unread(ours).items() if "GA or GB" in what] == ([] if stops is None else [stops])
+
+
+def test_fasteners_that_share_a_grid(tmp_path):
+    """GB of one is GB of another: it follows the first, and binds the patches no further than six springs each."""
+    second = "PFAST,8,9.,,,2000.,300.,300.,1.+4\n,2.+4,2.+4\nCFAST,98,8,PROP,1,2,,9003,9004\n"
+    apart = second.replace("9003,9004", "").replace("PROP,1,2,,", "PROP,1,2,9001")
+    ours, theirs = (read(tmp_path, deck(ENDS.format(ps="") + GIVEN["CFAST"] + GS + t)) for t in (second, apart))
+    K, plain = (to_dense(assembled(model).K) for model in (ours, theirs))
+    np.testing.assert_allclose(K, plain, rtol=0.0, atol=1e-12 * np.abs(plain).max())
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,10 +15,11 @@ from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
-from creak.model.constraints import Constraint, Equation
+from creak.model.constraints import Constraint, Equation, Fixed, RigidLink
 from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
+from creak.model.solid_faces import FACES
 
 Patch = tuple[str, int, int]
 """PROP or ELEM and an id, or GRID, the element and its side."""
@@ -54,8 +55,21 @@ class _Fastener:
         return shells and self.owner.name == "PWELD" and self.owner.text(7).upper() == "SPOT"
 
 
-def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
+@dataclass(frozen=True)
+class GivenEnd:
+    """GA or GB of a fastener: a grid at one of its ends."""
+
+    card: Card
+    link: RigidLink
+    """The grid follows the node of the end."""
+    own: bool
+    """MSET = ON of PWELD: Nastran would make the grid itself the end, and stop where it follows others too."""
+
+
+def read_fasteners(deck: Deck, materials: Materials) -> tuple[list[Constraint], list[GivenEnd]]:
     """Springs in the middle between the piercing points, and the equations that hang these points on their patches.
+
+    The second list is what `following_grids` needs once all other constraints and supports are known.
 
     A point follows four points around it, at the corners of the square of the same area, by least squares (rigid
     motion is exact); each of them follows the shape functions of the shell that it meets.
@@ -66,6 +80,7 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
     """
     fasteners = [*_cfasts(deck), *_cwelds(deck)]
     found: list[Constraint] = []
+    given_ends: list[GivenEnd] = []
     surfaces: dict[Patch, tuple[IntArray, FloatArray]] = {}
     coords = np.array(deck.grids.coords)
     for f in fasteners:
@@ -82,6 +97,9 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
                 surfaces[patch] = _facets(deck, f.card, patch)
             ends.append(deck.grids.place(given) if given is not None else _pierced(f, *surfaces[patch], coords))
             rows.append(deck.grids.add(ends[-1]))
+            if given is not None:
+                own = f.owner.name == "PWELD" and f.owner.text(5).upper() == "ON"
+                given_ends.append(GivenEnd(f.card, RigidLink("tie", given, rows[-1], f.card.where), own))
         normal = np.eye(3)[0] if f.patches[0] is None else _normal(ends[0], *surfaces[f.patches[0]], coords)
         along = _frame(ends, normal)
         for side, patch in enumerate(f.patches):
@@ -93,7 +111,30 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
         else:
             length = _within_limits(f, float(np.linalg.norm(ends[1] - ends[0])))
         _connect(deck, f, rows, _axes(deck, f, ends[0], along), materials, length)
-    return found
+    return found, given_ends
+
+
+def following_grids(
+    deck: Deck, ends: list[GivenEnd], constraints: Iterable[Constraint], fixed: Iterable[Fixed]
+) -> Iterator[Constraint]:
+    """GA and GB follow the ends of their fastener, so that what hangs on them hangs on its patches.
+
+    A grid of a shell or solid, or one that follows or is held already, gives its place alone.
+    """
+    meshes = (g.nodes for g in deck.groups.values() if g.kind in SHELL_FACETS or g.kind in FACES)
+    meshed = {row for elements in meshes for nodes in elements for row in nodes}
+    bound = {row for c in constraints for row in c.dependents.tolist()}
+    bound |= {row for f in fixed for row in f.nodes_idx.tolist()}
+    joined: set[int] = set()
+    for end in ends:
+        row = end.link.dependent_idx
+        if row in bound and row not in meshed:
+            why = "its grid is held or follows others already: it gives the place of an end and does not follow it"
+            what = f"GA or GB of {end.card.name}" + (" with MSET = ON" if end.own else "")
+            deck.note(end.card, why, changes=end.own, what=what)
+        elif row not in meshed | joined:
+            joined.add(row)
+            yield end.link
 
 
 def _cfasts(deck: Deck) -> Iterator[_Fastener]:
