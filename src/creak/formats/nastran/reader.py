@@ -12,7 +12,7 @@ from creak.formats.deck.groups import blocks_of
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
-from creak.formats.nastran.joints.fasteners import read_fasteners
+from creak.formats.nastran.joints.fasteners import following_grids, read_fasteners
 from creak.formats.nastran.joints.gaps import list_gaps
 from creak.formats.nastran.joints.glue import CARDS as OF_GLUE
 from creak.formats.nastran.joints.glue import read_glue
@@ -84,7 +84,8 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     read_solids(deck, materials)
     constraints: list[Constraint] = [*middle_equations(deck), *read_bars(deck, materials)]
     add_mass(deck)
-    constraints += read_fasteners(deck, materials)
+    fasteners, given_ends = read_fasteners(deck, materials)
+    constraints += fasteners
     read_points(deck)
     read_direct_matrices(deck)
     constraints += read_rigid(deck)
@@ -93,6 +94,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     constraints += glue
     n_own = len(deck.grids.ids)
     fixed, skew = read_supports(deck, permanent, own_run)
+    constraints += following_grids(deck, given_ends, [*constraints, *skew], fixed)
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)

@@ -3,29 +3,32 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.tying import reach_of
+from creak.formats.deck.groups import Group
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
-from creak.model.constraints import Constraint, Equation
-from creak.model.materials import Bushing, Material, PointMass
+from creak.model.constraints import Constraint, Equation, Fixed, RigidLink
+from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
+from creak.model.solid_faces import FACES
 
 Patch = tuple[str, int, int]
 """PROP or ELEM and an id, or GRID, the element and its side."""
 HALF = math.sqrt(math.pi) / 4.0
 """Half the side of the square of the fastener's area, over its diameter: where the four points of a patch stand."""
 SHORTEST = 1e-4
-"""Length of a CWELD whose ends coincide, as in Nastran."""
+"""Length of a CWELD whose ends coincide and whose LDMIN is 0."""
+SLENDER = (0.2, 5.0)
+"""LDMIN and LDMAX of a PWELD that gives none."""
 BESIDE = 0.05
 """Share of a facet by which a fastener may lie beside a patch."""
 SHEAR = 0.9
@@ -45,19 +48,39 @@ class _Fastener:
     given: tuple[int | None, int | None]
     """Rows of GA and GB where the deck gives them."""
 
+    @property
+    def is_spot(self) -> bool:
+        """A weld of TYPE = SPOT between shells, whose length is half of both thicknesses."""
+        shells = all(patch is not None and patch[0] != "GRID" for patch in self.patches)
+        return shells and self.owner.name == "PWELD" and self.owner.text(7).upper() == "SPOT"
 
-def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
+
+@dataclass(frozen=True)
+class GivenEnd:
+    """GA or GB of a fastener: a grid at one of its ends."""
+
+    card: Card
+    link: RigidLink
+    """The grid follows the node of the end."""
+    own: bool
+    """MSET = ON of PWELD: Nastran would make the grid itself the end, and stop where it follows others too."""
+
+
+def read_fasteners(deck: Deck, materials: Materials) -> tuple[list[Constraint], list[GivenEnd]]:
     """Springs in the middle between the piercing points, and the equations that hang these points on their patches.
+
+    The second list is what `following_grids` needs once all other constraints and supports are known.
 
     A point follows four points around it, at the corners of the square of the same area, by least squares (rigid
     motion is exact); each of them follows the shape functions of the shell that it meets.
 
     Raises
     ------
-    InputError : an unknown grid, element or property, a patch without shells, no place.
+    InputError : an unknown grid, element or property, a patch without shells, no place, wrong limits of a length.
     """
     fasteners = [*_cfasts(deck), *_cwelds(deck)]
     found: list[Constraint] = []
+    given_ends: list[GivenEnd] = []
     surfaces: dict[Patch, tuple[IntArray, FloatArray]] = {}
     coords = np.array(deck.grids.coords)
     for f in fasteners:
@@ -74,14 +97,44 @@ def read_fasteners(deck: Deck, materials: Materials) -> list[Constraint]:
                 surfaces[patch] = _facets(deck, f.card, patch)
             ends.append(deck.grids.place(given) if given is not None else _pierced(f, *surfaces[patch], coords))
             rows.append(deck.grids.add(ends[-1]))
+            if given is not None:
+                own = f.owner.name == "PWELD" and f.owner.text(5).upper() == "ON"
+                given_ends.append(GivenEnd(f.card, RigidLink("tie", given, rows[-1], f.card.where), own))
         normal = np.eye(3)[0] if f.patches[0] is None else _normal(ends[0], *surfaces[f.patches[0]], coords)
-        axes = _axes(deck, f, ends, normal)
+        along = _frame(ends, normal)
         for side, patch in enumerate(f.patches):
             if patch is not None:
-                found += _hung(f, rows[side], ends[side], axes, *surfaces[patch], coords)
-        spot = 0.5 * sum(float(surfaces[p][1].mean()) for p in f.patches if p is not None)
-        _connect(deck, f, rows, ends, axes, materials, spot)
-    return found
+                found += _hung(f, rows[side], ends[side], along, *surfaces[patch], coords)
+        met = [(end, *surfaces[p]) for end, p in zip(ends, f.patches, strict=True) if p is not None]
+        if f.is_spot:
+            length = 0.5 * sum(float(t[_met(end[None], corners, coords)[0][0]]) for end, corners, t in met)
+        else:
+            length = _within_limits(f, float(np.linalg.norm(ends[1] - ends[0])))
+        _connect(deck, f, rows, _axes(deck, f, ends[0], along), materials, length)
+    return found, given_ends
+
+
+def following_grids(
+    deck: Deck, ends: list[GivenEnd], constraints: Iterable[Constraint], fixed: Iterable[Fixed]
+) -> Iterator[Constraint]:
+    """GA and GB follow the ends of their fastener, so that what hangs on them hangs on its patches.
+
+    A grid of a shell or solid, or one that follows or is held already, gives its place alone.
+    """
+    meshes = (g.nodes for g in deck.groups.values() if g.kind in SHELL_FACETS or g.kind in FACES)
+    meshed = {row for elements in meshes for nodes in elements for row in nodes}
+    bound = {row for c in constraints for row in c.dependents.tolist()}
+    bound |= {row for f in fixed for row in f.nodes_idx.tolist()}
+    joined: set[int] = set()
+    for end in ends:
+        row = end.link.dependent_idx
+        if row in bound and row not in meshed:
+            why = "its grid is held or follows others already: it gives the place of an end and does not follow it"
+            what = f"GA or GB of {end.card.name}" + (" with MSET = ON" if end.own else "")
+            deck.note(end.card, why, changes=end.own, what=what)
+        elif row not in meshed | joined:
+            joined.add(row)
+            yield end.link
 
 
 def _cfasts(deck: Deck) -> Iterator[_Fastener]:
@@ -147,11 +200,11 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
     for group in deck.groups.values():
         if group.kind not in SHELL_FACETS:
             continue
-        for e, nodes in zip(group.ids, group.nodes, strict=True):
+        for k, (e, nodes) in enumerate(zip(group.ids, group.nodes, strict=True)):
             if (e == identifier) if kind == "ONE" else deck.property_of.get(e) == wanted:
                 mine = [[nodes[i] for i in facet] for facet in SHELL_FACETS[group.kind]]
                 corners += mine
-                thickness += [reach_of(group.section)] * len(mine)
+                thickness += [_thickness(group, k)] * len(mine)
     if not corners:
         what = "property" if kind == "PROP" else "element"
         raise InputError(
@@ -160,6 +213,13 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
             expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6",
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
+
+
+def _thickness(group: Group, k: int) -> float:
+    """Mean thickness of the k-th shell of a group, wherever its middle lies."""
+    assert isinstance(group.section, ShellSection | GeneralShell)
+    own = group.own.get("thickness")
+    return group.section.thickness * (1.0 if own is None else float(own[k].mean()))
 
 
 def _met(points: FloatArray, corners: IntArray, coords: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:
@@ -192,36 +252,43 @@ def _normal(place: FloatArray, corners: IntArray, _: FloatArray, coords: FloatAr
     return np.asarray(normal / np.linalg.norm(normal))
 
 
-def _axes(deck: Deck, f: _Fastener, ends: list[FloatArray], normal: FloatArray) -> FloatArray:
-    """(3, 3), rows x along the fastener (the normal of patch A where it has no length), y, z; MCID and MFLAG."""
+def _frame(ends: list[FloatArray], normal: FloatArray) -> FloatArray:
+    """(3, 3), rows x along the fastener (the normal of patch A where it has no length), y near a basic axis, z."""
     line = ends[1] - ends[0]
     length = float(np.linalg.norm(line))
     x = line / length if length > 1e-9 * (1.0 + float(np.abs(ends[0]).max())) else normal
-    fast = f.card.name == "CFAST"
-    mcid = f.owner.integer(2, -1) if fast else -1
-    y = np.eye(3)[int(np.argmin(np.round(np.abs(x), 9)))]
-    if mcid >= 0:
-        T = axes_at(deck.system(mcid, f.owner), ends[0])
-        if f.owner.integer(3, 0) == 1:
-            return np.asarray(T.T)
-        y = T[:, 1]
+    return _about(x, np.eye(3)[int(np.argmin(np.round(np.abs(x), 9)))])
+
+
+def _about(x: FloatArray, y: FloatArray) -> FloatArray:
+    """(3, 3), rows x, the part of y across it, z."""
     z = np.cross(x, y)
     z /= np.linalg.norm(z)
     return np.array([x, np.cross(z, x), z])
 
 
+def _axes(deck: Deck, f: _Fastener, place: FloatArray, along: FloatArray) -> FloatArray:
+    """(3, 3), rows are the directions of the springs: `along`, or by MCID and MFLAG of PFAST."""
+    mcid = f.owner.integer(2, -1) if f.card.name == "CFAST" else -1
+    if mcid < 0:
+        return along
+    T = axes_at(deck.system(mcid, f.owner), place)
+    return np.asarray(T.T) if f.owner.integer(3, 0) == 1 else _about(along[0], T[:, 1])
+
+
 def _hung(
-    f: _Fastener, row: int, place: FloatArray, axes: FloatArray, corners: IntArray, _: FloatArray, coords: FloatArray
+    f: _Fastener, row: int, place: FloatArray, along: FloatArray, corners: IntArray, _: FloatArray, coords: FloatArray
 ) -> Iterator[Equation]:
-    """(u, theta) of the piercing point from the translations of the grids: A^-1 sum_k S_k' sum_j N_kj u_j."""
+    """(u, theta) of the piercing point from the translations of the grids: A^-1 sum_k S_k' sum_j N_kj u_j.
+
+    The four points lie across `along`, whatever the directions of the springs.
+    """
     d = HALF * f.owner.real(1 if f.card.name == "CFAST" else 2)
     if not d > 0.0:
         raise InputError(
             f"{f.owner.name} {f.owner.text(0)} has diameter {d / HALF:g}", where=f.owner.where, expected="> 0"
         )
-    x = axes[0]
-    y = axes[1] if f.card.name == "CWELD" or f.owner.integer(3, 0) != 1 else np.cross(axes[2], x)
-    z = np.cross(x, y)
+    _, y, z = along
     around = place + d * np.array([y + z, y - z, -y - z, z - y])
     facet, shape, met = _met(around, corners, coords)
     r = met - place
@@ -253,16 +320,29 @@ def _hung(
         yield Equation(nodes[used], dofs[used], coefficients[used], f.card.where)
 
 
+def _within_limits(f: _Fastener, length: float) -> float:
+    """LDMIN D to LDMAX D of a PWELD."""
+    if f.card.name != "CWELD":
+        return length
+    low, high = (f.owner.real(8 + i, SLENDER[i]) for i in range(2))
+    if not 0.0 <= low <= high:
+        raise InputError(
+            f"PWELD {f.owner.text(0)} has LDMIN {low:g} and LDMAX {high:g}",
+            where=f.owner.place(8),
+            expected="0 <= LDMIN <= LDMAX",
+        )
+    return min(max(length, low * f.owner.real(2)), high * f.owner.real(2))
+
+
 def _connect(
     deck: Deck,
     f: _Fastener,
     rows: list[int],
-    ends: list[FloatArray],
     axes: FloatArray,
     materials: Materials,
-    spot: float,
+    length: float,
 ) -> None:
-    """`spot` is half of both thicknesses, the length of a PWELD of TYPE SPOT."""
+    """`length` is that of a weld."""
     made_of: Material | None = None
     if f.card.name == "CFAST":
         k = np.array([f.owner.real(i, 0.0) for i in range(4, 10)])
@@ -272,9 +352,6 @@ def _connect(
             deck.add((f.owner.text(0), mass), "mass", point, deck.free_id(), [row], f.card)
         beta = damping(deck, f.owner, f.owner.real(11, 0.0))[1]
     else:
-        length = float(np.linalg.norm(ends[1] - ends[0]))
-        if f.owner.text(7).upper() == "SPOT" and None not in f.patches:
-            length = spot
         k = weld_stiffness(f.owner, materials, length)
         made_of, _ = materials.isotropic(f.owner.integer(1), f.owner)
         beta = made_of.beta
