@@ -179,3 +179,14 @@ def test_one_mass_over_bars_with_offsets(tmp_path, offsets, length, kind):
     model = read(tmp_path, bulk, "NSM = 5\n")
     assert rigid_mass(model)[0, 0] == pytest.approx(1e-3)
     assert model.blocks[0].section.line_mass == pytest.approx(1e-3 / length, rel=1e-6)
+
+
+@pytest.mark.parametrize("card", ["NSM1,5,ELEMENT,1.-6,13", "NSM,5,ELEMENT,13,1.-6", "NSML1,5,ELEMENT,1.-4,13"])
+def test_a_tapered_bar_by_its_id(tmp_path, card):
+    """1e-6 along the 100 of the whole bar, whose middle is at x = 50 and whose inertia is m L^2/3 about its end."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,100.,0.,0.\nGRID,3,,0.,50.,0.\nMAT1,1,7.+4,,.3\nCBEAM,13,13,1,2,0.,1.,0.\n"
+        "PBEAM,13,1,20.,10.,10.,,10.\n,,,,,,,,\n,YES,1.,10.,5.,5.,,5.\nCROD,14,14,1,3\nPROD,14,1,1.\nPARAM,COUPMASS,1\n"
+    )
+    M = rigid_mass(read(tmp_path, f"{bulk}{card}\n", "NSM = 5\n"))
+    assert (M[0, 0], M[1, 5], M[5, 5]) == pytest.approx((1e-4, 1e-4 * 50.0, 1e-4 * 1e4 / 3.0), rel=1e-4)

@@ -172,10 +172,7 @@ def _add_pieces(
         following = nodes[1] if k == n - 1 else deck.grids.add(start + x * (end - start))
         mine = np.array([arms[0] if k == 0 else none, arms[1] if k == n - 1 else none])
         own = {"axis1": v, "arms": mine} if mine.any() else {"axis1": v}
-        one = identifier if k == 0 else deck.free_id()
-        if k:
-            deck.element_at[one] = card.where
-            deck.property_of[one] = deck.property_of[identifier]
+        one = deck.further_piece(identifier) if k else identifier
         deck.add((section.name, k), "beam2", section, one, [last, following], card, **own)
         last = following
     if n > 1:

@@ -155,7 +155,9 @@ def _elements(deck: Deck, entry: _Entry) -> Iterator[tuple[int, tuple[float, boo
 
 def _owner(deck: Deck, entry: _Entry, identifier: int) -> int | None:
     """What the ids of an entry say of an element: itself, or its property."""
-    return identifier if entry.kind in ("ELEMENT", "CONROD") else deck.property_of.get(identifier)
+    if entry.kind in ("ELEMENT", "CONROD"):
+        return deck.whole.get(identifier, identifier)
+    return deck.property_of.get(identifier)
 
 
 def _area(kind: str, x: np.ndarray) -> float:
