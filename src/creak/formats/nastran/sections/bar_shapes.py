@@ -181,11 +181,32 @@ def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
     ------
     InputError : an unknown type, a dimension that is missing or not positive.
     """
+    dims = dimensions(card, first)
+    return shape_of(card, dims), card.real(first + len(dims), 0.0)
+
+
+def dimensions(card: Card, first: int) -> list[float]:
+    """DIM1, DIM2, ... from a field on.
+
+    Raises
+    ------
+    InputError : an unknown type, a dimension that is missing.
+    """
     kind = card.text(3).upper()
     if kind not in SHAPES:
         raise card.wrong(3, f"one of {', '.join(SHAPES)}", "Give the area and the moments on PBAR or PBEAM.")
+    return [card.real(first + i) for i in range(SHAPES[kind][0])]
+
+
+def shape_of(card: Card, dims: list[float]) -> CrossSection:
+    """The section of the type of a card with some dimensions.
+
+    Raises
+    ------
+    InputError : a dimension that is not positive, dimensions that make no section.
+    """
+    kind = card.text(3).upper()
     n, make = SHAPES[kind]
-    dims = [card.real(first + i) for i in range(n)]
     if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
         raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
     try:
@@ -199,4 +220,4 @@ def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
             where=card.where,
             expected="walls thinner than the section",
         )
-    return shape, card.real(first + n, 0.0)
+    return shape
