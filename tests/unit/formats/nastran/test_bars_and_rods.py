@@ -324,3 +324,21 @@ def test_a_blank_dimension_of_end_b_is_that_of_end_a(tmp_path):
     x, w = 0.5 * length * (x + 1.0), 0.5 * length * w
     bent = float(w @ ((length - x) ** 2 / (E_STEEL * (I0 + (I1 - I0) * x / length))))
     assert motion(model, {(2, 2): 1.0})[1, 1] == pytest.approx(bent, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("card", "noted"),
+    [
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.\n", False),
+        ("PBEAML,1,1,,I\n,20.,30.,2.,1.,1.,1.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,2.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.,,NO\n,1.,,,8.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.,,NO\n,1.,,8.,8.\n", False),
+        ("PBEAML,1,1,,T\n,30.,20.,1.,1.\n", True),
+    ],
+)
+def test_a_shear_centre_beside_the_centroid_is_told(tmp_path, card, noted):
+    """That of an I lies towards the stiffer flange: e = h I_top/(I_top + I_bottom) is the centroid's only where the
+    flanges are alike."""
+    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", card)
+    assert [name for name, changes in unread(model).items() if changes] == ([f"PBEAML, {card[12]}"] if noted else [])

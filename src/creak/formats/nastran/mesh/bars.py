@@ -12,9 +12,16 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.cross_section import principal
 from creak.formats.deck.equations import relative_motion
-from creak.formats.nastran.sections.bar_shapes import OFF_CENTRE, read_shape
+from creak.formats.nastran.sections.bar_shapes import is_off_centre, read_shape
 from creak.formats.nastran.sections.materials import Materials
-from creak.formats.nastran.sections.taper import Profile, pbeam_stations, pbeaml_stations, tapered, uniform
+from creak.formats.nastran.sections.taper import (
+    Profile,
+    pbeam_stations,
+    pbeaml_dimensions,
+    pbeaml_stations,
+    tapered,
+    uniform,
+)
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint
@@ -104,11 +111,13 @@ def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
 def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profile:
     shape, nsm = read_shape(card, 8)
     kind = card.text(3).upper()
-    if kind in OFF_CENTRE and card.name == "PBEAML":
-        deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True, what=f"PBEAML, {kind}")
     k = (shape.shear_factor, shape.shear_factor)
     if card.name == "PBEAML":
-        return tapered(pbeaml_stations(card), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
+        along = pbeaml_dimensions(card)
+        if any(is_off_centre(kind, dims) for _, (*dims, _) in along):
+            why = f"the shear centre of {kind} is taken at the centroid"
+            deck.note(card, why, changes=True, what=f"PBEAML, {kind}")
+        return tapered(pbeaml_stations(card, along), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
     i = (shape.i22, shape.i11, shape.i12)
     return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, k, shape.radius)
 

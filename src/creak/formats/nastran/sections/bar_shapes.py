@@ -5,7 +5,8 @@ Axis 1 is y, in plane 1 (the orientation vector); axis 2 is z, in plane 2. Nastr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 
 from creak.errors import InputError
 from creak.formats.deck.cross_section import CrossSection, Rectangle, box, composed, rectangle, tube
@@ -172,6 +173,14 @@ SHAPES: dict[str, tuple[int, Callable[..., CrossSection]]] = {
 """Number of dimensions and the section of each type."""
 OFF_CENTRE = {"T", "CHAN", "L", "CHAN1", "CHAN2", "T1", "T2", "HAT", "BOX1"}
 """The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
+
+
+def is_off_centre(kind: str, dims: Sequence[float]) -> bool:
+    """Is the shear centre of this section beside the centroid? That of an I is where its flanges differ."""
+    if kind == "I":
+        _, bottom, top, _, t_bottom, t_top = dims
+        return not (math.isclose(bottom, top, rel_tol=1e-6) and math.isclose(t_bottom, t_top, rel_tol=1e-6))
+    return kind in OFF_CENTRE
 
 
 def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:

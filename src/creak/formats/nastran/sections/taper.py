@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.sections.bar_shapes import SHAPES, dimensions, shape_of
+from creak.formats.nastran.sections.bar_shapes import dimensions, shape_of
 from creak.formats.nastran.text.bulk_data import Card
 from creak.model.materials import BeamSection
 
@@ -91,20 +91,31 @@ def pbeam_stations(card: Card) -> tuple[list[tuple[float, list[float]]], int]:
     return _values(card, [card.real(i, 0.0) for i in range(2, 8)], places), at
 
 
-def pbeaml_stations(card: Card) -> list[tuple[float, list[float]]]:
-    """The same of a PBEAML by its dimensions, and the mass after them.
+def pbeaml_dimensions(card: Card) -> list[tuple[float, list[float]]]:
+    """x / L and DIM1, DIM2, ..., NSM at the stations of a PBEAML.
 
     Raises
     ------
-    InputError : dimensions that make no section, stations that are not between the ends.
+    InputError : an unknown type, a dimension that end A lacks, stations that are not between the ends.
     """
-    n = SHAPES[card.text(3).upper()][0]
+    dims = dimensions(card, 8)
+    n = len(dims)
     at, places = 8 + n + 1, list[tuple[float, int]]()
     while card.text(at).upper() in _WORDS:
         places.append((card.real(at + 1, 1.0), at + 2))
         at += n + 3
+    return _values(card, [*dims, card.real(8 + n, 0.0)], places)
+
+
+def pbeaml_stations(card: Card, along: Sequence[tuple[float, Sequence[float]]]) -> list[tuple[float, list[float]]]:
+    """x / L and A, I1, I2, I12, J, NSM of `pbeaml_dimensions`.
+
+    Raises
+    ------
+    InputError : dimensions that make no section.
+    """
     found = []
-    for x, (*dims, mass) in _values(card, [*dimensions(card, 8), card.real(8 + n, 0.0)], places):
+    for x, (*dims, mass) in along:
         shape = shape_of(card, dims)
         found.append((x, [shape.area, shape.i22, shape.i11, shape.i12, shape.torsion, mass]))
     return found
