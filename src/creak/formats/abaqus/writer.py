@@ -13,6 +13,7 @@ from creak.formats.abaqus.write.dashpots import with_dashpots
 from creak.formats.abaqus.write.directions import by_direction, without_surfaces
 from creak.formats.abaqus.write.elements import Written, element_lines
 from creak.formats.abaqus.write.names import ROOT, Scopes, quoted, vector
+from creak.formats.abaqus.write.sections import lost_expansion
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.written_deck import write_checked
 from creak.model.comparison import difference
@@ -35,7 +36,7 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tu
 
     Returns
     -------
-    Which damping of springs became dashpots, and what is lost because it bears on contact only.
+    Which damping of springs became dashpots, and what is lost because it bears on contact or on thermal loads only.
 
     Raises
     ------
@@ -53,7 +54,7 @@ def write_deck(model: Model, path: str | Path, ignore: Sequence[str] = ()) -> tu
     model, notes = without_surfaces(by_direction(model))
     text = "\n".join(deck_lines(model)) + "\n"
     write_checked(path, text, lambda copy: _lost(model, copy), kind="an Abaqus", source=model.source)
-    return (*damped, *notes)
+    return (*damped, *notes, *lost_expansion(block.section for block in model.blocks))
 
 
 def deck_lines(model: Model) -> list[str]:

@@ -17,6 +17,7 @@ from creak.model.materials import Material, ShellSection
 from creak_thesis.door.writer import write_door
 from fuzz_samples import INSTANCES, SOLIDS, STRIPS
 from helpers_dynamic_decks import STEP, bar_deck, cantilever_deck, stop_deck
+from helpers_nastran import read as nastran
 from helpers_same_model import abaqus_deck, mesh
 from helpers_ties import cut_plate
 
@@ -258,3 +259,26 @@ def test_inverted_finds_the_number_of_the_deck():
     nu = 1000.0 / (2.0 * 411.0) - 1.0
     guess = Material("A", 1000.0, nu, 1.0).shear_modulus
     assert inverted(lambda g: 1000.0 / (2.0 * g) - 1.0, nu, guess) == 411.0
+
+
+@pytest.mark.parametrize(
+    ("cards", "told"),
+    [
+        ("PSHELL,1,1,.1,1,,1\nMAT1,1,1.+4,,.3,1.-9,1.-5,35.\n", ["MAT1 1: its TREF, 35, is not in the deck"]),
+        ("PCOMP,1,,,,,35.\n,1,.1\nMAT1,1,1.+4,,.3,1.-9,1.-5,20.\n", ["PCOMP 1: its TREF, 35, is not in the deck"]),
+        ("PSHELL,1,1,.1,1,,1\nMAT1,1,1.+4,,.3,1.-9,1.-5\n", []),
+        ("PSHELL,1,1,.1,1,,1\nMAT1,1,1.+4,,.3,1.-9,,35.\n", []),
+    ],
+)
+def test_a_reference_temperature_is_told_to_be_lost(tmp_path, cards, told):
+    """Nastran has no strain at TREF, Abaqus none at the initial temperature."""
+    model = nastran(tmp_path, f"GRID,1\nGRID,2,,1.\nGRID,3,,1.,1.\nGRID,4,,,1.\nCQUAD4,1,1,1,2,3,4\n{cards}")
+    notes = write_deck(replace(model, mass_form="consistent"), tmp_path / "copy.inp")
+    assert [note.rpartition(": it expands")[0] for note in notes if "TREF" in note] == told
+
+
+def test_an_expansion_over_temperature_is_told_to_be_lost(tmp_path):
+    text = PLATE + "*SHELL SECTION, ELSET=P, MATERIAL=Steel\n 1.\n" + STEEL + "*EXPANSION\n 1e-5, 0.\n 2e-5, 100.\n"
+    (tmp_path / "deck.inp").write_text(text, encoding="utf-8")
+    notes = write_deck(read_deck(tmp_path / "deck.inp"), tmp_path / "copy.inp")
+    assert notes == ("Steel: its expansion, which depends on temperature or shears, is not in the deck",)

@@ -102,3 +102,91 @@ def test_converted(tmp_path):
 def test_mistakes(tmp_path, cards, message):
     with pytest.raises(InputError, match=message):
         read(tmp_path, PLATE + cards + "\n", "NSM = 1\n")
+
+
+TYPES = (
+    "GRID,1,,0.,0.,0.\nGRID,2,,4.,0.,0.\nGRID,3,,4.,3.,0.\nGRID,4,,0.,3.,0.\nGRID,5,,10.,0.,0.\nGRID,6,,10.,3.,0.\n"
+    "CQUAD4,1,1,1,2,3,4\nPSHELL,1,1,.5,1,,1\nCQUAD4,2,2,2,5,6,3\nPCOMP,2\n,1,.5\nMAT1,1,1.+5,,.3\n"
+    "CBAR,11,11,1,4,0.,0.,1.\nPBAR,11,1,1.,1.,1.,1.\nCBAR,12,12,1,3,0.,0.,1.\nPBARL,12,1,,ROD\n,1.\n"
+    "CBEAM,13,13,1,2,0.,0.,1.\nPBEAM,13,1,1.,1.,1.,,1.\nCBEAM,14,14,2,5,0.,0.,1.\nPBEAML,14,1,,ROD\n,1.\n"
+    "CROD,15,11,4,6\nPROD,11,1,1.\nCTUBE,16,16,5,6\nPTUBE,16,1,1.\nCONROD,17,2,6,1,1.\nPARAM,WTMASS,2.\n"
+)
+"""Every type once: areas 12 (PSHELL) and 18 (PCOMP), lengths PBAR 3, PBARL 5, PBEAM 4, PBEAML 6, PROD 10, PTUBE 3 and
+CONROD the root of 45. PROD has the id of the PBAR, 11."""
+
+
+@pytest.mark.parametrize(
+    ("cards", "wanted"),
+    [
+        ("NSM1,1,PSHELL,.1,ALL", 0.1 * 30.0),
+        ("NSM1,1,PCOMP,.1,ALL", 0.1 * 30.0),
+        ("NSML1,1,PCOMPG,7.,ALL", 7.0),
+        ("NSM1,1,PSHELL,.1,1", 0.1 * 12.0),
+        ("NSM1,1,PBAR,.1,ALL", 0.1 * 8.0),
+        ("NSM1,1,PBARL,.1,ALL", 0.1 * 8.0),
+        ("NSM1,1,PBAR,.1,11", 0.1 * 3.0),
+        ("NSM,1,PBAR,11,.1,13,.1", 0.1 * 3.0),
+        ("NSM1,1,PBEAM,.1,ALL", 0.1 * 10.0),
+        ("NSM1,1,PBEAML,.1,14", 0.1 * 6.0),
+        ("NSM1,1,PROD,.1,ALL", 0.1 * 10.0),
+        ("NSM1,1,PROD,.1,11", 0.1 * 10.0),
+        ("NSM1,1,PROD,.1,1,THRU,20", 0.1 * 10.0),
+        ("NSM1,1,PTUBE,.1,ALL", 0.1 * 3.0),
+        ("NSM1,1,CONROD,.1,ALL", 0.1 * 45.0**0.5),
+        ("NSM1,1,CONROD,.1,11,17", 0.1 * 45.0**0.5),
+        ("NSM1,1,PBEAM,.1,11", 0.0),
+    ],
+)
+def test_type(tmp_path, cards, wanted):
+    """A type reaches its own elements and those that Nastran counts with them (PBARL as PBAR, PBEAML as PBEAM, PCOMP as
+    PSHELL), whatever ids other types have."""
+    M = rigid_mass(read(tmp_path, f"{TYPES}{cards}\n", "NSM = 1\n"))
+    assert 0.5 * M[0, 0] == pytest.approx(wanted, abs=1e-12)
+
+
+def test_one_mass_over_the_elements_of_a_type(tmp_path):
+    """5 along the PROD alone, from x = 0 to 10 at y = 3."""
+    M = 0.5 * rigid_mass(read(tmp_path, f"{TYPES}NSML1,1,PROD,5.,ALL\n", "NSM = 1\n"))
+    assert (M[0, 0], -M[0, 5], M[1, 5]) == pytest.approx((5.0, 5.0 * 3.0, 5.0 * 5.0))
+
+
+@pytest.mark.parametrize(
+    ("card", "why"),
+    [
+        ("NSM1,1,PTUBE,.1,11,16", "11 is of type PBAR, not PTUBE"),
+        ("NSM1,1,CONROD,.1,11", "11 is of type PBAR, not CONROD"),
+        ("NSM1,1,PBEAM,.1,ALL", "PBEAML is taken with PBEAM, as Nastran does"),
+        ("NSM1,1,PTUBE,.1,1,THRU,20", None),
+        ("NSM1,1,PROD,.1,11", None),
+    ],
+)
+def test_what_other_types_have_is_told(tmp_path, card, why):
+    found = [u.why for u in read(tmp_path, f"{TYPES}{card}\n", "NSM = 1\n").unread if u.keyword.startswith("NSM")]
+    assert (why is None) == (not found)
+    assert why is None or any(text.startswith(why) for text in found)
+
+
+@pytest.mark.parametrize(
+    ("offsets", "length"), [("", 100.0), ("20.,0.,0.,-20.,0.,0.", 60.0), ("0.,0.,9.", 10081.0**0.5)]
+)
+@pytest.mark.parametrize("kind", ["PBAR", "ELEMENT"])
+def test_one_mass_over_bars_with_offsets(tmp_path, offsets, length, kind):
+    """The share per length is that between the ends of the offsets, where the bar is."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,100.,0.,0.\nMAT1,1,7.+4,,.3\nPBAR,13,1,10.,10.,10.,10.\n"
+        f"CBAR,13,13,1,2,0.,1.,0.\n,,,{offsets}\nNSML1,5,{kind},1.-3,13\n"
+    )
+    model = read(tmp_path, bulk, "NSM = 5\n")
+    assert rigid_mass(model)[0, 0] == pytest.approx(1e-3)
+    assert model.blocks[0].section.line_mass == pytest.approx(1e-3 / length, rel=1e-6)
+
+
+@pytest.mark.parametrize("card", ["NSM1,5,ELEMENT,1.-6,13", "NSM,5,ELEMENT,13,1.-6", "NSML1,5,ELEMENT,1.-4,13"])
+def test_a_tapered_bar_by_its_id(tmp_path, card):
+    """1e-6 along the 100 of the whole bar, whose middle is at x = 50 and whose inertia is m L^2/3 about its end."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,100.,0.,0.\nGRID,3,,0.,50.,0.\nMAT1,1,7.+4,,.3\nCBEAM,13,13,1,2,0.,1.,0.\n"
+        "PBEAM,13,1,20.,10.,10.,,10.\n,,,,,,,,\n,YES,1.,10.,5.,5.,,5.\nCROD,14,14,1,3\nPROD,14,1,1.\nPARAM,COUPMASS,1\n"
+    )
+    M = rigid_mass(read(tmp_path, f"{bulk}{card}\n", "NSM = 5\n"))
+    assert (M[0, 0], M[1, 5], M[5, 5]) == pytest.approx((1e-4, 1e-4 * 50.0, 1e-4 * 1e4 / 3.0), rel=1e-4)

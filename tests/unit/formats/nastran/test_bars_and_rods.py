@@ -288,3 +288,57 @@ def test_rods_couple_their_mass_along_the_axis_only(tmp_path, rod):
     assert M[2, 2] == pytest.approx(0.5 * m)
     assert not M[3:].any()
     np.testing.assert_allclose(rigid_mass(model)[:3, :3], m * np.eye(3), rtol=EXACT, atol=EXACT * m)
+
+
+@pytest.mark.parametrize(
+    ("card", "mean"),
+    [
+        ("PBEAM,1,1,10.,9.,9.,,9.,.6\n,,,,,,,,\n,YES,1.,,,,,,0.\n", 10.0 + 0.3),
+        ("PBEAM,1,1,10.,9.,9.,,9.,.6\n,NO,1.\n", 10.0 + 0.6),
+        ("PBEAM,1,1,10.,9.,9.,,9.,.6\n,NO,.5,,,,,,0.\n,NO,1.,,,,,,.2\n", 10.0 + 0.5 * 0.3 + 0.5 * 0.1),
+        ("PBEAM,1,1,10.,9.,9.,,9.,.6\n,NO,.5\n,NO,1.,,,,,,0.\n", 10.0 + 0.3),
+        ("PBEAM,1,1,10.,9.,9.,,9.,.6\n,NO,1.,6.\n", 8.0 + 0.6),
+        ("PBEAML,1,1,,BAR\n,10.,5.,,YES,1.,,2.5\n", 37.5),
+        ("PBEAML,1,1,,BAR\n,10.,5.,,YES,1.,6.\n", 40.0),
+        ("PBEAML,1,1,,BAR\n,10.,5.,.6,YES,1.,,2.5\n", 37.5 + 0.6),
+        ("PBEAML,1,1,,BAR\n,10.,5.,.6,YES,1.,,2.5,0.\n", 37.5 + 0.3),
+        ("PBEAML,1,1,,BAR\n,10.,5.,.6,YES,.5,,,\n,NO,1.,,2.5,0.\n", 37.5 + 0.3),
+        ("PBEAML,1,1,,BAR\n,10.,5.,.6,YES,.25,,3.,.2\n,NO,1.,,2.5\n", 0.25 * 40.4 + 0.75 * 27.9),
+        ("PBEAML,1,1,,BAR\n,10.,5.,.6,YES,1.\n", 50.6),
+    ],
+)
+def test_blank_fields_of_stations_and_zeros(tmp_path, card, mean):
+    """Blank is what end A has (between the ends: linear), 0. is zero; the mass is that of the mean of A + NSM."""
+    grids = "GRID,1,,0.,0.,0.\nGRID,2,,100.,0.,0.\nMAT1,1,7.E4,,.3,1.\n"
+    model = read(tmp_path, f"{grids}CBEAM,7,1,1,2,0.,1.,0.\n{card}")
+    assert rigid_mass(model)[0, 0] == pytest.approx(mean * 100.0, rel=1e-9)
+
+
+def test_a_blank_dimension_of_end_b_is_that_of_end_a(tmp_path):
+    """Tip deflection of a BAR 10 x 5 whose height falls to 2.5: the integral of P x^2 / E I between linear I1."""
+    bar = "PBEAML,1,1,,BAR\n,10.,5.,,YES,1.,,2.5\n"
+    grids = "GRID,1,,0.,0.,0.\nGRID,2,,500.,0.,0.\nSPC1,1,123456,1\nMAT1,1,7.E4,,.3\n"
+    model = read(tmp_path, f"{grids}CBEAM,7,1,1,2,0.,1.,0.\n{bar}")
+    I0, I1, length = 10.0 * 5.0**3 / 12.0, 10.0 * 2.5**3 / 12.0, 500.0
+    x, w = np.polynomial.legendre.leggauss(40)
+    x, w = 0.5 * length * (x + 1.0), 0.5 * length * w
+    bent = float(w @ ((length - x) ** 2 / (E_STEEL * (I0 + (I1 - I0) * x / length))))
+    assert motion(model, {(2, 2): 1.0})[1, 1] == pytest.approx(bent, rel=5e-3)
+
+
+@pytest.mark.parametrize(
+    ("card", "noted"),
+    [
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.\n", False),
+        ("PBEAML,1,1,,I\n,20.,30.,2.,1.,1.,1.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,2.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.,,NO\n,1.,,,8.\n", True),
+        ("PBEAML,1,1,,I\n,20.,10.,10.,2.,1.,1.,,NO\n,1.,,8.,8.\n", False),
+        ("PBEAML,1,1,,T\n,30.,20.,1.,1.\n", True),
+    ],
+)
+def test_a_shear_centre_beside_the_centroid_is_told(tmp_path, card, noted):
+    """That of an I lies towards the stiffer flange: e = h I_top/(I_top + I_bottom) is the centroid's only where the
+    flanges are alike."""
+    model = cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", card)
+    assert [name for name, changes in unread(model).items() if changes] == ([f"PBEAML, {card[12]}"] if noted else [])

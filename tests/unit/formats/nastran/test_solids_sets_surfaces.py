@@ -132,3 +132,21 @@ def test_surfaces(tmp_path):
     model = read(tmp_path, CUBE + ELEMENTS["wedge6"] + "PSOLID,1,1\n" + MAT1)
     assert model.surfaces["PID_1"].facets.shape == (8, 2)
     assert model.surfaces["PID_1"].nodes_idx.size == 8
+
+
+def test_sets_hold_all_pieces_of_an_element(tmp_path):
+    """A tapered bar is 12 elements, a bushing with two losses 2: lists of ids that have it reach all of them."""
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,100.,0.,0.\nGRID,3,,0.,50.,0.\nMAT1,1,7.+4,,.3\nCBEAM,13,13,1,2,0.,1.,0.\n"
+        "PBEAM,13,1,20.,10.,10.,,10.\n,,,,,,,,\n,YES,1.,10.,5.,5.,,5.\nCROD,14,14,1,3\nPROD,14,1,1.\n"
+        "CBUSH,15,15,3,2,,,,0\nPBUSH,15,K,1.,2.,3.,4.,5.,6.\n,GE,.2,.1,.1,.1,.1,.1\nPARAM,W4,10.\n"
+        "SET1,7,13\nSET3,8,ELEM,13,THRU,99\nSET,10,ELEM,LIST\n,15\nSURF,11,ELFACE\n,13\n"
+    )
+    model = read(tmp_path, bulk, "SET 9 = 13, 14\n")
+    of_pid = {k: {tuple(at) for at in model.element_sets[f"PID_{k}"].tolist()} for k in (13, 14, 15)}
+    assert [len(rows) for rows in of_pid.values()] == [12, 1, 2]
+    wanted = {"SET_7": (13,), "SET_8": (13, 14, 15), "SET_9": (13, 14), "SET_10": (15,), "SURF_11": (13,)}
+    for name, of in wanted.items():
+        rows = model.element_sets[name].tolist()
+        assert {tuple(at) for at in rows} == set().union(*(of_pid[k] for k in of))
+        assert len(rows) == sum(len(of_pid[k]) for k in of)

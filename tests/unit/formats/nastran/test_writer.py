@@ -321,3 +321,31 @@ def test_lines_of_four_long_numbers_keep_ten_digits():
         (found,) = cards_of(lines)
         for k, value in enumerate(values):
             assert found.real(k) == pytest.approx(value, rel=6e-10)
+
+
+@pytest.mark.parametrize(
+    ("sides", "told"),
+    [
+        (
+            "1, SPOS\n 2, SNEG",
+            "S is S in the deck: both sides of its 2 elements, of which 2 had one side in the surface",
+        ),
+        ("1, SPOS\n 1, SNEG\n 2, SNEG", "S is S in the deck: both sides of its 2 elements, of which 1 had one side"),
+        ("1, SPOS\n 1, SNEG\n 2, SPOS\n 2, SNEG", "S is S in the deck"),
+        ("1, SNEG\n 2, SNEG", "S is S.SNEG in the deck"),
+        ("1\n 2", "S is S in the deck"),
+    ],
+)
+def test_a_surface_with_sides_of_both_kinds_says_what_is_lost(tmp_path, sides, told):
+    deck = (
+        "*NODE\n 1, 0.\n 2, 10.\n 3, 10., 8.\n 4, 0., 8.\n 5, 20.\n 6, 20., 8.\n*ELEMENT, TYPE=S4, ELSET=P\n 1, 1, 2, 3, 4\n"
+        " 2, 2, 5, 6, 3\n*SHELL SECTION, ELSET=P, MATERIAL=STEEL\n 1.\n*MATERIAL, NAME=STEEL\n*ELASTIC\n 210000., 0.3\n"
+        f"*DENSITY\n 1e-9\n*SURFACE, NAME=S\n {sides}\n"
+    )
+    (tmp_path / "deck.inp").write_text(deck, encoding="utf-8")
+    notes = write_nastran(replace(read_deck(tmp_path / "deck.inp"), mass_form="linear"), tmp_path / "copy.bdf")
+    (note,) = (n for n in notes if n.startswith("surface S "))
+    assert note.startswith(f"surface {told}")
+    assert ("both sides" in note) == ("both sides" in told)
+    read = read_nastran(tmp_path / "copy.bdf").surfaces["S"]
+    assert set(read.side.tolist()) == {0}

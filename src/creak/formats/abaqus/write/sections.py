@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -91,6 +92,24 @@ def _expansion(material: AnyMaterial) -> list[str]:
         return []
     a, b, c = heat.strain[:3]
     return ["*EXPANSION", number(a)] if a == b == c else ["*EXPANSION, TYPE=ORTHO", numbers((a, b, c))]
+
+
+def lost_expansion(sections: Iterable[Section]) -> list[str]:
+    """What the deck does not say of the thermal expansion of sections: TREF, and what `_expansion` leaves out."""
+    notes: list[str] = []
+    for section in sections:
+        shell = section if isinstance(section, GeneralShell) else None
+        own = getattr(section, "material", None)
+        materials = shell.made_of.materials if shell and shell.made_of else (own,) if own else ()
+        for material in materials:
+            if material.expansion is not None and not _expansion(material):
+                why = "its expansion, which depends on temperature or shears, is not in the deck"
+                notes.append(f"{material.name}: {why}")
+        of = shell or own
+        if of is not None and of.expansion is not None and of.expansion.reference is not None:
+            why = f"its TREF, {of.expansion.reference:g}, is not in the deck: it expands from the initial temperature"
+            notes.append(f"{of.name}: {why}")
+    return list(dict.fromkeys(notes))
 
 
 def triangle(matrix: FloatArray) -> list[float]:

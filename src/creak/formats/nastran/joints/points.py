@@ -226,11 +226,9 @@ def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:
     for n, beta in enumerate(dict.fromkeys(betas[k != 0.0].tolist()) or [0.0]):
         # Directions damped otherwise (GE1 to GE6) are a further bushing beside the first, which has the dashpots.
         K, C = np.diag(np.where(betas == beta, k, 0.0)), np.diag(0.0 * c if n else c)
-        if n:
-            identifier = deck.free_id()
-            deck.property_of[identifier] = pid
+        one = deck.further_piece(identifier) if n else identifier
         section = Bushing(f"PBUSH {pid}", K, C, location, beta)
-        deck.add((pid, location, beta), "bush2" if two else "bush1", section, identifier, nodes, card, **own)
+        deck.add((pid, location, beta), "bush2" if two else "bush1", section, one, nodes, card, **own)
 
 
 def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray, FloatArray]:

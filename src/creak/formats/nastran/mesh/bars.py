@@ -12,9 +12,16 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.cross_section import principal
 from creak.formats.deck.equations import relative_motion
-from creak.formats.nastran.sections.bar_shapes import OFF_CENTRE, read_shape
+from creak.formats.nastran.sections.bar_shapes import is_off_centre, read_shape
 from creak.formats.nastran.sections.materials import Materials
-from creak.formats.nastran.sections.taper import Profile, pbeam_stations, pbeaml_stations, tapered, uniform
+from creak.formats.nastran.sections.taper import (
+    Profile,
+    pbeam_stations,
+    pbeaml_dimensions,
+    pbeaml_stations,
+    tapered,
+    uniform,
+)
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint
@@ -104,11 +111,13 @@ def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
 def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profile:
     shape, nsm = read_shape(card, 8)
     kind = card.text(3).upper()
-    if kind in OFF_CENTRE and card.name == "PBEAML":
-        deck.note(card, f"the shear centre of {kind} is taken at the centroid", changes=True, what=f"PBEAML, {kind}")
     k = (shape.shear_factor, shape.shear_factor)
     if card.name == "PBEAML":
-        return tapered(pbeaml_stations(card), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
+        along = pbeaml_dimensions(card)
+        if any(is_off_centre(kind, dims) for _, (*dims, _) in along):
+            why = f"the shear centre of {kind} is taken at the centroid"
+            deck.note(card, why, changes=True, what=f"PBEAML, {kind}")
+        return tapered(pbeaml_stations(card, along), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
     i = (shape.i22, shape.i11, shape.i12)
     return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, k, shape.radius)
 
@@ -172,10 +181,7 @@ def _add_pieces(
         following = nodes[1] if k == n - 1 else deck.grids.add(start + x * (end - start))
         mine = np.array([arms[0] if k == 0 else none, arms[1] if k == n - 1 else none])
         own = {"axis1": v, "arms": mine} if mine.any() else {"axis1": v}
-        one = identifier if k == 0 else deck.free_id()
-        if k:
-            deck.element_at[one] = card.where
-            deck.property_of[one] = deck.property_of[identifier]
+        one = deck.further_piece(identifier) if k else identifier
         deck.add((section.name, k), "beam2", section, one, [last, following], card, **own)
         last = following
     if n > 1:

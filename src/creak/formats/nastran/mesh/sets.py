@@ -68,22 +68,24 @@ def element_sets(
     deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
 ) -> dict[str, IntArray]:
     """PID_<id> and name of every property; SET_<id> and name of sets that hold elements; SURF_<id> of OptiStruct."""
-    place = {int(i): (b, k) for b, block in enumerate(blocks) for k, i in enumerate(block.ids.tolist())}
+    places: dict[int, list[tuple[int, int]]] = {}
     found: dict[str, list[tuple[int, int]]] = {}
-    for identifier, at in place.items():
-        pid = deck.property_of.get(identifier)
-        if pid is not None:
-            found.setdefault(f"PID_{pid}", []).append(at)
+    for b, block in enumerate(blocks):
+        for k, identifier in enumerate(block.ids.tolist()):
+            places.setdefault(deck.whole.get(identifier, identifier), []).append((b, k))
+            pid = deck.property_of.get(identifier)
+            if pid is not None:
+                found.setdefault(f"PID_{pid}", []).append((b, k))
     for pid, name in names.items():
         if f"PID_{pid}" in found:
             found.setdefault(plain_name(name), found[f"PID_{pid}"])
     for identifier in named_surfaces(deck):
         elements, faces = surface_elements(deck, identifier)
-        found[f"SURF_{identifier}"] = [place[i] for i in (*elements, *faces) if i in place]
+        found[f"SURF_{identifier}"] = [at for i in (*elements, *faces) for at in places.get(i, ())]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         if EVERY in ids:
             continue  # the surface of all that there is meets nothing
-        found[f"SET_{identifier}"] = [place[i] for i in ids_among(ids, place)]
+        found[f"SET_{identifier}"] = [at for i in ids_among(ids, places) for at in places[i]]
         if identifier in set_names and found[f"SET_{identifier}"]:
             found[plain_name(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}

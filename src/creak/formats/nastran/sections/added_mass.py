@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.errors import InputError
 from creak.formats.deck.groups import Group
-from creak.formats.nastran.text.bulk_data import Card, id_list
+from creak.formats.nastran.text.bulk_data import Card, id_list, id_ranges
 from creak.formats.nastran.text.deck import Deck
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection
 from creak.model.shell_facets import SHELL_FACETS
 
 CARDS = ("NSM", "NSM1", "NSML", "NSML1")
 READ = {*CARDS, "NSMADD"}
-AREAS = ("PSHELL", "PCOMP")
-LINES = ("PBAR", "PBARL", "PBEAM", "PBEAML", "PROD", "PTUBE", "CONROD")
+SHELLS = ("PSHELL", "PCOMP", "PCOMPG")
+BARS, BEAMS = ("PBAR", "PBARL"), ("PBEAM", "PBEAML")
+TYPES = {
+    **dict.fromkeys(SHELLS, (*SHELLS, "PCOMPP")),
+    **dict.fromkeys(BARS, BARS),
+    **dict.fromkeys(BEAMS, BEAMS),
+    **{name: (name,) for name in ("PROD", "PTUBE", "CONROD")},
+}
+"""Property types -> those that Nastran takes with them: it makes PBARL a PBAR, PBEAML a PBEAM, PCOMP a PSHELL."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +36,8 @@ class _Entry:
     """Property type, or ELEMENT."""
     ids: frozenset[int] | None
     """None: ALL."""
+    named: frozenset[int]
+    """Those of the ids that no THRU spans."""
     value: float
     total: bool
     """Whether the value is spread over the elements; else it is a mass per area or length."""
@@ -68,6 +77,7 @@ def add_mass(deck: Deck) -> None:
             )
         if not sizes:
             deck.note(entry.card, "it names no element", changes=False)
+        _list_types(deck, entry, sizes)
         for identifier in sizes:
             value = entry.value / total if entry.total else entry.value
             more[identifier] = more.get(identifier, 0.0) + value * deck.mass_factor
@@ -85,16 +95,47 @@ def _entries(deck: Deck, chosen: int) -> Iterator[_Entry]:
         if card.integer(0) not in sets:
             continue
         kind = card.text(1).upper()
-        if kind not in (*AREAS, *LINES, "ELEMENT"):
-            raise card.wrong(1, f"{', '.join((*AREAS, *LINES))} or ELEMENT")
+        if kind not in (*TYPES, "ELEMENT"):
+            raise card.wrong(1, f"{', '.join(TYPES)} or ELEMENT")
         total = card.name.startswith("NSML")
         if card.name.endswith("1"):
             every = any(text.upper() == "ALL" for text in card.fields[3:])
-            yield _Entry(card, kind, None if every else frozenset(id_list(card, 3)), card.real(2), total)
+            ids = None if every else frozenset(id_list(card, 3))
+            named = () if every else (span[0] for span in id_ranges(card, 3) if len(span) == 1)
+            yield _Entry(card, kind, ids, frozenset(named), card.real(2), total)
             continue
         for i in range(2, len(card.fields), 2):
             if card.text(i):
-                yield _Entry(card, kind, frozenset({card.integer(i)}), card.real(i + 1, 0.0), total)
+                ids = frozenset({card.integer(i)})
+                yield _Entry(card, kind, ids, ids, card.real(i + 1, 0.0), total)
+
+
+def _type_of(group: Group) -> str:
+    """Name of the property card, which the name of the section begins with."""
+    return group.section.name.partition(" ")[0]
+
+
+def _list_types(deck: Deck, entry: _Entry, reached: Collection[int]) -> None:
+    """Name the types that an entry takes with its own, and its ids that are those of another type alone."""
+    if entry.kind == "ELEMENT":
+        return
+    missing = entry.named - {_owner(deck, entry, identifier) for identifier in reached}
+    taken, others = dict[str, None](), dict[int | None, str]()
+    for group in deck.groups.values():
+        kind = _type_of(group)
+        if kind not in TYPES[entry.kind]:
+            for owner in (_owner(deck, entry, identifier) for identifier in group.ids if missing):
+                if owner in missing:
+                    others.setdefault(owner, kind)
+        elif kind != entry.kind and any(identifier in reached for identifier in group.ids):
+            taken[kind] = None
+    title = f"{entry.card.name} {entry.card.text(0)}, {entry.kind}"
+    for identifier, kind in others.items():
+        why = f"{identifier} is of type {kind}, not {entry.kind}: nothing is added there, as in Nastran"
+        deck.note(entry.card, why, changes=False, what=title)
+    if taken:
+        why = f"{', '.join(taken)} is taken with {entry.kind}, as Nastran does; OptiStruct takes the type that is given"
+        deck.note(entry.card, why, changes=False, what=title)
 
 
 def _elements(deck: Deck, entry: _Entry) -> Iterator[tuple[int, tuple[float, bool]]]:
@@ -103,13 +144,20 @@ def _elements(deck: Deck, entry: _Entry) -> Iterator[tuple[int, tuple[float, boo
         is_area = isinstance(group.section, ShellSection | GeneralShell)
         if not is_area and not isinstance(group.section, BeamSection | TrussSection):
             continue
-        if entry.kind != "ELEMENT" and is_area != (entry.kind in AREAS):
+        if entry.kind != "ELEMENT" and _type_of(group) not in TYPES[entry.kind]:
             continue
-        for identifier, nodes in zip(group.ids, group.nodes, strict=True):
-            owner = identifier if entry.kind in ("ELEMENT", "CONROD") else deck.property_of.get(identifier)
+        for k, (identifier, nodes) in enumerate(zip(group.ids, group.nodes, strict=True)):
+            owner = _owner(deck, entry, identifier)
             if owner is not None and (entry.ids is None or owner in entry.ids):
                 x = np.array([deck.grids.place(row) for row in nodes])
-                yield identifier, (_area(group.kind, x) if is_area else float(np.linalg.norm(x[1] - x[0])), is_area)
+                yield identifier, (_area(group.kind, x) if is_area else _length(group, k, x), is_area)
+
+
+def _owner(deck: Deck, entry: _Entry, identifier: int) -> int | None:
+    """What the ids of an entry say of an element: itself, or its property."""
+    if entry.kind in ("ELEMENT", "CONROD"):
+        return deck.whole.get(identifier, identifier)
+    return deck.property_of.get(identifier)
 
 
 def _area(kind: str, x: np.ndarray) -> float:
@@ -117,6 +165,12 @@ def _area(kind: str, x: np.ndarray) -> float:
     corners = x[np.array(SHELL_FACETS[kind])]
     doubled = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
     return 0.5 * float(np.linalg.norm(doubled, axis=1).sum())
+
+
+def _length(group: Group, k: int, x: np.ndarray) -> float:
+    """Of a bar between the ends of its offsets."""
+    ends = x + group.own["arms"][k] if "arms" in group.own else x
+    return float(np.linalg.norm(ends[1] - ends[0]))
 
 
 def _split(deck: Deck, more: dict[int, float]) -> None:

@@ -5,7 +5,8 @@ Axis 1 is y, in plane 1 (the orientation vector); axis 2 is z, in plane 2. Nastr
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 
 from creak.errors import InputError
 from creak.formats.deck.cross_section import CrossSection, Rectangle, box, composed, rectangle, tube
@@ -174,6 +175,14 @@ OFF_CENTRE = {"T", "CHAN", "L", "CHAN1", "CHAN2", "T1", "T2", "HAT", "BOX1"}
 """The shear centre is not the centroid; where Nastran puts it is not followed for bars, which have none."""
 
 
+def is_off_centre(kind: str, dims: Sequence[float]) -> bool:
+    """Is the shear centre of this section beside the centroid? That of an I is where its flanges differ."""
+    if kind == "I":
+        _, bottom, top, _, t_bottom, t_top = dims
+        return not (math.isclose(bottom, top, rel_tol=1e-6) and math.isclose(t_bottom, t_top, rel_tol=1e-6))
+    return kind in OFF_CENTRE
+
+
 def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
     """The section of a PBARL or PBEAML card whose type stands in field 3, and the non-structural mass after it.
 
@@ -181,11 +190,32 @@ def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
     ------
     InputError : an unknown type, a dimension that is missing or not positive.
     """
+    dims = dimensions(card, first)
+    return shape_of(card, dims), card.real(first + len(dims), 0.0)
+
+
+def dimensions(card: Card, first: int) -> list[float]:
+    """DIM1, DIM2, ... from a field on.
+
+    Raises
+    ------
+    InputError : an unknown type, a dimension that is missing.
+    """
     kind = card.text(3).upper()
     if kind not in SHAPES:
         raise card.wrong(3, f"one of {', '.join(SHAPES)}", "Give the area and the moments on PBAR or PBEAM.")
+    return [card.real(first + i) for i in range(SHAPES[kind][0])]
+
+
+def shape_of(card: Card, dims: list[float]) -> CrossSection:
+    """The section of the type of a card with some dimensions.
+
+    Raises
+    ------
+    InputError : a dimension that is not positive, dimensions that make no section.
+    """
+    kind = card.text(3).upper()
     n, make = SHAPES[kind]
-    dims = [card.real(first + i) for i in range(n)]
     if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
         raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
     try:
@@ -199,4 +229,4 @@ def read_shape(card: Card, first: int) -> tuple[CrossSection, float]:
             where=card.where,
             expected="walls thinner than the section",
         )
-    return shape, card.real(first + n, 0.0)
+    return shape

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.sections.bar_shapes import SHAPES, read_shape
+from creak.formats.nastran.sections.bar_shapes import dimensions, shape_of
 from creak.formats.nastran.text.bulk_data import Card
 from creak.model.materials import BeamSection
 
@@ -78,51 +78,63 @@ def _harmonic(a: FloatArray, b: FloatArray) -> FloatArray:
 def pbeam_stations(card: Card) -> tuple[list[tuple[float, list[float]]], int]:
     """x / L and A, I1, I2, I12, J, NSM at the stations of a PBEAM, and the field of K1.
 
-    Blank values of end B are those of end A, blank ones in between are linear between the ends.
-
     Raises
     ------
     InputError : stations that are not between the ends.
     """
-    start = [card.real(i, 0.0) for i in range(2, 8)]
     at, places = 8, list[tuple[float, int]]()
     if card.text(at).upper() not in _WORDS:
         at += 8
     while card.text(at).upper() in _WORDS:
         places.append((card.real(at + 1, 1.0), at + 2))
         at += 16 if card.text(at).upper() == "YES" else 8
-    _check(card, [x for x, _ in places])
-    end = next((i for x, i in places if x == 1.0), 0)
-    last = [card.real(end + i, 0.0) or start[i] for i in range(6)] if end else start
-    found = [(0.0, start)]
-    for x, i in sorted(places):
-        line = [a + (b - a) * x for a, b in zip(start, last, strict=True)]
-        found.append((x, last if x == 1.0 else [card.real(i + j, 0.0) or line[j] for j in range(6)]))
-    if not end:
-        found.append((1.0, last))
-    return found, at
+    return _values(card, [card.real(i, 0.0) for i in range(2, 8)], places), at
 
 
-def pbeaml_stations(card: Card) -> list[tuple[float, list[float]]]:
-    """The same of a PBEAML by its dimensions.
+def pbeaml_dimensions(card: Card) -> list[tuple[float, list[float]]]:
+    """x / L and DIM1, DIM2, ..., NSM at the stations of a PBEAML.
 
     Raises
     ------
-    InputError : dimensions that make no section, stations that are not between the ends.
+    InputError : an unknown type, a dimension that end A lacks, stations that are not between the ends.
     """
-    n = SHAPES[card.text(3).upper()][0]
-    starts, at = [(0.0, 8)], 8 + n + 1
+    dims = dimensions(card, 8)
+    n = len(dims)
+    at, places = 8 + n + 1, list[tuple[float, int]]()
     while card.text(at).upper() in _WORDS:
-        starts.append((card.real(at + 1, 1.0), at + 2))
+        places.append((card.real(at + 1, 1.0), at + 2))
         at += n + 3
-    _check(card, [x for x, _ in starts[1:]])
+    return _values(card, [*dims, card.real(8 + n, 0.0)], places)
+
+
+def pbeaml_stations(card: Card, along: Sequence[tuple[float, Sequence[float]]]) -> list[tuple[float, list[float]]]:
+    """x / L and A, I1, I2, I12, J, NSM of `pbeaml_dimensions`.
+
+    Raises
+    ------
+    InputError : dimensions that make no section.
+    """
     found = []
-    for x, i in sorted(starts):
-        shape, mass = read_shape(card, i) if x == 0.0 or card.text(i) else read_shape(card, 8)
+    for x, (*dims, mass) in along:
+        shape = shape_of(card, dims)
         found.append((x, [shape.area, shape.i22, shape.i11, shape.i12, shape.torsion, mass]))
-    if found[-1][0] < 1.0:
-        found.append((1.0, found[0][1] if len(found) == 1 else found[-1][1]))
     return found
+
+
+def _values(card: Card, start: Sequence[float], places: Sequence[tuple[float, int]]) -> list[tuple[float, list[float]]]:
+    """The values at end A, at the stations (x / L, first field) and at end B.
+
+    Blank values of end B are those of end A, blank ones in between are linear between the ends.
+    """
+    _check(card, [x for x, _ in places])
+    end = next((i for x, i in places if x == 1.0), None)
+    last = list(start) if end is None else [card.real(end + i, a) for i, a in enumerate(start)]
+    found = [(0.0, list(start))]
+    for x, i in sorted(places):
+        if x < 1.0:
+            line = [a + (b - a) * x for a, b in zip(start, last, strict=True)]
+            found.append((x, [card.real(i + j, value) for j, value in enumerate(line)]))
+    return [*found, (1.0, last)]
 
 
 _WORDS = ("YES", "YESA", "NO")

@@ -64,6 +64,9 @@ class Deck:
     """Element id -> property id, of elements that have one."""
     middles: dict[tuple[int, int], Middle] = field(default_factory=dict)
     """By the rows of the ends of the side, the lower one first."""
+    whole: dict[int, int] = field(default_factory=dict)
+    """Id of a further element that stands for one of the deck together with it (a piece of a tapered bar) -> the id
+    of that one."""
     further: int = 0
     """Largest id given to an element beside those of the deck."""
 
@@ -169,6 +172,16 @@ class Deck:
         """PID_<id> of an element that has a property."""
         pid = self.property_of.get(identifier)
         return None if pid is None else f"PID_{pid}"
+
+    def further_piece(self, identifier: int) -> int:
+        """Id of a further element that stands for an element of the deck together with it, and is in all lists with
+        it."""
+        piece = self.free_id()
+        self.whole[piece] = identifier
+        self.element_at[piece] = self.element_at[identifier]
+        if identifier in self.property_of:
+            self.property_of[piece] = self.property_of[identifier]
+        return piece
 
     def free_id(self) -> int:
         """An id that no element of the deck has."""

@@ -103,7 +103,14 @@ def _side(model: Model, surface: Surface) -> str:
         return " in the deck: all free faces of its elements"
     sides = {1: ".SPOS", -1: ".SNEG"}
     found = np.unique(surface.side).tolist()
-    return (sides.get(found[0], "") if len(found) == 1 else "") + " in the deck"
+    if len(found) == 1:
+        return sides.get(found[0], "") + " in the deck"
+    of_shell: dict[tuple[int, ...], set[int]] = {}
+    for facet, side in zip(surface.facets.tolist(), surface.side.tolist(), strict=True):
+        of_shell.setdefault(tuple(facet), set()).add(side)
+    single = sum(of in ({1}, {-1}) for of in of_shell.values())
+    lost = f": both sides of its {len(of_shell)} elements, of which {single} had one side in the surface"
+    return " in the deck" + (lost if single else "")
 
 
 def set_lines(model: Model, properties: Properties) -> Iterator[str]:
