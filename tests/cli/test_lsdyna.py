@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from creak.assembly.part import Rayleigh
+from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, write_strips
 from helpers_lsdyna import fixed_width, held, shells
 
@@ -96,6 +99,34 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     assert "*INITIAL_STRESS_SHELL is not read by creak and would change the answer" in said.words
     assert "--ignore 'INITIAL_STRESS_SHELL'" in said.words
     assert creak("modes", tmp_path / "strips.k", "--ignore", "INITIAL_STRESS_SHELL", "--quiet").status == 0
+
+
+def test_damping_of_the_deck_is_that_of_the_run(creak, tmp_path):
+    """alpha and beta of the deck are those that a study would give."""
+    damped = "*DAMPING_GLOBAL\n0,5.\n*DAMPING_PART_STIFFNESS\n1,-2.e-6\n2,-2.e-6\n"
+    given = lsdyna_study(tmp_path, strips(damped))
+    deck = tmp_path / "deck.toml"
+    deck.write_text(given.read_text().replace(CHANGES["[verification]"], "[verification]"))
+    assert creak("screen", deck, "--quiet").status == 0
+    assert set_up(read_study(deck)).rayleigh == set_up(read_study(given)).rayleigh == Rayleigh(5.0, 2e-6)
+
+
+def test_damping_that_is_not_read_stops_a_study_without_damping(creak, tmp_path):
+    """Not one that has its own; `creak new` writes one that has."""
+    given = lsdyna_study(tmp_path, strips("*DAMPING_GLOBAL\n0,5.\n*DAMPING_PART_STIFFNESS\n1,.1\n"))
+    assert "changes the answer: COEF above 0 is a share" in creak("info", tmp_path / "strips.k").words
+    assert creak("screen", given, "--quiet").status == 0
+    deck = tmp_path / "deck.toml"
+    deck.write_text(given.read_text().replace(CHANGES["[verification]"], "[verification]"))
+    said = creak("screen", deck)
+    assert said.status == 2
+    assert "*DAMPING_PART_STIFFNESS is not read by creak and would change the answer" in said.words
+    assert "[damping] in a study stands in its place" in said.words
+    assert creak("new", tmp_path / "strips.k", "--units", "mm-t-s", "--out", tmp_path / "new.toml").status == 0
+    written = (tmp_path / "new.toml").read_text(encoding="utf-8")
+    assert "# Damping: creak does not read *DAMPING_PART_STIFFNESS of the deck.\n# 2 % of critical" in written
+    assert "\n[damping]\n" in written
+    assert "--ignore" not in written
 
 
 def test_the_decks_own_analysis_is_refused(creak, tmp_path):

@@ -137,6 +137,8 @@ class Unread:
     where: str
     changes_answer: bool
     why: str
+    damps: bool = False
+    """Whether it is damping alone, on which no stiffness or mass depends."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import lru_cache
 
@@ -99,6 +99,12 @@ def ignored_in_vain(model: Model, ignore: Iterable[str]) -> list[str]:
 
 def _word(keyword: str) -> str:
     return keyword.upper().lstrip("*")
+
+
+def without_unread_damping(model: Model, why: str) -> Model:
+    """The model where damping that was not read changes no answer, for the reason `why`."""
+    unread = (replace(u, changes_answer=False, why=why) if u.damps else u for u in model.unread)
+    return replace(model, unread=tuple(unread))
 
 
 def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:

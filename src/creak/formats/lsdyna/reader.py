@@ -25,6 +25,7 @@ from creak.formats.lsdyna.mesh.sets import ELEMENT_SETS, Sets, read_sets
 from creak.formats.lsdyna.mesh.shells import read_shells
 from creak.formats.lsdyna.mesh.solids import read_solids
 from creak.formats.lsdyna.mesh.transforms import Transforms
+from creak.formats.lsdyna.sections.damping import read_damping
 from creak.formats.lsdyna.sections.materials import read_laws
 from creak.formats.lsdyna.sections.parts import Properties, read_properties
 from creak.formats.lsdyna.text.cards import Block
@@ -92,7 +93,8 @@ def _model(source: list[Block], path: str) -> Model:
     fixed, skew = read_supports(deck, of_nodes, sets, systems)
     rigid, held = read_rigid(deck, properties, sets, fixed)
     constraints = [*rigid, *read_ties(deck, properties, sets, rigid), *skew]
-    list_unread(deck, unread)
+    curves = read_damping(deck, sets, properties.parts.keys())
+    list_unread(deck, [*unread, *curves])
     parts, of_node = flat_parts(list(deck.groups.values()), len(deck.nodes.ids), constraints, set(), _part_name)
     blocks = blocks_of(deck.groups, of_node)
     element_sets = _element_sets(deck, blocks, properties, sets)

@@ -23,7 +23,7 @@ from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System, to_dense
 from creak.elements.geometric import GEOMETRIC, UNSTRESSED
 from creak.errors import InputError, NumericalError
-from creak.formats.deck.catalogue import stop_on_unread
+from creak.formats.deck.catalogue import stop_on_unread, without_unread_damping
 from creak.formats.decks import read_model
 from creak.given import positive, whole
 from creak.linalg.factor import Factor, SingularMatrixError, regular_factor
@@ -67,9 +67,10 @@ class DeckModes:
 
     @cached_property
     def damped(self) -> System | None:
-        """`system` with the damping that the deck tells; None: it tells none, or a stress stiffens it."""
+        """`system` with the damping that the deck tells; None: it tells none, or some that was not read, or a stress
+        stiffens it."""
         model = self.model
-        if not is_damped(model) or self.prestress is not None:
+        if not is_damped(model) or self.prestress is not None or any(u.damps for u in model.unread):
             return None
         parts = [self.structure.part(i) for i in range(len(model.parts))]
         return self.structure.joined(parts, loose_system(model, self.structure.rayleigh))
@@ -124,6 +125,7 @@ def deck_modes(
     progress("read the deck", 1, 1)
     step = model.prestress if model.prestress and not is_ignored(model.prestress, ignore) else None
     model = model if step is None else noted(model, step)
+    model = without_unread_damping(model, "modes have no damping")
     stop_on_unread(model, ignore)
     progress("assemble", 0, 1)
     parts = _parts(model)

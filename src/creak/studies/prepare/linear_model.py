@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.contact.play import Play
-from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread
+from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, without_unread_damping
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
@@ -36,6 +36,8 @@ def designed_model(
     InputError : something unread that changes the answer, wrong units, or anything wrong in these tables.
     """
     c, places, driving = study.config, study.places, study.driving
+    if own_damping(model, c.damping)[1]:
+        model = without_unread_damping(model, "[damping] of the study stands in its place")
     stop_on_unread(model, ignore)
     vain = [Warned(text) for text in ignored_in_vain(model, ignore)]
     check_units(model, c.model.units, places)

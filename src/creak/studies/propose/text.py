@@ -8,6 +8,7 @@ from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
 from creak.studies.propose.contact_text import contact_lines, key_line, named_nodes
 from creak.studies.propose.proposal import Drive, Proposal
+from creak.words import first_few
 
 F_MAX = 100.0
 """Hz up to which a road excites."""
@@ -53,7 +54,7 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
 
 def _model(found: Proposal, model: Model, deck: str) -> list[str]:
     lines = ["[model]", f"deck = {toml_value(deck)}", key_line("units", found.units.name, found.guess)]
-    unread = [u for u in model.unread if u.changes_answer]
+    unread = [u for u in model.unread if u.changes_answer and not u.damps]
     if unread:
         lines += [
             "# To be decided: the deck says more than creak reads. `creak run` stops at these unless it is told",
@@ -161,11 +162,13 @@ def _let_go(d: Drive) -> list[str]:
 
 
 def _damping(model: Model) -> list[str]:
-    """None where the deck says it."""
-    if is_damped(model):
+    """None where the deck says it, and creak reads what it says."""
+    unread = list(dict.fromkeys(u.keyword for u in model.unread if u.damps))
+    if is_damped(model) and not unread:
         return []
+    none = "the deck has none. Without any no vibration dies out, and each blow decides over all that follow."
     return [
-        "# Damping: the deck has none. Without any no vibration dies out, and each blow decides over all that follow.",
+        f"# Damping: {f'creak does not read {first_few(unread, len(unread), SHOWN)} of the deck.' if unread else none}",
         f"# {100.0 * DAMPING:g} % of critical is usual for trim and sheet metal that are clipped or screwed together; "
         "1 to 5 % is measured.",
         "[damping]",

@@ -85,6 +85,31 @@ def test_poissons_ratio_passes_through_the_shear_modulus(tmp_path, form, size, l
     assert_same(model, read_deck(tmp_path / "copy.inp"))
 
 
+@pytest.mark.parametrize("i12", [7.0, -7.0])
+def test_second_moments_in_axes_that_are_not_principal(tmp_path, i12):
+    """ISS, IST and ITT, or I2, I12 and I1, are I11, I12 and I22 of Abaqus, as they stand; the copy is as stiff.
+
+    A cantilever along x yields in y and z by L^3/(3 E) times the inverse of the integrals of y^2, y z and z^2.
+    """
+    deck = (
+        "*KEYWORD\n*NODE\n1,0.,0.,0.\n2,50.,0.,0.\n9,0.,50.,0.\n*ELEMENT_BEAM\n1,1,1,2,9\n*PART\nbar\n1,1,1\n"
+        f"*SECTION_BEAM\n1,2\n10.,20.,30.,40.,0.,{i12}\n*MAT_ELASTIC\n1,7.85e-9,210000.,.3\n*END\n"
+    )
+    bulk = (
+        "GRID,1,,0.,0.,0.\nGRID,2,,50.,0.,0.\nGRID,9,,0.,50.,0.\nCBEAM,1,1,1,2,9\nCONM2,5,9,,1.-6\n"
+        f"PBEAM,1,1,10.,30.,20.,{i12},40.\nMAT1,1,210000.,,.3,7.85-9\n"
+    )
+    (tmp_path / "deck.k").write_text(deck)
+    expected = 50.0**3 / (3.0 * 210000.0) * np.linalg.inv([[30.0, i12], [i12, 20.0]])
+    for model in (read_lsdyna(tmp_path / "deck.k"), replace(read(tmp_path, bulk), mass_form="consistent")):
+        assert write_deck(model, tmp_path / "copy.inp") == ()
+        assert f"10.0, 20.0, {i12}, 30.0, 40.0" in (tmp_path / "copy.inp").read_text()
+        copy = read_deck(tmp_path / "copy.inp")
+        assert_same(model, copy)
+        tip = np.linalg.inv(matrices(copy)[0][6:12, 6:12])[1:3, 1:3]
+        assert tip == pytest.approx(expected, rel=1e-9)
+
+
 def test_bars_without_inertia_about_their_axis_are_refused(tmp_path):
     bulk = (
         beams(SAME, SAME, SAME, SAME).replace("CBEAM", "CBAR").replace("PBEAM,1,1,5.,10.,20.,,", "PBAR,1,1,5.,10.,20.,")

@@ -39,7 +39,7 @@ def without_surfaces(model: Model) -> tuple[Model, list[str]]:
     plain: dict[int, BeamSection] = {}
     notes: list[str] = []
     for section in (b.section for b in model.blocks):
-        if isinstance(section, BeamSection) and section.radius and not section.profile:
+        if isinstance(section, BeamSection) and section.radius and section.profile in ("", "GENERAL"):
             plain[id(section)] = plain.get(id(section), replace(section, radius=0.0))
             notes.append(
                 f"beam section {section.name}: its surface, {section.radius:g} from the axis, is not in the deck"

@@ -129,6 +129,7 @@ def _resultant(first: Card, second: Card, name: str, material: Material, added: 
             where=second.where,
             expected="A, ISS, ITT above 0, ISS ITT > IST^2",
         )
+    torsion = torsion or i_ss + i_tt
     i11, i22, angle = principal(i_ss, i_tt, i_st)
     return BeamSection(
         name,
@@ -136,11 +137,13 @@ def _resultant(first: Card, second: Card, name: str, material: Material, added: 
         area,
         i11,
         i22,
-        torsion or i_ss + i_tt,
+        torsion,
         shear_area1=shear,
         shear_area2=shear,
         angle=angle,
         line_mass=added,
+        profile="GENERAL",
+        dimensions=(area, i_ss, i_st, i_tt, torsion),
     )
 
 

@@ -15,6 +15,9 @@ OPTIONS: dict[str, tuple[str, ...]] = {
     "ELEMENT_MASS": (),
     "ELEMENT_SHELL": ("THICKNESS", "BETA", "MCID", "OFFSET"),
     "PART": ("CONTACT",),
+    "DAMPING_GLOBAL": (),
+    **dict.fromkeys(("DAMPING_PART_MASS", "DAMPING_PART_STIFFNESS"), ("SET",)),
+    "DEFINE_CURVE": ("TITLE",),
     **dict.fromkeys(("SECTION_SHELL", "SECTION_SOLID", "SECTION_BEAM", "SECTION_DISCRETE"), ("TITLE",)),
     **dict.fromkeys(
         (
@@ -64,7 +67,6 @@ _HARMLESS = {
     _LOADS: "LOAD, BOUNDARY_PRESCRIBED",
     "the study file defines contact": "CONTACT, DEFINE_FRICTION, RIGIDWALL",
     "creak's elements have no hourglass modes": "HOURGLASS",
-    "modes have no damping, and a study has [damping]": "DAMPING",
     "nothing that creak reads uses it": "DEFINE, SET, EOS, TRANSLATE, PERTURBATION, FREQUENCY, TERMINATION",
     "creak has no heat": "MAT_THERMAL, INITIAL_TEMPERATURE",
     "creak takes the elastic constants of a material, and nothing that is added to it": "MAT_ADD",
@@ -76,6 +78,7 @@ _CHANGES = {
     "creak does not read this support": "BOUNDARY",
     "stress or motion before the analysis, which creak leaves out": "INITIAL, STRESS, DEFINE_STAGED",
     "creak does not read this option of a part": "PART",
+    "creak does not read this damping; [damping] in a study stands in its place": "DAMPING",
     "creak does not read this tied contact": ("CONTACT_TIEBREAK, CONTACT_SPOTWELD, CONTACT_GUIDED"),
     "creak does not read this way to include a file": "INCLUDE",
     "creak does not read values by name: write them in their places": "PARAMETER",
@@ -138,4 +141,5 @@ def list_unread(deck: Deck, unread: Iterable[Block]) -> None:
         parts = deck.left_out.get(what)
         why = f"the elements of {', '.join(parts)} are left out" if parts else known.why
         times = "" if count[name] == 1 else f" ({count[name]} times)"
-        deck.note(block.where, what, why + times, changes=bool(parts) or known.changes_answer)
+        damps = known is KEYWORDS.known["DAMPING"]
+        deck.note(block.where, what, why + times, changes=bool(parts) or known.changes_answer, damps=damps)

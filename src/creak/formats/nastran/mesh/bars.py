@@ -83,6 +83,7 @@ def _beam(
             expected="no negative value, I1 I2 > I12^2",
         )
     i11, i22, angle = principal(i[1], i[0], i[2])
+    turned = (area, i[1], i[2], i[0], torsion * factor) if angle else ()
     if angle:
         k = (0.0, 0.0)
     return BeamSection(
@@ -98,6 +99,8 @@ def _beam(
         angle=angle,
         line_mass=nsm * deck.mass_factor,
         twist_inertia=0.0 if card.name.startswith("PBAR") else None,
+        profile="GENERAL" if turned else "",
+        dimensions=turned,
     )
 
 
