@@ -2,7 +2,8 @@
 
 The reduced model is linear between its channels, so its motion is the sum of what each excitation makes of it alone and
 of what each contact's forces make of it alone, mode by mode. Both are marched, or summed from impulse responses, by
-themselves; the gap of the run is their sum.
+themselves; the gap of the run is their sum. Modes and parts are told beyond what the supports carry along: the static
+response q_s = -K^-1 K_qs s to where they are, which no mode has swung to.
 """
 
 from __future__ import annotations
@@ -46,6 +47,10 @@ FOLLOWS = 0.5
 """omega CELL from which a mode follows its force as a spring."""
 STANDS = 1e-3
 """rad/s that a mode at rest counts as."""
+UNHELD, ADRIFT = 1.5e-7, 0.1
+"""Share of the highest omega, and rad/s, up to which that of a mode is round-off: no support holds it."""
+CARRIED = "carried by the supports"
+"""Beside the parts: what none of them moves."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +61,9 @@ class Source:
     name: str
     """Of the excitation, contact or connector."""
     modes: FloatArray
-    """(n,) through each mode."""
+    """(n,) through each mode, beyond what the supports carry along."""
     direct: float = 0.0
-    """Carried along by the supports, without any mode."""
+    """Carried along by the supports: their own motion and the structure's static response to it."""
 
     @property
     def total(self) -> float:
@@ -83,7 +88,8 @@ class Cause:
     """(n,) share of critical; nan for rigid ones."""
     sources: tuple[Source, ...]
     parts: tuple[tuple[str, float], ...]
-    """What the motion of each part does to the gap, by all sources together."""
+    """What the motion of each part beyond what the supports carry along does to the gap, by all sources together; last
+    what they do carry along (`CARRIED`)."""
 
     @property
     def modes(self) -> FloatArray:
@@ -225,18 +231,20 @@ class _Seen:
         steps = flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution)
         self.filter = steps.mollifier
         self.rows = to_dense(on.rows) * self.filter
-        self.rows_s = on.G_s
         omega = np.sqrt(self.k / self.m)
+        held = omega > np.minimum(ADRIFT, UNHELD * omega.max(initial=0.0))
+        self.ride = np.zeros((omega.size, system.supports.count))
+        self.ride[held] = -to_dense(system.supports.K_qs)[held] / self.k[held, None]
+        self.rows_s = on.G_s + self.rows[: gaps.m] @ self.ride
         self.frequencies = omega / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.damping = np.where(omega > 0.0, self.c / (2.0 * self.m * omega), np.nan)
 
     def of_parts(self, model: Model, channel: int, q: FloatArray, s: FloatArray) -> tuple[tuple[str, float], ...]:
-        """What the motion of each part does to a gap."""
+        """What the motion of each part does to a gap beyond what the supports carry along, and that."""
         row = self.gaps.G[[channel]].tocoo()
         labels, value = self.gaps.labels[row.col], row.data
-        R, R_s = self.system.rows(labels)
-        each = value * (to_dense(R) @ (self.filter * q) + to_dense(R_s) @ s)
+        each = value * (to_dense(self.system.rows(labels)[0]) @ (self.filter * (q - self.ride @ s)))
         node, found = nodes_of(labels), {}
         for i, part in enumerate(model.parts):
             mine = np.isin(node, part.nodes_idx)
@@ -245,6 +253,8 @@ class _Seen:
                 each = np.where(mine, 0.0, each)
         if each.any():
             found["no part"] = float(each.sum())
+        if self.rows_s[channel].any():
+            found[CARRIED] = float(self.rows_s[channel] @ s)
         return tuple(found.items())
 
 
@@ -312,8 +322,13 @@ def _summed(force: FloatArray, X: FloatArray, pole: np.ndarray) -> np.ndarray:
 def _with_supports(
     columns: Columns, seen: _Seen, sources: list[Source], support: FloatArray, channel: int
 ) -> tuple[Source, ...]:
-    """Each excitation with the share that its supports carry along."""
-    carried = seen.rows_s[channel] * support
-    return tuple(
-        replace(s, direct=float(carried[columns[s.name][0]].sum())) if s.kind == EXCITATION else s for s in sources
-    )
+    """Each excitation with the share that its supports carry along, which its modes then have not."""
+
+    def of(source: Source) -> Source:
+        if source.kind != EXCITATION:
+            return source
+        own = columns[source.name][0]
+        carried, ride = seen.rows_s[channel, own] @ support[own], seen.ride[:, own] @ support[own]
+        return replace(source, modes=source.modes - seen.rows[channel] * ride, direct=float(carried))
+
+    return tuple(of(source) for source in sources)
