@@ -34,6 +34,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.integrate import Kept, integrate
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
+from creak.verify.events import Event
 
 EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
 """Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
@@ -72,7 +73,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Cause:
-    """The gap of the hardest hit channel of a place at the end of the step nearest to its peak."""
+    """The gap of the hardest hit channel of a place at the end of a flight step, pressed where there is such an end."""
 
     place: int
     """Its number."""
@@ -103,16 +104,17 @@ class Cause:
 
 
 def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ...] | str:
-    """The cause of the hardest event of each place of the reduced run, or why none can be told."""
+    """The cause of the hardest event of each place of the reduced run that shows one, or why none can be told."""
     run = main_run(result.runs)
     why_not = _why_not(result, run, places)
     if why_not or run is None:
         return why_not
     setup, gaps, system = result.setup, result.gaps, run.system
     flights = setup.loads.time[::SAMPLES]
-    peaks = [_peak(run, place) for place in places]
-    at = [int(np.abs(flights - t).argmin()) for _, t in peaks]
-    steps = np.unique(at)
+    chosen = [_instant(run.history, gaps, place, flights) for place in places]
+    if not any(chosen):
+        return "every contact was over within a flight step, and before it the gap was wider than at rest"
+    steps = np.unique([step for _, step in filter(None, chosen)])
     seen = _Seen(setup.loads, setup.marching.resolution, system, gaps)
     march = partial(marched, setup.marching, steps=steps)
     history, coordinates = _motion_at(run, steps, lambda: march(system, gaps, setup.loads))
@@ -121,8 +123,11 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     alone = _alone(march, setup.loads, columns, system, gaps.without_force(), steps)
     groups = _touched_groups(gaps, run.history)
     found = []
-    for place, (channel, _), step in zip(places, peaks, at, strict=True):
-        row = int(np.abs(history.time - flights[step]).argmin())
+    for place, instant in zip(places, chosen, strict=True):
+        if instant is None:
+            continue
+        channel, step = instant
+        row = int(_rows(history, flights[[step]])[0])
         own = {name: at_steps[step] for name, at_steps in alone.items()}
         sources = _sources(seen, own, groups, history, row, q[step], channel)
         support = setup.loads.support[0, SAMPLES * step]
@@ -165,13 +170,36 @@ def _why_not(result: StudyResult, run: Run | None, places: Sequence[Place]) -> s
     return ""
 
 
-def _peak(run: Run, place: Place) -> tuple[int, float]:
-    """The hardest pressed channel of a place, and when."""
-    event = max(place.events, key=lambda e: e.force_place)
-    rows = np.flatnonzero((run.history.time >= event.t_start) & (run.history.time <= event.t_end))
-    force = run.history.force[np.ix_(rows, place.channels)]
+def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatArray) -> tuple[int, int] | None:
+    """A channel of a place and the flight step at whose end its motion is told; None where no such end shows a closing.
+
+    It is the hardest pressed channel of the hardest event, and of the ends inside the event at which it presses the one
+    nearest to its peak; of a contact that is over within a flight step the last end before it. Where the gap is wider
+    there than at rest, as before a channel under preload closes again, the next hardest event is taken.
+    """
+    for event in sorted(place.events, key=lambda e: -e.force_place):
+        channel, peak = _peak(history, place, event)
+        inside = np.flatnonzero((flights >= event.t_start) & (flights <= event.t_end))
+        inside = inside[history.force[_rows(history, flights[inside]), channel] > 0.0]
+        before = np.flatnonzero(flights <= event.t_start)[-1:]
+        for step in [*inside[np.argsort(np.abs(flights[inside] - peak))].tolist(), *before.tolist()]:
+            if history.gap[_rows(history, flights[[step]])[0], channel] <= gaps.gap0[channel]:
+                return channel, step
+    return None
+
+
+def _rows(history: History, times: FloatArray) -> IntArray:
+    """Rows of the history nearest to some times."""
+    after = np.clip(np.searchsorted(history.time, times), 1, history.time.size - 1)
+    return after - (times - history.time[after - 1] < history.time[after] - times)
+
+
+def _peak(history: History, place: Place, event: Event) -> tuple[int, float]:
+    """The hardest pressed channel of a place in an event, and when."""
+    rows = np.flatnonzero((history.time >= event.t_start) & (history.time <= event.t_end))
+    force = history.force[np.ix_(rows, place.channels)]
     row, column = np.unravel_index(int(force.argmax()), force.shape)
-    return int(place.channels[column]), float(run.history.time[rows[row]])
+    return int(place.channels[column]), float(history.time[rows[row]])
 
 
 def marched(marching: Marching, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:

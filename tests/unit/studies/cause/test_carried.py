@@ -78,8 +78,12 @@ end = 0.2
 """
 
 
-def _cause(folder, deck=DECK, study=STUDY):
-    (folder / "mass.inp").write_text(deck, encoding="utf-8")
+ALIKE = STUDY.replace("ROADS", '"1", "2", "4"').split("[excitation.other]")[0] + "[time]\nend = 0.2\n"
+"""All supports move as one."""
+
+
+def _cause(folder, study):
+    (folder / "mass.inp").write_text(DECK, encoding="utf-8")
     (folder / "study.toml").write_text(study, encoding="utf-8")
     run = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
     cause = find_causes(run.found, heard_places(run.found, run.main, run.sound))[0]
@@ -96,7 +100,7 @@ def _driven(frequency, amplitude, until):
 
 def test_modes_are_told_beyond_the_static_ride_of_each_excitation(tmp_path):
     """The static ride of the mass is (k_1 s_1 + k_2 s_2) / (k_1 + k_2); the stop rides with s_1."""
-    _, cause, told = _cause(tmp_path, study=STUDY.replace("ROADS", '"1", "4"'))
+    _, cause, told = _cause(tmp_path, STUDY.replace("ROADS", '"1", "4"'))
     found = {s.name: s for s in cause.sources if s.kind == EXCITATION}
     sign = 1.0 if found["other"].direct > 0.0 else -1.0
     carried = 0.0
@@ -115,9 +119,7 @@ def test_modes_are_told_beyond_the_static_ride_of_each_excitation(tmp_path):
 
 def test_a_stop_that_rides_with_all_supports_is_told_of_the_swing_alone(tmp_path):
     """All supports drift by millimetres alike: neither the mode nor a part is told to move by that."""
-    study = STUDY.replace("ROADS", '"1", "2", "4"')
-    head, tail = study.split("[excitation.other]")
-    _, cause, told = _cause(tmp_path, study=head + "[time]" + tail.split("[time]")[1])
+    _, cause, told = _cause(tmp_path, ALIKE)
     base, beyond = _driven(*ROAD, cause.time)
     assert base > 10.0
     road = next(s for s in cause.sources if s.kind == EXCITATION)
@@ -127,3 +129,25 @@ def test_a_stop_that_rides_with_all_supports_is_told_of_the_swing_alone(tmp_path
     assert closing == pytest.approx(told["closing"], abs=1e-9)
     assert sum(p["closing"] for p in told["parts"]) == pytest.approx(told["closing"], abs=1e-9)
     assert CARRIED not in told["words"]
+
+
+def test_a_cause_is_taken_where_the_channel_presses(tmp_path):
+    """Under preload, with events shorter than a flight step: force = preload + stiffness closing, so none is open."""
+    study = ALIKE.replace("lower = -0.5", "lower = 0.0\npreload = 2").replace("stiffness = 50", "stiffness = 1.5e6")
+    run, cause, told = _cause(tmp_path, study.replace("amplitude = 20000.0", "amplitude = 10000.0"))
+    row = int(np.abs(run.history.time - cause.time).argmin())
+    assert told["closing"] > 0.0
+    assert run.history.force[row, cause.channel] == pytest.approx(2.0 + 1.5e6 * told["closing"], rel=1e-6)
+    assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-10)
+
+
+def test_a_contact_within_a_flight_step_is_told_of_before_it(tmp_path):
+    """All that had moved the mass before the first touch is the free swing of the mass on its springs."""
+    study = ALIKE.replace("stiffness = 50", "stiffness = 2e9").replace("end = 0.2", "end = 0.0131")
+    run, cause, told = _cause(tmp_path, study)
+    touch, step = run.main.events[0].t_start, run.found.setup.loads.time[3]
+    assert touch - step <= cause.time <= touch
+    beyond = _driven(*ROAD, cause.time)[1]
+    assert told["closing"] == pytest.approx(abs(beyond), rel=1e-4)
+    assert cause.gap == pytest.approx(0.5 - abs(beyond), abs=1e-4)
+    assert cause.gap > 0.0
