@@ -15,7 +15,14 @@ from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.dampers import bearing, led_by_dampers, place_of
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
-from creak.assembly.part import PartMatrices, Rayleigh, assemble_blocks, split_constraints, started_labels
+from creak.assembly.part import (
+    PartMatrices,
+    Rayleigh,
+    assemble_blocks,
+    bare_system,
+    split_constraints,
+    started_labels,
+)
 from creak.assembly.system import (
     Stats,
     Supports,
@@ -48,14 +55,15 @@ class Driven:
     @property
     def nodes_idx(self) -> IntArray:
         """Node rows that follow any of it."""
-        return np.unique(nodes_of(self._all))
+        return np.unique(nodes_of(self.every))
 
     def dofs_at(self, node_idx: int) -> list[int]:
         """Dofs 1..6 of a node row that follow any of it."""
-        return dofs_of(self._all[nodes_of(self._all) == node_idx]).tolist()
+        return dofs_of(self.every[nodes_of(self.every) == node_idx]).tolist()
 
     @property
-    def _all(self) -> IntArray:
+    def every(self) -> IntArray:
+        """Sorted physical dof labels that follow any of it."""
         return np.unique(np.concatenate([np.zeros(0, dtype=np.int64), *self.labels.values()]))
 
 
@@ -68,7 +76,7 @@ def couple(
     one (primal assembly: Klerk, Rixen, Voormeeren, AIAA J. 46, 2008). Systems that share a physical dof are tied
     there where both offer it (`System.joins`); where one does not, its copy stays loose, and the motion of the
     first unreduced System that has the dof counts as the physical one. Dofs without stiffness and mass are left out;
-    those of them that dampers hold follow the others (`assembly.dampers`).
+    those of them that dampers hold follow the others (`assembly.dampers`), and driven ones follow what drives them.
 
     Raises
     ------
@@ -76,6 +84,10 @@ def couple(
         which only dampers hold in one that was joined before.
     """
     rows, names = _Stacked(systems), driven.names
+    bare = _bare(model, driven, rows)
+    if bare.size:
+        systems = [*systems, bare_system(model, bare, common, "(driven dofs without stiffness)")]
+        rows = _Stacked(systems)
     n_q = sum(s.n for s in systems)
     equations = _equations(model, driven, rows, n_q, rows.ties())
     ends = frozenset(range(n_q, n_q + len(names)))
@@ -157,6 +169,18 @@ def couple(
         of_shells=True,
         bear=bear,
     )
+
+
+def _bare(model: Model, driven: Driven, rows: _Stacked) -> IntArray:
+    """Sorted driven dofs of the Systems that are coordinates of none, having neither stiffness nor mass there, and that
+    no support and no link holds."""
+    known = np.intersect1d(driven.every, rows.labels)
+    bare = np.setdiff1d(known, known[rows_with_entries(rows(known))]) if known.size else known
+    if not bare.size:
+        return bare
+    links = [x for c in model.constraints for e in linear_equations(c, model.nodes.coords) for x in e.labels]
+    held = [node_dofs(fixed.nodes_idx, fixed.dofs) for fixed in model.fixed]
+    return np.setdiff1d(bare, np.concatenate([np.array(links, dtype=np.int64), *held]))
 
 
 def _given(systems: Sequence[System], model: Model) -> FloatArray:
@@ -318,7 +342,7 @@ def _equations(model: Model, driven: Driven, rows: _Stacked, n_q: int, ties: Mat
     physical += [e for f in model.fixed for e in fixed_equations(f)]
     ends = [-1] * len(physical)
     for j, (name, labels) in enumerate(driven.labels.items()):
-        physical += [LinearEquation([int(x)], [1.0], f"[excitation.{name}]") for x in labels]
+        physical += [LinearEquation([x], [1.0], f"[excitation.{name}], {place_of(x, model)}") for x in labels.tolist()]
         ends += [j] * labels.size
     labels = np.unique(np.array([x for e in physical for x in e.labels], dtype=np.int64))
     R = rows(labels)

@@ -339,14 +339,18 @@ def loose_system(model: Model, common: Rayleigh) -> System | None:
         owned[part.nodes_idx] = True
     if owned.all():
         return None
-    labels = node_dofs(np.flatnonzero(~owned))
+    return bare_system(model, node_dofs(np.flatnonzero(~owned)), common, "(loose nodes)")
+
+
+def bare_system(model: Model, labels: IntArray, common: Rayleigh, name: str) -> System:
+    """Sorted dof labels (n,) as coordinates of their own, without mass and stiffness."""
     n = labels.size
     zero, one = sp.csr_matrix((n, n)), sp.identity(n, format="csr")
     rows = _rows_of(labels, one, one, model.nodes.count)
     damping = Damping(common.alpha, common.beta)
     velocity = np.nan_to_num(_initial_velocity(model, labels))
     return System(
-        "(loose nodes)",
+        name,
         zero,
         zero,
         damping,

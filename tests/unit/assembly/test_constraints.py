@@ -178,6 +178,32 @@ def test_driven_and_held_dof_conflict():
         assembled(model, Driven({"hinge": np.array([0])}))
 
 
+def grounded(**more):
+    """A mass at node 0 on a spring in x to node 1, which has neither stiffness nor mass in y and z."""
+    blocks = [block("mass", [[0]], point_mass(2.0)), block("spring2", [[1, 0]], spring(100.0), 0, 10)]
+    return model_of(np.array([[0.0, 0, 0], [1.0, 0, 0]]), blocks, **more)
+
+
+def test_a_driven_dof_without_stiffness_follows_what_drives_it():
+    """Node 1 moves by s in x and z: the spring gives k s in x, the rows are those of the motion itself."""
+    system = assembled(grounded(), Driven({"x": np.array([6]), "z": np.array([8])}))
+    R, R_s = system.rows(np.array([0, 6, 7, 8]))
+    np.testing.assert_array_equal(R_s, [[0, 0], [1, 0], [0, 0], [0, 1]])
+    np.testing.assert_array_equal(to_dense(R)[1:], 0.0)
+    np.testing.assert_array_equal(to_dense(system.K).diagonal(), [100.0, 0.0, 0.0])
+    np.testing.assert_array_equal(to_dense(system.supports.K_qs), [[-100.0, 0.0], [0.0, 0.0], [0.0, 0.0]])
+    moved = system.recover(np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0]))
+    np.testing.assert_array_equal(moved[[0, 1, 2, 6, 7, 8]], [1.0, 2.0, 3.0, 4.0, 0.0, 5.0])
+
+
+def test_a_driven_dof_that_is_held_is_refused_by_node_and_dof():
+    model = grounded(fixed=[Fixed(np.array([1]), (3,), "deck.inp:7")])
+    with pytest.raises(
+        InputError, match=r"\[excitation.road\], node 2 Z: a driven degree of freedom is also constrained"
+    ):
+        assembled(model, Driven({"road": np.array([8])}))
+
+
 def test_two_driven_dofs_tied_to_each_other_conflict():
     model = spring_pair(constraints=[RigidLink("tie", 0, 1, "deck.inp:9")])
     with pytest.raises(InputError, match="driven degree of freedom is also constrained"):

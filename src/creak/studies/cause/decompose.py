@@ -2,7 +2,8 @@
 
 The reduced model is linear between its channels, so its motion is the sum of what each excitation makes of it alone and
 of what each contact's forces make of it alone, mode by mode. Both are marched, or summed from impulse responses, by
-themselves; the gap of the run is their sum.
+themselves; the gap of the run is their sum. Modes and parts are told beyond what the supports carry along: the static
+response q_s = -K^-1 K_qs s to where they are, which no mode has swung to.
 """
 
 from __future__ import annotations
@@ -33,6 +34,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.integrate import Kept, integrate
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
+from creak.verify.events import Event
 
 EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
 """Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
@@ -46,6 +48,10 @@ FOLLOWS = 0.5
 """omega CELL from which a mode follows its force as a spring."""
 STANDS = 1e-3
 """rad/s that a mode at rest counts as."""
+UNHELD, ADRIFT = 1.5e-7, 0.1
+"""Share of the highest omega, and rad/s, up to which that of a mode is round-off: no support holds it."""
+CARRIED = "carried by the supports"
+"""Beside the parts: what none of them moves."""
 
 
 @dataclass(frozen=True)
@@ -56,9 +62,9 @@ class Source:
     name: str
     """Of the excitation, contact or connector."""
     modes: FloatArray
-    """(n,) through each mode."""
+    """(n,) through each mode, beyond what the supports carry along."""
     direct: float = 0.0
-    """Carried along by the supports, without any mode."""
+    """Carried along by the supports: their own motion and the structure's static response to it."""
 
     @property
     def total(self) -> float:
@@ -67,7 +73,7 @@ class Source:
 
 @dataclass(frozen=True)
 class Cause:
-    """The gap of the hardest hit channel of a place at the end of the step nearest to its peak."""
+    """The gap of the hardest hit channel of a place at the end of a flight step, pressed where there is such an end."""
 
     place: int
     """Its number."""
@@ -83,7 +89,8 @@ class Cause:
     """(n,) share of critical; nan for rigid ones."""
     sources: tuple[Source, ...]
     parts: tuple[tuple[str, float], ...]
-    """What the motion of each part does to the gap, by all sources together."""
+    """What the motion of each part beyond what the supports carry along does to the gap, by all sources together; last
+    what they do carry along (`CARRIED`)."""
 
     @property
     def modes(self) -> FloatArray:
@@ -97,16 +104,17 @@ class Cause:
 
 
 def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ...] | str:
-    """The cause of the hardest event of each place of the reduced run, or why none can be told."""
+    """The cause of the hardest event of each place of the reduced run that shows one, or why none can be told."""
     run = main_run(result.runs)
     why_not = _why_not(result, run, places)
     if why_not or run is None:
         return why_not
     setup, gaps, system = result.setup, result.gaps, run.system
     flights = setup.loads.time[::SAMPLES]
-    peaks = [_peak(run, place) for place in places]
-    at = [int(np.abs(flights - t).argmin()) for _, t in peaks]
-    steps = np.unique(at)
+    chosen = [_instant(run.history, gaps, place, flights) for place in places]
+    if not any(chosen):
+        return "every contact was over within a flight step, and before it the gap was wider than at rest"
+    steps = np.unique([step for _, step in filter(None, chosen)])
     seen = _Seen(setup.loads, setup.marching.resolution, system, gaps)
     march = partial(marched, setup.marching, steps=steps)
     history, coordinates = _motion_at(run, steps, lambda: march(system, gaps, setup.loads))
@@ -115,8 +123,11 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
     alone = _alone(march, setup.loads, columns, system, gaps.without_force(), steps)
     groups = _touched_groups(gaps, run.history)
     found = []
-    for place, (channel, _), step in zip(places, peaks, at, strict=True):
-        row = int(np.abs(history.time - flights[step]).argmin())
+    for place, instant in zip(places, chosen, strict=True):
+        if instant is None:
+            continue
+        channel, step = instant
+        row = int(_rows(history, flights[[step]])[0])
         own = {name: at_steps[step] for name, at_steps in alone.items()}
         sources = _sources(seen, own, groups, history, row, q[step], channel)
         support = setup.loads.support[0, SAMPLES * step]
@@ -159,13 +170,36 @@ def _why_not(result: StudyResult, run: Run | None, places: Sequence[Place]) -> s
     return ""
 
 
-def _peak(run: Run, place: Place) -> tuple[int, float]:
-    """The hardest pressed channel of a place, and when."""
-    event = max(place.events, key=lambda e: e.force_place)
-    rows = np.flatnonzero((run.history.time >= event.t_start) & (run.history.time <= event.t_end))
-    force = run.history.force[np.ix_(rows, place.channels)]
+def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatArray) -> tuple[int, int] | None:
+    """A channel of a place and the flight step at whose end its motion is told; None where no such end shows a closing.
+
+    It is the hardest pressed channel of the hardest event, and of the ends inside the event at which it presses the one
+    nearest to its peak; of a contact that is over within a flight step the last end before it. Where the gap is wider
+    there than at rest, as before a channel under preload closes again, the next hardest event is taken.
+    """
+    for event in sorted(place.events, key=lambda e: -e.force_place):
+        channel, peak = _peak(history, place, event)
+        inside = np.flatnonzero((flights >= event.t_start) & (flights <= event.t_end))
+        inside = inside[history.force[_rows(history, flights[inside]), channel] > 0.0]
+        before = np.flatnonzero(flights <= event.t_start)[-1:]
+        for step in [*inside[np.argsort(np.abs(flights[inside] - peak))].tolist(), *before.tolist()]:
+            if history.gap[_rows(history, flights[[step]])[0], channel] <= gaps.gap0[channel]:
+                return channel, step
+    return None
+
+
+def _rows(history: History, times: FloatArray) -> IntArray:
+    """Rows of the history nearest to some times."""
+    after = np.clip(np.searchsorted(history.time, times), 1, history.time.size - 1)
+    return after - (times - history.time[after - 1] < history.time[after] - times)
+
+
+def _peak(history: History, place: Place, event: Event) -> tuple[int, float]:
+    """The hardest pressed channel of a place in an event, and when."""
+    rows = np.flatnonzero((history.time >= event.t_start) & (history.time <= event.t_end))
+    force = history.force[np.ix_(rows, place.channels)]
     row, column = np.unravel_index(int(force.argmax()), force.shape)
-    return int(place.channels[column]), float(run.history.time[rows[row]])
+    return int(place.channels[column]), float(history.time[rows[row]])
 
 
 def marched(marching: Marching, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:
@@ -225,18 +259,20 @@ class _Seen:
         steps = flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution)
         self.filter = steps.mollifier
         self.rows = to_dense(on.rows) * self.filter
-        self.rows_s = on.G_s
         omega = np.sqrt(self.k / self.m)
+        held = omega > np.minimum(ADRIFT, UNHELD * omega.max(initial=0.0))
+        self.ride = np.zeros((omega.size, system.supports.count))
+        self.ride[held] = -to_dense(system.supports.K_qs)[held] / self.k[held, None]
+        self.rows_s = on.G_s + self.rows[: gaps.m] @ self.ride
         self.frequencies = omega / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.damping = np.where(omega > 0.0, self.c / (2.0 * self.m * omega), np.nan)
 
     def of_parts(self, model: Model, channel: int, q: FloatArray, s: FloatArray) -> tuple[tuple[str, float], ...]:
-        """What the motion of each part does to a gap."""
+        """What the motion of each part does to a gap beyond what the supports carry along, and that."""
         row = self.gaps.G[[channel]].tocoo()
         labels, value = self.gaps.labels[row.col], row.data
-        R, R_s = self.system.rows(labels)
-        each = value * (to_dense(R) @ (self.filter * q) + to_dense(R_s) @ s)
+        each = value * (to_dense(self.system.rows(labels)[0]) @ (self.filter * (q - self.ride @ s)))
         node, found = nodes_of(labels), {}
         for i, part in enumerate(model.parts):
             mine = np.isin(node, part.nodes_idx)
@@ -245,6 +281,8 @@ class _Seen:
                 each = np.where(mine, 0.0, each)
         if each.any():
             found["no part"] = float(each.sum())
+        if self.rows_s[channel].any():
+            found[CARRIED] = float(self.rows_s[channel] @ s)
         return tuple(found.items())
 
 
@@ -312,8 +350,13 @@ def _summed(force: FloatArray, X: FloatArray, pole: np.ndarray) -> np.ndarray:
 def _with_supports(
     columns: Columns, seen: _Seen, sources: list[Source], support: FloatArray, channel: int
 ) -> tuple[Source, ...]:
-    """Each excitation with the share that its supports carry along."""
-    carried = seen.rows_s[channel] * support
-    return tuple(
-        replace(s, direct=float(carried[columns[s.name][0]].sum())) if s.kind == EXCITATION else s for s in sources
-    )
+    """Each excitation with the share that its supports carry along, which its modes then have not."""
+
+    def of(source: Source) -> Source:
+        if source.kind != EXCITATION:
+            return source
+        own = columns[source.name][0]
+        carried, ride = seen.rows_s[channel, own] @ support[own], seen.ride[:, own] @ support[own]
+        return replace(source, modes=source.modes - seen.rows[channel] * ride, direct=float(carried))
+
+    return tuple(of(source) for source in sources)

@@ -169,7 +169,8 @@ def causes_of(
     length = UNITS[result.setup.study.config.model.units].length
     out = {cause.place: cause_dict(cause, result.setup.loads, result.gaps, length) for cause in found}
     if changes != "none":
-        every = find_changes(result, sound, places, found, progress, check=changes == "checked")
+        told_of = [p for p in places if p.number in out]
+        every = find_changes(result, sound, told_of, found, progress, check=changes == "checked")
         for number, some in every.items():
             out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
         if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):

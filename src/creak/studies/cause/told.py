@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.studies.cause.changes import Change, Effect
-from creak.studies.cause.decompose import EXCITATION, REST, Cause
+from creak.studies.cause.decompose import CARRIED, EXCITATION, REST, Cause
 
 MODES = 8
 """Modes told one by one."""
@@ -22,10 +22,15 @@ COINCIDES = -20.0
 LINES = 1.5
 """Lines of the spectrum to both sides of a mode that count as at it, where its half bandwidth is less."""
 ACCELERATION = 2
+NOTHING = 1e-3
+"""Share of the largest mode's closing from which that with the supports is told."""
 
 
 def cause_dict(cause: Cause, loads: Loads, gaps: GapOperator, length: str) -> dict[str, Any]:
-    """Closing displacements (positive towards contact) by source, mode and part; each list sums to gap0 - gap."""
+    """Closing displacements (positive towards contact) by source, mode and part.
+
+    Those of the sources sum to gap0 - gap; those of the modes, and of the parts, do so with what the supports carry.
+    """
     order = np.argsort(-np.abs(cause.modes))[:MODES]
     level = driven_level(loads, cause.frequencies[order], cause.damping[order])
     modes: list[dict[str, Any]] = [
@@ -50,7 +55,7 @@ def cause_dict(cause: Cause, loads: Loads, gaps: GapOperator, length: str) -> di
         "modes": modes,
         "other_modes": -float(cause.modes.sum()) - sum(m["closing"] for m in modes),
         "with_supports": direct,
-        "parts": [{"name": name, "closing": -moved} for name, moved in cause.parts],
+        "parts": [{"name": name, "closing": 0.0 - moved} for name, moved in cause.parts if name != CARRIED],
     }
     return found | {"words": cause_words(found, length)}
 
@@ -70,9 +75,11 @@ def cause_words(cause: dict[str, Any], length: str) -> str:
         for m in cause["modes"][:TOLD]
     )
     parts = ", ".join(f"{p['name']} {moved(p['closing'])}" for p in cause["parts"])
+    carried, largest = cause["with_supports"], max(abs(m["closing"]) for m in cause["modes"])
+    along = f"; {moved(carried)} is {CARRIED}, beyond which" if abs(carried) > NOTHING * largest else ";"
     return (
         f"at {cause['time']:.4g} s the gap of {moved(cause['gap0'])} had closed by {moved(cause['closing'])}: "
-        f"{sources}; most through the modes at {modes}; parts move {parts}"
+        f"{sources}; most through the modes at {modes}{along} parts move {parts}"
     )
 
 

@@ -1,0 +1,153 @@
+"""What the supports carry along is told apart from the modes and parts that swing: against one mass on two springs."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.signal import lsim
+
+import creak
+from creak.studies.cause.decompose import CARRIED, EXCITATION, find_causes
+from creak.studies.cause.told import cause_dict
+from creak.studies.findings.sound import heard_places
+
+M, LEFT, RIGHT, SHARE = 1e-3, 30.0, 10.0, 0.02
+OMEGA = np.sqrt((LEFT + RIGHT) / M)
+ROAD, OTHER = (20.0, 20000.0), (13.0, 5000.0)
+"""Hz and mm/s^2."""
+DECK = f"""*NODE
+1, 0., 0., 0.
+2, 0., 0., 10.
+3, 0., 0., 5.
+4, 0., 0., 6.
+*NSET, NSET=RIGHT
+2
+*NSET, NSET=BODY
+3
+*NSET, NSET=STOP
+4
+*NSET, NSET=ENDS
+1, 2, 4
+*ELEMENT, TYPE=MASS, ELSET=M
+1, 3
+*MASS, ELSET=M
+{M}
+*ELEMENT, TYPE=SPRING2, ELSET=KL
+2, 1, 3
+*SPRING, ELSET=KL
+3, 3
+{LEFT}
+*ELEMENT, TYPE=SPRING2, ELSET=KR
+3, 2, 3
+*SPRING, ELSET=KR
+3, 3
+{RIGHT}
+*BOUNDARY
+ENDS, 1, 6
+BODY, 1, 2
+"""
+STUDY = f"""[model]
+deck = "mass.inp"
+units = "mm-t-s"
+[[connector]]
+type = "play"
+name = "stop"
+nodes = ["STOP", "BODY"]
+dof = "z"
+lower = -0.5
+stiffness = 50
+[nodes.ROAD]
+labels = [ROADS]
+[support.freed]
+nodes = "ENDS"
+free = ["z"]
+[damping]
+modal = {SHARE}
+[excitation.road]
+node_set = "ROAD"
+dof = "z"
+kind = "acceleration"
+signal = {{ type = "sine", frequency = {ROAD[0]}, amplitude = {ROAD[1]} }}
+[excitation.other]
+node_set = "RIGHT"
+dof = "z"
+kind = "acceleration"
+signal = {{ type = "sine", frequency = {OTHER[0]}, amplitude = {OTHER[1]} }}
+[time]
+end = 0.2
+"""
+
+
+ALIKE = STUDY.replace("ROADS", '"1", "2", "4"').split("[excitation.other]")[0] + "[time]\nend = 0.2\n"
+"""All supports move as one."""
+
+
+def _cause(folder, study):
+    (folder / "mass.inp").write_text(DECK, encoding="utf-8")
+    (folder / "study.toml").write_text(study, encoding="utf-8")
+    run = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
+    cause = find_causes(run.found, heard_places(run.found, run.main, run.sound))[0]
+    return run, cause, cause_dict(cause, run.found.setup.loads, run.found.gaps, "mm")
+
+
+def _driven(frequency, amplitude, until):
+    """Displacement of a base that starts from rest at a(t) = A sin(w t), and the mass's beyond that of the base."""
+    w, time = 2 * np.pi * frequency, np.linspace(0.0, until, 40_001)
+    base = amplitude * (time / w - np.sin(w * time) / w**2)
+    system = [[0.0, 1.0], [-(OMEGA**2), -2 * SHARE * OMEGA]], [[0.0], [-1.0]], [[1.0, 0.0]], [[0.0]]
+    return base[-1], lsim(system, amplitude * np.sin(w * time), time)[1][-1]
+
+
+def test_modes_are_told_beyond_the_static_ride_of_each_excitation(tmp_path):
+    """The static ride of the mass is (k_1 s_1 + k_2 s_2) / (k_1 + k_2); the stop rides with s_1."""
+    _, cause, told = _cause(tmp_path, STUDY.replace("ROADS", '"1", "4"'))
+    found = {s.name: s for s in cause.sources if s.kind == EXCITATION}
+    sign = 1.0 if found["other"].direct > 0.0 else -1.0
+    carried = 0.0
+    for name, sizes, share, stop in (("road", ROAD, 0.75, 1.0), ("other", OTHER, 0.25, 0.0)):
+        base, beyond = _driven(*sizes, cause.time)
+        assert found[name].direct == pytest.approx(sign * (share - stop) * base, rel=1e-6)
+        assert found[name].modes.sum() == pytest.approx(sign * share * beyond, rel=1e-4)
+        carried += sign * (share - stop) * base
+    parts = dict(cause.parts)
+    assert parts[CARRIED] == pytest.approx(carried, rel=1e-6)
+    assert sum(parts.values()) == pytest.approx(cause.gap - cause.gap0, abs=1e-10)
+    assert told["with_supports"] == -parts[CARRIED]
+    assert sum(p["closing"] for p in told["parts"]) + told["with_supports"] == pytest.approx(told["closing"], abs=1e-9)
+    assert f"{told['with_supports']:.3g} mm is {CARRIED}" in told["words"]
+
+
+def test_a_stop_that_rides_with_all_supports_is_told_of_the_swing_alone(tmp_path):
+    """All supports drift by millimetres alike: neither the mode nor a part is told to move by that."""
+    _, cause, told = _cause(tmp_path, ALIKE)
+    base, beyond = _driven(*ROAD, cause.time)
+    assert base > 10.0
+    road = next(s for s in cause.sources if s.kind == EXCITATION)
+    assert abs(road.direct) < 1e-9 * base
+    assert abs(road.modes.sum()) == pytest.approx(abs(beyond), rel=1e-4)
+    closing = sum(m["closing"] for m in told["modes"])
+    assert closing == pytest.approx(told["closing"], abs=1e-9)
+    assert sum(p["closing"] for p in told["parts"]) == pytest.approx(told["closing"], abs=1e-9)
+    assert CARRIED not in told["words"]
+
+
+def test_a_cause_is_taken_where_the_channel_presses(tmp_path):
+    """Under preload, with events shorter than a flight step: force = preload + stiffness closing, so none is open."""
+    study = ALIKE.replace("lower = -0.5", "lower = 0.0\npreload = 2").replace("stiffness = 50", "stiffness = 1.5e6")
+    run, cause, told = _cause(tmp_path, study.replace("amplitude = 20000.0", "amplitude = 10000.0"))
+    row = int(np.abs(run.history.time - cause.time).argmin())
+    assert told["closing"] > 0.0
+    assert run.history.force[row, cause.channel] == pytest.approx(2.0 + 1.5e6 * told["closing"], rel=1e-6)
+    assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-10)
+
+
+def test_a_contact_within_a_flight_step_is_told_of_before_it(tmp_path):
+    """All that had moved the mass before the first touch is the free swing of the mass on its springs."""
+    study = ALIKE.replace("stiffness = 50", "stiffness = 2e9").replace("end = 0.2", "end = 0.0131")
+    run, cause, told = _cause(tmp_path, study)
+    touch, step = run.main.events[0].t_start, run.found.setup.loads.time[3]
+    assert touch - step <= cause.time <= touch
+    beyond = _driven(*ROAD, cause.time)[1]
+    assert told["closing"] == pytest.approx(abs(beyond), rel=1e-4)
+    assert cause.gap == pytest.approx(0.5 - abs(beyond), abs=1e-4)
+    assert cause.gap > 0.0
