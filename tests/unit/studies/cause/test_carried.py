@@ -141,13 +141,16 @@ def test_a_cause_is_taken_where_the_channel_presses(tmp_path):
     assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-10)
 
 
-def test_a_contact_within_a_flight_step_is_told_of_before_it(tmp_path):
-    """All that had moved the mass before the first touch is the free swing of the mass on its springs."""
+def test_a_contact_within_a_flight_step_is_told_of_beside_it(tmp_path):
+    """At the end of a flight step beside it, that with the smaller gap; the excitation has the free swing there."""
     study = ALIKE.replace("stiffness = 50", "stiffness = 2e9").replace("end = 0.2", "end = 0.0131")
     run, cause, told = _cause(tmp_path, study)
     touch, step = run.main.events[0].t_start, run.found.setup.loads.time[3]
-    assert touch - step <= cause.time <= touch
-    beyond = _driven(*ROAD, cause.time)[1]
-    assert told["closing"] == pytest.approx(abs(beyond), rel=1e-4)
-    assert cause.gap == pytest.approx(0.5 - abs(beyond), abs=1e-4)
-    assert cause.gap > 0.0
+    assert abs(cause.time - touch) <= step
+    free = abs(_driven(*ROAD, cause.time)[1])
+    assert sum(-s.total for s in cause.sources if s.kind == EXCITATION) == pytest.approx(free, rel=1e-4)
+    assert told["closing"] == pytest.approx(0.5 - cause.gap, rel=1e-9)
+    history = run.main.history
+    near = np.abs(history.time - touch) <= step * (1.0 + 1e-9)
+    ends = near & np.isin(history.time, run.found.setup.loads.time[::3])
+    assert 0.0 < cause.gap == pytest.approx(history.gap[ends, cause.channel].min(), rel=1e-9)
