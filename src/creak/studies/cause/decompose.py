@@ -174,18 +174,17 @@ def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatAr
     """A channel of a place and the flight step at whose end its motion is told; None where no such end shows a closing.
 
     It is the hardest pressed channel of the hardest event, and of the ends inside the event at which it presses the one
-    nearest to its peak; of a contact that is over within a flight step, of the ends around it that with the smallest
-    gap. Where the gap is wider there than at rest, as before a channel under preload closes again, the next hardest
-    event is taken.
+    nearest to its peak; where it presses at none, of the ends in and around the event that with the smallest gap. Where
+    the gap is wider there than at rest, as before a channel under preload closes again, the next hardest event is taken.
     """
     for event in sorted(place.events, key=lambda e: -e.force_place):
         channel, peak = _peak(history, place, event)
         inside = np.flatnonzero((flights >= event.t_start) & (flights <= event.t_end))
         inside = inside[history.force[_rows(history, flights[inside]), channel] > 0.0]
-        around = np.flatnonzero(flights <= event.t_start)[-1:], np.flatnonzero(flights >= event.t_end)[:1]
-        beside = np.concatenate(around)
-        beside = beside[np.argsort(history.gap[_rows(history, flights[beside]), channel], kind="stable")]
-        for step in [*inside[np.argsort(np.abs(flights[inside] - peak))].tolist(), *beside.tolist()]:
+        first = max(0, int(np.searchsorted(flights, event.t_start, side="right")) - 1)
+        around = np.arange(first, min(int(np.searchsorted(flights, event.t_end)) + 1, flights.size))
+        around = around[np.argsort(history.gap[_rows(history, flights[around]), channel], kind="stable")]
+        for step in [*inside[np.argsort(np.abs(flights[inside] - peak))].tolist(), *around.tolist()]:
             if history.gap[_rows(history, flights[[step]])[0], channel] <= gaps.gap0[channel]:
                 return channel, step
     return None
