@@ -175,7 +175,7 @@ def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatAr
 
     It is the hardest pressed channel of the hardest event, and of the ends inside the event at which it presses the one
     nearest to its peak; where it presses at none, of the ends in and around the event that with the smallest gap. Where
-    the gap is wider there than at rest, as before a channel under preload closes again, the next hardest event is taken.
+    the gap is wider there than at rest, as before a channel under preload closes again, it is the next hardest event.
     """
     for event in sorted(place.events, key=lambda e: -e.force_place):
         channel, peak = _peak(history, place, event)
