@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import to_dense
 from creak.errors import InputError
-from creak.model.dofs import AXES, dof_label, node_and_dof
+from creak.model.dofs import dof_label, node_and_dof
 from creak.model.mesh import Model
 
 NOTHING = 1e-12
@@ -92,7 +92,7 @@ def _unborne(labels: IntArray, what: str, model: Model) -> InputError:
 def place_of(label: int, model: Model) -> str:
     """`node 17 RZ`, or the dof's label where the Systems came without a deck."""
     label = ~label if label < 0 else label
-    node, dof = node_and_dof(label)
     if model.parts:
-        return f"node {model.nodes.label(node)} {AXES[dof - 1]}"
+        return model.nodes.dof_name(label)
+    node, dof = node_and_dof(label)
     return f"dof {dof_label(int(model.nodes.ids[node]), dof)}"

@@ -10,6 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
+from creak.model.dofs import AXES, node_and_dof
 from creak.model.materials import Section
 from creak.model.steps import NodeTemperatures, StaticLoads, StaticStep
 
@@ -38,6 +39,11 @@ class Nodes:
         if self.instance and self.instance_idx[idx] >= 0:
             return f"{self.instance[self.instance_idx[idx]]}.{self.ids[idx]}"
         return str(self.ids[idx])
+
+    def dof_name(self, label: int) -> str:
+        """Name of a dof for people: `node 17 RZ`."""
+        node, dof = node_and_dof(label)
+        return f"node {self.label(node)} {AXES[dof - 1]}"
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,16 +6,14 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.assembly.system import System
-from creak.model.dofs import AXES, dofs_of, node_and_dof, nodes_of
+from creak.model.dofs import dofs_of, node_and_dof, nodes_of
 from creak.model.mesh import Model
 
 
 def dof_name(model: Model, label: int) -> str:
     """`node 17 RZ of part FRAME`."""
-    node, dof = node_and_dof(label)
-    parts = [p.name for p in model.parts if np.isin(node, p.nodes_idx)]
-    of = f" of part {parts[0]}" if parts else ""
-    return f"node {model.nodes.label(node)} {AXES[dof - 1]}{of}"
+    parts = [p.name for p in model.parts if np.isin(node_and_dof(label)[0], p.nodes_idx)]
+    return model.nodes.dof_name(label) + (f" of part {parts[0]}" if parts else "")
 
 
 def row_names(system: System, model: Model) -> tuple[IntArray, IntArray]:

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.assembly.system import System
 from creak.errors import NumericalError
-from creak.linalg.diagonal import Diagonal
 
 SOFTER = 0.01
 """Share by which a frequency may lie below that of the unreduced model: those of both have far smaller errors."""
@@ -15,7 +13,7 @@ LOW = 1e-3
 """Of the highest frequency that is compared, up to which frequencies may be round-off."""
 
 
-def require_no_softer(reduced: System, frequencies: FloatArray) -> None:
+def require_no_softer(reduced: FloatArray, unreduced: FloatArray) -> None:
     """Refuse a reduced model whose k-th frequency is below the k-th of the unreduced one.
 
     A Galerkin basis holds some motions of the structure; the least of Rayleigh's quotient over some is no smaller than
@@ -23,19 +21,14 @@ def require_no_softer(reduced: System, frequencies: FloatArray) -> None:
 
     Parameters
     ----------
-    reduced : diagonal, with the whole interface; others are not looked at. frequencies : of the unreduced model, Hz,
-        the lowest, rising, rigid ones first.
+    reduced, unreduced : lowest frequencies of both models, Hz; those of the unreduced one rise, rigid ones first.
 
     Raises
     ------
     NumericalError : with the first mode that is.
     """
-    if not isinstance(reduced.K, Diagonal) or not isinstance(reduced.M, Diagonal):
-        return
-    moves = reduced.M.d > 0.0
-    own = np.sqrt(np.sort(np.maximum(reduced.K.d[moves] / reduced.M.d[moves], 0.0))) / (2.0 * np.pi)
-    n = min(own.size, frequencies.size)
-    known, own = frequencies[:n], own[:n]
+    n = min(reduced.size, unreduced.size)
+    known, own = unreduced[:n], np.sort(reduced)[:n]
     soft = np.flatnonzero((own < (1.0 - SOFTER) * known) & (known > LOW * known[-1:].max(initial=0.0)))
     if soft.size:
         k = int(soft[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -121,5 +121,20 @@ def march_run(
     squeaks = tuple(find_squeaks(history, gaps, marching.window))
     left, told = at_steps(history, fields), spacing_words(history.spacing)
     at_lines, moved = (None, None) if found is None else found
-    found_run = Run(name, system, left, events, cost, *size, slips, how, stopped, recording, touching)
-    return replace(found_run, lines=at_lines, squeaks=squeaks, line_motion=moved, notes=told)
+    return Run(
+        name,
+        system,
+        left,
+        events,
+        cost,
+        *size,
+        slips=slips,
+        integrator=how,
+        stopped=stopped,
+        recording=recording,
+        at_contact=touching,
+        lines=at_lines,
+        squeaks=squeaks,
+        line_motion=moved,
+        notes=told,
+    )

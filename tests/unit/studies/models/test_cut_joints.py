@@ -12,6 +12,7 @@ from creak.api.study import run
 from creak.errors import NumericalError
 from creak.reduction.diagonal import diagonalise
 from creak.studies.file.reader import read_study
+from creak.studies.models.reduced import reduced_modes
 from creak.studies.models.ritz_check import require_no_softer
 from helpers_core import system_of
 
@@ -108,12 +109,17 @@ def test_a_spring_does_not_hold_the_rotation_of_the_superelement_that_it_meets(t
     assert settled(tmp_path, deck, more) == pytest.approx(FORCE / (3.0 * EI / L**3 + k), rel=1e-6)
 
 
+def frequencies(K: np.ndarray) -> np.ndarray:
+    """Of a reduced model of unit mass, Hz."""
+    return reduced_modes(diagonalise(system_of(np.eye(len(K)), K)), 1e6).frequencies
+
+
 def test_a_reduced_model_that_is_softer_is_refused():
     """Joints that were lost would show: frequencies of any basis lie above those of the whole (Courant, Fischer)."""
     K, rng = np.diag([0.0, 4.0, 9.0, 25.0, 1e4]), np.random.default_rng(3)
     whole = np.sqrt(np.diag(K)) / (2.0 * np.pi)
     for n in (2, 3, 4):
         basis = np.linalg.qr(rng.standard_normal((5, n)))[0]
-        require_no_softer(diagonalise(system_of(np.eye(n), basis.T @ K @ basis)), whole[:4])
+        require_no_softer(frequencies(basis.T @ K @ basis), whole[:4])
     with pytest.raises(NumericalError, match=r"mode 3 .* 0\.4456 Hz, and 0\.4775 Hz"):
-        require_no_softer(diagonalise(system_of(np.eye(3), np.diag([0.0, 4.0, 7.84]))), whole)
+        require_no_softer(frequencies(np.diag([0.0, 4.0, 7.84])), whole)
