@@ -88,8 +88,9 @@ def precheck_figure(result: Findings, surface: Surface | None, units: Units) -> 
     data = [] if surface is None else [outline(every, surface)]
     data.append(_dots(result, at, smallest, kept, units))
     caption = (
-        "How close every channel comes in a run without contact. Ringed: kept for the runs with contact, because the "
-        f"gap falls to the margin of {table.words(units.length)} or less; the others were left out. A gap below zero "
+        "How close every channel comes in a run without contact, motion that grows from period to period taken on to "
+        "where it ends. Ringed: kept for the runs with contact, because the gap falls to the margin of "
+        f"{table.words(units.length)} or less; the others were left out. A gap below zero "
         "means that the parts would pass through each other there."
     )
     return Figure({"data": data, "layout": layout}, caption, 520)

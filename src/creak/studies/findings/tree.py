@@ -277,7 +277,8 @@ class Findings:
     band: FoundBand | None
     """Of the reduced run; None: nothing was reduced by modes up to a frequency."""
     linear_gaps: FloatArray | None
-    """(m,) smallest gap of each channel of the contacts in the pre-check; None: there was none."""
+    """(m,) smallest gap of each channel of the contacts in the pre-check, taken on to where its motion repeats; None:
+    there was none."""
     modes: ModeComparison | None
     spectra: SpectraComparison | None
     events: EventMatch | None

@@ -44,7 +44,8 @@ class ReferenceModel:
     stiffness: Factor | None
     """A factor of K, made again where its memory was given back; None where the structure can move freely."""
     linear_gaps: FloatArray | None = None
-    """(m,) smallest gap of every contact channel in the pre-check; None where there was none."""
+    """(m,) smallest gap of every contact channel in the pre-check, taken on to where its motion repeats; None:
+    there was none."""
     store: Path | None = None
     """Folder in which what was solved is kept (`solved`)."""
     of_parts: int | None = None

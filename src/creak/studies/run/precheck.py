@@ -38,6 +38,7 @@ from creak.studies.run.kernels import Compiled
 from creak.studies.run.one_run import Run
 from creak.studies.run.start_velocity import velocity_warnings
 from creak.studies.run.static_start import started
+from creak.studies.run.steady import growth
 from creak.studies.solved import solved
 
 T = TypeVar("T")
@@ -95,19 +96,23 @@ def linear_course(
 ) -> tuple[FloatArray, FloatArray]:
     """Of a run without contact: (m,) smallest gap of every channel, and (2,) how long and how many are closed.
 
-    The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads.
+    The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads. A gap that
+    still shrinks from period to period counts as what it comes to (`steady.growth`).
     """
-    contacts, loads = exterior.contacts, marching.loads
+    contacts, loads, repeats = exterior.contacts, marching.loads, marching.course.repeats
 
     def run() -> dict[str, FloatArray]:
         system = linear_system(structure, reduction, exterior, loads, reference)
         gap = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
-        return {"closes": -largest(contacts.gap0 - gap), "closed": closed_in(gap)}
+        lowest, on = -largest(contacts.gap0 - gap), growth(marching.ends, gap, repeats)
+        if on is not None:
+            lowest = np.minimum(lowest, on.in_the_end - contacts.gap0)
+        return {"closes": lowest, "closed": closed_in(gap)}
 
     made_from: list[str] = []
     if reference.store is not None:
         of_structure = digest_of_structure(exterior, loads, reference)
-        made_from = [of_structure, *_made_from(structure, marching, contacts), "between instants, and how long"]
+        made_from = [of_structure, *_made_from(structure, marching, contacts), repr(repeats)]
     found = solved(reference.store, "precheck", made_from, run)
     return contacts.gap0 + found["closes"], found["closed"]
 

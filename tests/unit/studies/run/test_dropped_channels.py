@@ -115,6 +115,20 @@ def test_the_unreduced_model_alone_is_watched_too(tmp_path):
     assert any(e.group == "back" for e in result.runs["reference"].events)
 
 
+def test_a_gap_that_shrinks_from_period_to_period_is_kept(tmp_path):
+    """Six periods at the resonance of the upper strip: nothing comes within the margin yet."""
+    short = STUDY.replace("frequency = 50", "frequency = 59.07").replace("amplitude = 0.8", "amplitude = 0.01")
+    short = short.replace("margin = 0.2", "margin = 0.01").replace("end = 0.08", "periods = 6")
+    short += "[damping]\nmodal = 0.01\n"
+    result = run(tmp_path, short)
+    assert result.runs["reduced"].history.gap.min() > 0.25
+    verdict = summarised(result)["runs"]["reduced"]
+    assert verdict["verdict"] == "unsettled"
+    assert "may close in a longer run" in verdict["reasons"][0]
+    long = run(tmp_path, short.replace("periods = 6", "periods = 200"))
+    assert long.runs["reduced"].events
+
+
 @pytest.mark.parametrize(("smallest", "tested", "kept", "told"), [
     ([2.0, 0.0, 2.0], "b", [1, 2], 1), ([2.0, 2.0, 2.0], "a", [0, 1], 2),
     ([2.0, 0.0, 2.0], "a", [1], 0), ([0.0, 2.0, 2.0], "", [0], 0),
