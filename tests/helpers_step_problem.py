@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.contact.laws.parameters import LawArrays
-from creak.contact.step_problem import solve_channels
+from creak.contact.step_problem import Unpressed, solve_channels
 
 EXACT = 1e-10
 """What the laws may be missed by, relative to the terms that make them up."""
@@ -79,7 +79,8 @@ def solve(q: StepProblem, guess: np.ndarray | None = None) -> tuple[np.ndarray, 
     """Forces and which channels stick at the end."""
     force = np.zeros(q.A.shape[0]) if guess is None else guess.copy()
     stuck = q.stuck.copy()
-    solve_channels(q.A, q.gap_free, q.rate_free, q.rate_gain, q.slip_free, q.slip_gain, q.step, q.laws, stuck, force)
+    free = Unpressed(q.gap_free, q.rate_free, q.slip_free, q.rate_gain, q.slip_gain, q.step)
+    solve_channels(q.A, free, q.laws, stuck, force)
     return force, stuck
 
 

@@ -1,15 +1,17 @@
 """The few nonlinear equations of a step: all laws of contact at the ends of the channels, the structure condensed.
 
-    g    = gap_free  + A[:m] force,     force = [p (m); tau (2f)]
-    rate = rate_free + rate_gain (g - gap_free)
-    d    = slip_free + slip_gain A[m:] force
+    g    = free.gap  + A[:m] force,     force = [p (m); tau (2f)]
+    rate = free.rate + free.rate_gain (g - free.gap)
+    d    = free.slip + free.slip_gain A[m:] force
 
 with the laws of creak.contact.laws between p and g, g', and between tau, p and d. A (m + 2f, m + 2f) is symmetric
-positive semidefinite. Only channels that close take part: those with gap_free < 0 or a force before, and whatever they
+positive semidefinite. Only channels that close take part: those with free.gap < 0 or a force before, and whatever they
 close in turn.
 """
 
 from __future__ import annotations
+
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,6 +28,23 @@ from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionl
 from creak.errors import NumericalError
 from creak.linalg.compiled import either, few_collections, with_arrays
 from creak.linalg.loops import fill, places, put
+
+
+class Unpressed(NamedTuple):
+    """The ends of the channels at the end of a step without channel forces, and what a force changes there."""
+
+    gap: FloatArray
+    """(m,) length."""
+    rate: FloatArray
+    """(m,) length / time."""
+    slip: FloatArray
+    """(2f,) sliding of the step, length."""
+    rate_gain: float
+    """Rate over gap of what forces add, 1 / time."""
+    slip_gain: float
+    """Sliding over displacement along the contact of what forces add."""
+    step: float
+    """Time."""
 
 
 @either
@@ -70,14 +89,13 @@ def damper_work(laws, gap, gap_after, force_after):  # type: ignore[no-untyped-d
 
 
 @with_arrays
-def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force, kept):  # type: ignore[no-untyped-def]
+def solve_step(A, free, laws, stuck, force, kept):  # type: ignore[no-untyped-def]
     """Channel forces at the end of a step, to be called from compiled code.
 
     Parameters
     ----------
     A : (m + 2f, m + 2f) C-contiguous compliance of the step, length / force, symmetric positive semidefinite.
-    gap_free, rate_free : (m,) at the end of the step without channel forces. slip_free : (2f,) sliding of the step.
-    rate_gain : 1 / time. slip_gain : -. step : time.
+    free : the ends of the channels without forces (`Unpressed`).
     stuck : (f,) bool; in: was stuck (or open) at the start of the step, out: is at its end.
     force : (m + 2f,) in: a first guess, the forces of the step before; out: the solution.
     kept : a factor of the step before (`coulomb_newton.Kept`), and of this one; of size 0: nothing is kept.
@@ -87,9 +105,9 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     0 solved to round-off (residual of all laws below 1e-12 of the largest force), 1 the iteration did not end,
     2 no forces can open the gaps. `force` is the last iterate then.
     """
-    m = gap_free.size
+    m = free.gap.size
     inside = np.zeros(m, dtype=np.bool_)
-    if not _add_closing(gap_free, laws, rate_gain, inside):
+    if not _add_closing(free.gap, laws, free.rate_gain, inside):
         fill(force, 0.0)
         fill(stuck, True)
         return SOLVED
@@ -97,17 +115,15 @@ def solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, la
     for _ in range(m):
         members = chosen[: places(inside, chosen)]
         put(stuck, 0, was_stuck)
-        code = _solve_members(
-            A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force, kept
-        )
+        code = _solve_members(A, free, laws, members, stuck, force, kept)
         if code != SOLVED or members.size == m:
             return code
-        put(gap, 0, gap_free)
+        put(gap, 0, free.gap)
         for j in range(force.size):
             if force[j] != 0.0:
                 for i in range(m):
                     gap[i] += A[j, i] * force[j]
-        if not _add_closing(gap, laws, rate_gain, inside):
+        if not _add_closing(gap, laws, free.rate_gain, inside):
             return SOLVED
     return UNENDED
 
@@ -125,10 +141,10 @@ def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, members, stuck, force, kept):  # type: ignore[no-untyped-def]
+def _solve_members(A, free, laws, members, stuck, force, kept):  # type: ignore[no-untyped-def]
     """Solve for the forces of some channels, all others open."""
-    n, m = members.size, gap_free.size
-    rub = _rubbing_members(A, slip_free, laws, members, m)
+    n, m = members.size, free.gap.size
+    rub = _rubbing_members(A, free.slip, laws, members, m)
     at, tangent, end = np.empty(3 * n, dtype=np.int64), np.empty(n, dtype=np.int64), n
     fill(tangent, -1)
     for k in range(n):
@@ -136,15 +152,15 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
         if rub[k] >= 0:
             at[end], at[end + 1], tangent[k] = m + 2 * rub[k], m + 2 * rub[k] + 1, end
             end += 2
-    inner, free, x = np.empty((end, end)), np.empty(end), np.empty(end)
+    inner, moved, x = np.empty((end, end)), np.empty(end), np.empty(end)
     for k in range(end):
-        free[k] = gap_free[at[k]] if k < n else slip_free[at[k] - m] / slip_gain
+        moved[k] = free.gap[at[k]] if k < n else free.slip[at[k] - m] / free.slip_gain
         x[k] = force[at[k]]
         for j in range(end):
             inner[k, j] = A[at[k], at[j]]
-    law = _pieces(laws, members, gap_free, rate_free, rate_gain)
-    c, holds = _rubbing(inner, free, law, tangent, slip_gain / step, laws, rub, stuck)
-    code = solve_frictionless(inner, free, law, x) if end == n else solve_rubbing(c, holds, x, kept)
+    law = _pieces(laws, members, free)
+    c, holds = _rubbing(inner, moved, law, tangent, free.slip_gain / free.step, laws, rub, stuck)
+    code = solve_frictionless(inner, moved, law, x) if end == n else solve_rubbing(c, holds, x, kept)
     fill(stuck, True)
     for k in range(n):
         if rub[k] >= 0:
@@ -156,7 +172,7 @@ def _solve_members(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step
 
 
 @with_arrays
-def _rubbing_members(A, slip_free, laws, members, m):  # type: ignore[no-untyped-def]
+def _rubbing_members(A, slip, laws, members, m):  # type: ignore[no-untyped-def]
     """Rubbing channel of each member; -1 if it does not rub, or neither moves nor can be moved along the contact.
 
     What is held along it gives to no force, and yet slides where supports move it.
@@ -168,13 +184,13 @@ def _rubbing_members(A, slip_free, laws, members, m):  # type: ignore[no-untyped
             f += 1
         if f < laws.rubs.size and laws.rubs[f] == members[k]:
             t = m + 2 * f
-            moves = A[t, t] + A[t + 1, t + 1] > 0.0 or slip_free[2 * f] != 0.0 or slip_free[2 * f + 1] != 0.0
+            moves = A[t, t] + A[t + 1, t + 1] > 0.0 or slip[2 * f] != 0.0 or slip[2 * f + 1] != 0.0
             rub[k] = f if moves else -1
     return rub
 
 
 @with_arrays
-def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-untyped-def]
+def _pieces(laws, members, free):  # type: ignore[no-untyped-def]
     """The laws of the members as straight pieces; their dampers see the rate of this step."""
     room = 2 * members.size
     for i in members:
@@ -185,8 +201,8 @@ def _pieces(laws, members, gap_free, rate_free, rate_gain):  # type: ignore[no-u
     at = np.int64(0)  # a plain 0 would have what is called with it compiled twice
     for k in range(members.size):
         i, law.first[k] = members[k], at
-        c, slope = laws.curve[i], laws.damping[i] * rate_gain
-        c_hat = laws.damping[i] * (rate_free[i] - rate_gain * gap_free[i])
+        c, slope = laws.curve[i], laws.damping[i] * free.rate_gain
+        c_hat = laws.damping[i] * (free.rate[i] - free.rate_gain * free.gap[i])
         if c >= 0:
             start, end = laws.start[c], laws.start[c + 1]
             at = tabular_pieces(law, at, laws.x, laws.y, start, end, laws.scale[i], slope, c_hat)
@@ -216,31 +232,19 @@ def _rubbing(A, free, law, tangent, speed, laws, rub, stuck):  # type: ignore[no
 
 
 @either
-def solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force):  # type: ignore[no-untyped-def]
+def solve_alone(A, free, laws, stuck, force):  # type: ignore[no-untyped-def]
     """`solve_step`, for Python."""
-    kept = fresh(0)
-    return solve_step(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force, kept)
+    return solve_step(A, free, laws, stuck, force, fresh(0))
 
 
-def solve_channels(
-    A: FloatArray,
-    gap_free: FloatArray,
-    rate_free: FloatArray,
-    rate_gain: float,
-    slip_free: FloatArray,
-    slip_gain: float,
-    step: float,
-    laws: LawArrays,
-    stuck: BoolArray,
-    force: FloatArray,
-) -> FloatArray:
+def solve_channels(A: FloatArray, free: Unpressed, laws: LawArrays, stuck: BoolArray, force: FloatArray) -> FloatArray:
     """`solve_step` for callers outside compiled code: `force` and `stuck` are changed in place, `force` returned.
 
     Raises
     ------
     NumericalError : the step has no solution, or it was not found.
     """
-    code = solve_alone(A, gap_free, rate_free, rate_gain, slip_free, slip_gain, step, laws, stuck, force)
+    code = solve_alone(A, free, laws, stuck, force)
     if code != SOLVED:
         raise NumericalError(failure(code))
     return force
@@ -260,4 +264,5 @@ def compile_kernels() -> None:
         one, 0.0 * one, np.full(1, -1), np.zeros(1, dtype=np.int64), none, none, one, no_channel, none, none, none
     )
     with few_collections():
-        solve_channels(np.eye(1), -one, 0.0 * one, 1.0, none, 1.0, 1.0, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))
+        free = Unpressed(-one, 0.0 * one, none, 1.0, 1.0, 1.0)
+        solve_channels(np.eye(1), free, laws, np.zeros(0, dtype=np.bool_), np.zeros(1))

@@ -15,7 +15,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import solve_channels
+from creak.contact.step_problem import Unpressed, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import StepFactor
@@ -114,18 +114,8 @@ class CondensedContact:
     ) -> tuple[FloatArray, BoolArray]:
         """(m + 2 f,) forces at the end of the step, and which rubbing channels stick then."""
         force, stuck = before.copy(), stuck.copy()
-        solve_channels(
-            self.compliance,
-            gap_free,
-            rate_free,
-            self._rate_gain,
-            slip_free,
-            self._slip_gain,
-            self._h,
-            self.laws,
-            stuck,
-            force,
-        )
+        free = Unpressed(gap_free, rate_free, slip_free, self._rate_gain, self._slip_gain, self._h)
+        solve_channels(self.compliance, free, self.laws, stuck, force)
         return force, stuck
 
     def gaps_after(self, gap_free: FloatArray, force: FloatArray) -> FloatArray:

@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import contact_energy, solve_channels
+from creak.contact.step_problem import Unpressed, contact_energy, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
@@ -150,7 +150,7 @@ def _loaded(gaps: GapOperator, A: FloatArray, moved: FloatArray, count: int) -> 
         share = k / count
         gap = gaps.gap0 - (1.0 - share) * overlap + share * moved[:m] - A[:m] @ rest
         slip = moved[m:] / count - A[m:] @ force
-        solve_channels(A, gap, np.zeros(m), 0.0, slip, 1.0, 1.0, laws, stuck, force)
+        solve_channels(A, Unpressed(gap, np.zeros(m), slip, 0.0, 1.0, 1.0), laws, stuck, force)
     return force
 
 

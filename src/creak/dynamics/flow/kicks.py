@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 
-from creak.contact.step_problem import solve_step, spring_energy, spring_force
+from creak.contact.step_problem import Unpressed, solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
 from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
@@ -111,7 +111,8 @@ def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyp
     for j in range(slip.size):
         slip[j] = h * slip[j] - RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
     gap, stuck, force = after.gap.copy(), after.stuck, after.force
-    return solve_step(A, gap, rate, RATE / h, slip, RATE, h, by_value(laws), stuck, force, by_value(kept))
+    free = Unpressed(gap, rate, slip, RATE / h, RATE, h)
+    return solve_step(A, free, by_value(laws), stuck, force, by_value(kept))
 
 
 @inner

@@ -14,7 +14,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.contact.step_problem import solve_channels
+from creak.contact.step_problem import Unpressed, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
 from creak.dynamics.diagonal import is_modal, modal_matrices
@@ -354,8 +354,9 @@ class FlowRun:
             x.drift[:] = -h * (self.scheme.W[:m] @ rest)
         elif model.presses and x.gap.min(initial=0.0) < 0.0:
             slip, rate = h * x.rate[m:], x.rate[:m].copy()
+            free = Unpressed(x.gap.copy(), rate, slip, RATE / h, RATE, h)
             with one_blas_thread():
-                solve_channels(self.A, x.gap.copy(), rate, RATE / h, slip, RATE, h, self.steps.laws, x.stuck, x.force)
+                solve_channels(self.A, free, self.steps.laws, x.stuck, x.force)
             x.F[:] = x.force @ model.push
             if model.massless.size:
                 x.x[0, model.massless] += x.F[model.massless] / model.k[model.massless]
