@@ -19,6 +19,7 @@ from benchmarks.door import SCHEME, door_study, silent
 from benchmarks.reduction import Row, reduction_cost
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import simulate
 from creak.model.dofs import node_dofs
 from creak.studies.models.reduced import reduce_model
@@ -99,7 +100,7 @@ def whole_reduction(setup: Setup, reference: ReferenceModel, gaps: GapOperator) 
     cost = meter.read()
     for _ in range(2):  # the first run may compile
         started = time.perf_counter()
-        simulate(model.system, gaps, setup.loads, SCHEME, observed=np.zeros(0, dtype=np.int64))
+        simulate(model.system, gaps, setup.loads, SCHEME, OutputRequest(np.zeros(0, dtype=np.int64)))
         wall = time.perf_counter() - started
     return [
         ("whole reduction", f"{cost.wall_s:.0f} s wall, {cost.cpu_s:.0f} s CPU", "limit 1800 s"),

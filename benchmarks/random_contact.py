@@ -21,6 +21,7 @@ from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, Resolution
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.linalg.diagonal import Diagonal
 from creak.verify.reliability import created_of_contact
 
@@ -92,7 +93,7 @@ def random_run(seed: int, resolution: Resolution = SETTLED) -> History:
     time = STEP / SAMPLES * np.arange(SAMPLES * round(END / STEP) + 1)
     push = 50.0 * np.sin(2 * np.pi * f * time)[:, None]
     loads = Loads(time, np.zeros((3, time.size, 0)), push, (np.array([0]),))
-    return simulate_flow(system, gaps, loads, resolution=resolution, observed=label)
+    return simulate_flow(system, gaps, loads, OutputRequest(label), resolution=resolution)
 
 
 def touches(run: History) -> int:

@@ -22,6 +22,7 @@ from creak.arrays import FloatArray
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.flow import march as flow_march
 from creak.dynamics.instant import Instant
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, Stepper, simulate
 from creak.linalg.threads import one_blas_thread
 from creak_thesis.newton_cost import touching
@@ -138,9 +139,9 @@ def reduced_order(model: Door) -> list[Row]:
         loads = model.setup.marching.divided(parts)
         warm = replace(loads, time=loads.time[:3], support=loads.support[:, :3], force=loads.force[:3])
         none = np.zeros(0, dtype=np.int64)
-        simulate(system, model.gaps, warm, SCHEME, observed=none)
+        simulate(system, model.gaps, warm, SCHEME, OutputRequest(none))
         started = time.perf_counter()
-        history = simulate(system, model.gaps, loads, SCHEME, observed=none, output_every=parts)
+        history = simulate(system, model.gaps, loads, SCHEME, OutputRequest(none, every=parts))
         wall = time.perf_counter() - started
         span = f"{system.n} modes, {model.gaps.m} channels, {1e-3 * parts / model.setup.loads.step:.0f} kHz"
         floor = n_step * parts * traffic_seconds(system.n, model.gaps.m)

@@ -28,6 +28,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import compile_kernels
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import simulate
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
@@ -111,7 +112,7 @@ def over_hht(full: Run, setup: Setup, system: System, gaps: GapOperator, steps: 
     s = setup.loads
     loads = Loads(s.time[rows], s.support[:, rows], s.force[rows], s.force_labels)
     began = time.process_time()
-    history = simulate(system, gaps, loads, SCHEME, observed=np.zeros(0, dtype=np.int64))
+    history = simulate(system, gaps, loads, SCHEME, OutputRequest(np.zeros(0, dtype=np.int64)))
     one = (time.process_time() - began - history.setup_s) / loads.n_step
     ratio = full.cost.cpu_s / (one * full.history.time[-1] / HHT_STEP)
     return "unreduced run over HHT at 1 ms", f"{ratio:.2f} x (a step {1e3 * one:.0f} ms CPU)", "limit 3"

@@ -20,6 +20,7 @@ import numpy as np
 from benchmarks.door import door_study
 from benchmarks.stamp import stamp
 from creak.dynamics.flow.march import simulate_flow
+from creak.dynamics.record.recorder import OutputRequest
 from creak.linalg.threads import cores
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
@@ -67,9 +68,8 @@ def single(bench: SharedModel, draw: Draw) -> tuple[float, float, int]:
         bench.system,
         variant.gaps,
         variant.loads,
+        OutputRequest(NOTHING, watched=watched(bench.setup.model, bench.setup.contacts, variant.gaps)),
         resolution=bench.setup.marching.resolution,
-        observed=NOTHING,
-        watched=watched(bench.setup.model, bench.setup.contacts, variant.gaps),
     )
     events = len(find_events(history, variant.gaps, v.merge, v.f_max))
     return time.perf_counter() - start, time.process_time() - cpu, events

@@ -14,6 +14,7 @@ from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.model.constraints import Constraint, Fixed
@@ -99,7 +100,7 @@ def forces_on(time: np.ndarray, labels: Sequence[int], values: np.ndarray) -> Lo
 def free_run(system: System, gaps: GapOperator, end: float, step: float, alpha: float = -0.05) -> History:
     """Motion from the initial velocity alone; every dof label 0..n-1 is observed."""
     loads = Loads(time_axis(end, step), np.zeros((3, round(end / step) + 1, 0)), np.zeros((round(end / step) + 1, 0)))
-    return simulate(system, gaps, loads, HHT(alpha), observed=np.arange(system.n))
+    return simulate(system, gaps, loads, HHT(alpha), OutputRequest(np.arange(system.n)))
 
 
 def bar(n: int, length: float, rigidity: float, mass_per_length: float) -> tuple[np.ndarray, np.ndarray]:

@@ -18,6 +18,7 @@ from creak.stepping import (
     Factor,
     Instant,
     LinearTerms,
+    OutputRequest,
     StepFactor,
     begin,
     channel_matrices,
@@ -27,7 +28,7 @@ from creak.stepping import (
     step_matrix,
     to_dense,
 )
-from creak_thesis.arrays import FloatArray, IntArray
+from creak_thesis.arrays import FloatArray
 
 MAX_ITERATIONS = 50
 
@@ -114,7 +115,7 @@ def _normal_law(
 
 
 def simulate_plain_newton(
-    system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, *, observed: IntArray, output_every: int = 1
+    system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, asked: OutputRequest
 ) -> History:
     """As `simulate`, by plain Newton."""
-    return march(PlainNewton(system, gaps, loads, scheme), observed, output_every)
+    return march(PlainNewton(system, gaps, loads, scheme), asked)

@@ -9,6 +9,7 @@ import pytest
 
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import bar, channels, free_run, system_of, time_axis
@@ -297,7 +298,7 @@ def test_bouncing_bar(measured):
         tuple(np.array([j]) for j in range(n + 1)),
     )
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10 * E_A / dx)
-    history = simulate(system_of(M, K), gaps, loads, HHT(), observed=np.array([0]))
+    history = simulate(system_of(M, K), gaps, loads, HHT(), OutputRequest(np.array([0])))
     F = history.force[:, 0]
     t = history.time
     first, second = (F * (t < 2.6), F * (t > 2.6))

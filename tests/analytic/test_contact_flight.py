@@ -10,6 +10,7 @@ import pytest
 from creak.dynamics.flight.stepper import simulate_high_order
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.verify.events import find_events
 from helpers_core import bar, channels, forces_on, system_of, time_axis
@@ -26,7 +27,7 @@ STOP = channels([[1.0]], 0.0, 1e6)
 def on_stop(parts: int) -> History:
     mass = system_of(np.array([[100.0]]), np.array([[1e4]]), velocity=np.array([-1.0]))
     loads = at_rest(time_axis(0.3, 1e-2 / parts))
-    return simulate_high_order(mass, STOP, loads, HHT(), observed=np.array([0]), substeps=parts)
+    return simulate_high_order(mass, STOP, loads, HHT(), OutputRequest(np.array([0])), substeps=parts)
 
 
 def test_mass_on_a_penalty_stop(measured):
@@ -80,7 +81,7 @@ def on_wall(n: int, parts: int) -> History:
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10.0 * E_A * n / LENGTH)
     system = system_of(M, K, velocity=np.full(n + 1, -SPEED))
     loads = at_rest(time_axis(1.4, STEP / parts))
-    return simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(n + 1), substeps=parts)
+    return simulate_high_order(system, gaps, loads, HHT(), OutputRequest(np.arange(n + 1)), substeps=parts)
 
 
 def test_bar_on_a_rigid_wall(measured):
@@ -125,7 +126,7 @@ def bouncing(n: int, step: float, parts: int) -> History:
     gaps = channels(np.eye(1, n + 1), HEIGHT, 10.0 * E_A * n / LENGTH)
     time = time_axis(4.6, step / parts)
     weight = forces_on(time, list(range(n + 1)), np.outer(np.ones(time.size), -10.0 * M.sum(axis=1)))
-    return simulate_high_order(system_of(M, K), gaps, weight, HHT(), observed=np.array([0]), substeps=parts)
+    return simulate_high_order(system_of(M, K), gaps, weight, HHT(), OutputRequest(np.array([0])), substeps=parts)
 
 
 def bottom(history: History) -> np.ndarray:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.verify.events import find_events
@@ -131,7 +132,7 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
     time = time_axis(0.06, h)
     gaps = channels([[1.0]], 0.0, 1e4)
     loads = forces_on(time, [0], np.full(time.size, -9.81))
-    history = simulate(one_mass(1.0, 0.0, -1.0), gaps, loads, HHT(), observed=np.array([0]))
+    history = simulate(one_mass(1.0, 0.0, -1.0), gaps, loads, HHT(), OutputRequest(np.array([0])))
     event = find_events(history, gaps, merge=0.0, f_max=1e6)[0]
     w, static = 100.0, 9.81 / 1e4
     amplitude = np.hypot(1.0 / w, static)
@@ -175,7 +176,7 @@ def test_mass_bounces_back_to_its_height(measured):
     time = time_axis(0.5, h)
     gaps = channels([[1.0]], H, k)
     loads = forces_on(time, [0], np.full(time.size, -m * g))
-    history = simulate(one_mass(m, 0.0, 0.0), gaps, loads, HHT(), observed=np.array([0]))
+    history = simulate(one_mass(m, 0.0, 0.0), gaps, loads, HHT(), OutputRequest(np.array([0])))
     events = find_events(history, gaps, merge=0.0, f_max=1e6)
     speed, w = np.sqrt(2 * g * H), np.sqrt(k / m)
     # Contact on a spring under gravity: w t / 2 = pi - atan(v w / g).

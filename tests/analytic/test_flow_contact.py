@@ -13,6 +13,7 @@ from creak.contact.laws.parameters import Friction
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import Event, find_events
 from creak.verify.reliability import created_of_contact
@@ -25,7 +26,7 @@ def fly(system, gaps: GapOperator, end: float, pull=(), labels=()) -> History:
     time = STEP / SAMPLES * np.arange(SAMPLES * round(end / STEP) + 1)
     values = np.stack([f(time) for f in pull], axis=1) if pull else np.zeros((time.size, 0))
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
-    return simulate_flow(diagonalise(system), gaps, loads, observed=np.arange(system.n))
+    return simulate_flow(diagonalise(system), gaps, loads, OutputRequest(np.arange(system.n)))
 
 
 def one_mass(m: float, k: float, v0: float):
@@ -236,7 +237,7 @@ def test_bar_bounces_ten_times(measured):
     time = step / SAMPLES * np.arange(SAMPLES * round(end / step) + 1)
     pulls = np.tile(weight[:2], (time.size, 1))
     loads = Loads(time, np.zeros((3, time.size, 0)), pulls, (np.array([0, N]), np.arange(1, N)))
-    history = simulate_flow(diagonalise(system_of(mass, K)), gaps, loads, observed=np.array([0]))
+    history = simulate_flow(diagonalise(system_of(mass, K)), gaps, loads, OutputRequest(np.array([0])))
     given = np.concatenate([[0.0], np.cumsum(history.weights * history.force[:, 0])])
     between = np.concatenate([0.5 * (ONSETS[1:] + ONSETS[:-1] + DURATION), [end]])
     impulses = np.diff(given[np.searchsorted(history.time, between)], prepend=0.0)

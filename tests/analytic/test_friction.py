@@ -11,6 +11,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import channels, system_of
@@ -37,7 +38,7 @@ def rub(gaps: GapOperator, pull: np.ndarray, time: np.ndarray) -> History:
     """A mass on springs K along and across, with a force `pull` (n_time,) along."""
     system = system_of(M * np.eye(3), K * np.eye(3), velocity=np.zeros(3))
     loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
-    return simulate(system, gaps, loads, HHT(), observed=np.arange(3))
+    return simulate(system, gaps, loads, HHT(), OutputRequest(np.arange(3)))
 
 
 def test_coulomb_friction_takes_the_same_from_every_swing(measured):
@@ -143,7 +144,7 @@ def test_friction_acts_against_the_sliding_in_the_plane(measured):
     speed = 0.2 * np.array([np.cos(angle), 0.0, np.sin(angle)])
     system = system_of(M * np.eye(3), np.diag([1e-9, 1e3, 1e-9]), velocity=speed)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-    history = simulate(system, pressed(10.0, 0.3, 0.3), loads, HHT(), observed=np.arange(3))
+    history = simulate(system, pressed(10.0, 0.3, 0.3), loads, HHT(), OutputRequest(np.arange(3)))
     u = history.displacement
     np.testing.assert_allclose(u[1:, 2] / u[1:, 0], np.tan(angle), rtol=1e-9)
     way = np.hypot(u[-1, 0], u[-1, 2])

@@ -14,6 +14,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError, shortened
@@ -125,18 +126,10 @@ def simulate(
             expected="a scheme whose steps are divided",
             fix="Give creak.HHT() or creak.generalised_alpha(), or leave out substeps.",
         )
+    asked = OutputRequest(kept, output_every)
     if scheme is None:
-        return simulate_settled(system, channels, loads, observed=kept, output_every=output_every, progress=progress)
-    return by_scheme(
-        system,
-        channels,
-        loads,
-        scheme,
-        observed=kept,
-        output_every=output_every,
-        substeps=substeps,
-        progress=progress,
-    )
+        return simulate_settled(system, channels, loads, asked, progress)
+    return by_scheme(system, channels, loads, scheme, asked, substeps=substeps, progress=progress)
 
 
 def _joined(gaps: GapOperator | Sequence[GapOperator]) -> GapOperator:

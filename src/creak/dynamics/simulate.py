@@ -22,8 +22,7 @@ from creak.dynamics.energy import EnergyAudit
 from creak.dynamics.history import History
 from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
 from creak.dynamics.loads import Loads
-from creak.dynamics.record.recorder import Recorder
-from creak.dynamics.record.watch import Watched
+from creak.dynamics.record.recorder import OutputRequest, Recorder
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import StepFactor
@@ -256,13 +255,10 @@ def simulate(
     gaps: GapOperator,
     loads: Loads,
     scheme: Scheme,
+    asked: OutputRequest,
     *,
-    observed: IntArray,
-    output_every: int = 1,
-    whole_at: IntArray | None = None,
     substeps: int = 1,
     progress: Progress | None = None,
-    watched: Watched | None = None,
 ) -> History:
     """March the System through the loads with contact in the channels of `gaps`.
 
@@ -272,10 +268,8 @@ def simulate(
 
     Parameters
     ----------
-    observed : (n_label,) physical dof labels whose displacement is kept every `output_every` steps.
-    whole_at : sorted steps at which all coordinates are kept, to recover the motion of every node later.
+    asked : what of the motion is kept.
     substeps : a step is `substeps` samples of the loads long, and divided into as many near contact.
-    watched : what is looked at at the end of every step.
 
     Raises
     ------
@@ -284,18 +278,13 @@ def simulate(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted); what was
         computed is in its `history`.
     """
-    return march(
-        CondensedStepper(system, gaps, loads, scheme, substeps), observed, output_every, progress, whole_at, watched
-    )
+    return march(CondensedStepper(system, gaps, loads, scheme, substeps), asked, progress)
 
 
 def march(
     stepper: Stepper,
-    observed: IntArray,
-    output_every: int = 1,
+    asked: OutputRequest,
     progress: Progress | None = None,
-    whole_at: IntArray | None = None,
-    watched: Watched | None = None,
     keeper: Keeper | None = None,
 ) -> History:
     """Drive a stepper through its loads, keeping output and the energy balance.
@@ -307,9 +296,7 @@ def march(
     started = clock.perf_counter()
     gaps, loads, terms, substeps = stepper.gaps, stepper.loads, stepper.terms, stepper.substeps
     n_step = loads.n_step // substeps
-    recorder = Recorder(
-        terms.system, stepper.on, gaps, loads, substeps, observed, output_every, whole_at, watched, lean=True
-    )
+    recorder = Recorder(terms.system, stepper.on, gaps, loads, substeps, asked, lean=True)
     audit = EnergyAudit(terms, gaps, stepper.on)
     if keeper is None or keeper.saved is None:
         now = stepper.start()

@@ -16,6 +16,7 @@ from creak.contact.laws.parameters import Curves, Friction
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Diverged
@@ -82,14 +83,16 @@ def assert_same(a: History, b: History, tol: float = ROUND_OFF) -> None:
         np.testing.assert_allclose(y, x, rtol=0.0, atol=tol * max(scale, 1e-9), err_msg=name)
 
 
-def both(full: System, gaps: GapOperator, loads: Loads, scheme: Scheme, **options: object) -> tuple[History, History]:
+def both(
+    full: System, gaps: GapOperator, loads: Loads, scheme: Scheme, asked: OutputRequest | None = None, **options: object
+) -> tuple[History, History]:
     """In dofs and in modes; all coordinates that are kept are told in dofs."""
     small = diagonalise(full)
     assert is_modal(small)
-    a, b = (simulate(s, gaps, loads, scheme, observed=OBSERVED, **options) for s in (full, small))
-    support = loads.support[0][(options["whole_at"] * options.get("substeps", 1),)].T if "whole_at" in options else None
-    whole = b.coordinates if support is None else small.recover(b.coordinates, support)
-    told = a.coordinates if support is None else full.recover(a.coordinates, support)
+    request = OutputRequest(OBSERVED) if asked is None else asked
+    a, b = (simulate(s, gaps, loads, scheme, request, **options) for s in (full, small))
+    support = loads.support[0][request.whole_at * options.get("substeps", 1)].T
+    whole, told = small.recover(b.coordinates, support), full.recover(a.coordinates, support)
     return replace(a, coordinates=told), replace(b, coordinates=whole)
 
 
@@ -115,7 +118,7 @@ def test_a_change_of_basis_changes_nothing(scheme, measured):
 
 def test_modal_damping_and_sparse_output():
     gaps, at = gaps_between(2e-4, 3e4), np.array([0, 7, 500])
-    a, b = both(in_dofs(modal=True), gaps, loads_of(), HHT(), output_every=3, whole_at=at)
+    a, b = both(in_dofs(modal=True), gaps, loads_of(), HHT(), OutputRequest(OBSERVED, 3, at))
     assert a.contact_steps > 20
     assert a.displacement.shape == (167, 3)
     assert_same(a, b)
@@ -154,7 +157,7 @@ def test_curves_and_preload():
 def test_divided_steps(scheme):
     """Whole steps in free flight, ten parts each near contact."""
     loads = loads_of(0.1, 2e-5)
-    a, b = both(in_dofs(), gaps_between(2e-4, 3e5, 0.5), loads, scheme, substeps=10, output_every=5)
+    a, b = both(in_dofs(), gaps_between(2e-4, 3e5, 0.5), loads, scheme, OutputRequest(OBSERVED, 5), substeps=10)
     steps = np.unique(np.round(np.diff(a.time) / 2e-5))
     np.testing.assert_array_equal(steps, [1.0, 10.0])
     assert_same(a, b)
@@ -162,12 +165,19 @@ def test_divided_steps(scheme):
 
 def test_instants_one_by_one_are_the_output_of_many_chunks(monkeypatch):
     """Parts of steps near contact, output every fourth step, all coordinates at some; a report after every step."""
-    given = {"substeps": 5, "output_every": 4, "whole_at": np.array([0, 4, 48, 97])}
+    asked = OutputRequest(OBSERVED, 4, np.array([0, 4, 48, 97]))
     seen: list[tuple[int, int]] = []
-    one, twin = both(in_dofs(), gaps_between(2e-4, 3e5), loads_of(), HHT(), **given)
+    one, twin = both(in_dofs(), gaps_between(2e-4, 3e5), loads_of(), HHT(), asked, substeps=5)
     monkeypatch.setattr("creak.dynamics.record.recorder.CHUNK", 7)
-    told = {**given, "progress": lambda done, total: seen.append((done, total))}
-    many, _ = both(in_dofs(), gaps_between(2e-4, 3e5), loads_of(), HHT(), **told)
+    many, _ = both(
+        in_dofs(),
+        gaps_between(2e-4, 3e5),
+        loads_of(),
+        HHT(),
+        asked,
+        substeps=5,
+        progress=lambda done, total: seen.append((done, total)),
+    )
     assert one.contact_steps > 5
     assert one.coordinates.shape[1] == 4
     assert_same(one, many, 1e-14)  # output is turned into motion by products of another size
@@ -183,7 +193,7 @@ def test_what_was_computed_survives_a_divergence():
     force = loads.force.copy()
     force[300:] = np.inf
     with pytest.raises(Diverged, match=r"t = 0\.06 s") as caught:
-        simulate(driven(), gaps_between(), replace(loads, force=force), HHT(), observed=OBSERVED)
+        simulate(driven(), gaps_between(), replace(loads, force=force), HHT(), OutputRequest(OBSERVED))
     history = caught.value.history
     assert isinstance(caught.value, NumericalError)
     assert history.time.size == 300
@@ -201,4 +211,4 @@ def test_damping_that_couples_modes_is_told_apart():
 
 def test_samples_must_be_whole_steps():
     with pytest.raises(InputError, match="multiple of 3"):
-        simulate(driven(), gaps_between(), loads_of(), HHT(), observed=OBSERVED, substeps=3)
+        simulate(driven(), gaps_between(), loads_of(), HHT(), OutputRequest(OBSERVED), substeps=3)

@@ -14,6 +14,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Curves
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.reduction.craig_bampton import craig_bampton
@@ -70,7 +71,7 @@ def same(a: History, b: History) -> None:
 @pytest.mark.parametrize("alpha", [0.0, -0.05, 1.0 - np.sqrt(2.0)])
 def test_condensed_step_equals_plain_newton_on_the_full_model(alpha, measured):
     arguments = two_chains(), between_the_chains(), loads(), HHT(alpha)
-    a, b = (run(*arguments, observed=np.arange(N)) for run in (simulate, simulate_plain_newton))
+    a, b = (run(*arguments, OutputRequest(np.arange(N))) for run in (simulate, simulate_plain_newton))
     same(a, b)
     measured(
         "contact",
@@ -98,7 +99,10 @@ def with_laws(kind: str) -> GapOperator:
 def test_condensed_step_equals_plain_newton_for_every_law_and_scheme(kind, scheme):
     # Half as long: every touch amplifies round-off, and preloaded stops touch more often.
     arguments = two_chains(), with_laws(kind), loads(0.5), scheme
-    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+    same(
+        simulate(*arguments, OutputRequest(np.arange(N))),
+        simulate_plain_newton(*arguments, OutputRequest(np.arange(N))),
+    )
 
 
 def test_generalised_alpha_with_its_extremes_is_a_known_rule():
@@ -107,7 +111,7 @@ def test_generalised_alpha_with_its_extremes_is_a_known_rule():
     for rho in (1.0, 0.9, 0.0):
         system = system_of(np.eye(1), 1e4 * np.eye(1), velocity=np.ones(1))
         run = simulate(
-            system, NO_CHANNELS, at_rest(time_axis(1.0, 2e-3)), generalised_alpha(rho), observed=np.array([0])
+            system, NO_CHANNELS, at_rest(time_axis(1.0, 2e-3)), generalised_alpha(rho), OutputRequest(np.array([0]))
         )
         kept.append(float(run.energy[-1, :2].sum() / run.energy[0, :2].sum()))
     assert kept[0] == pytest.approx(1.0, abs=1e-9)
@@ -123,8 +127,8 @@ def test_steps_divided_near_contact_give_what_short_steps_give():
     time = time_axis(0.6, 5e-5)
     push = -160.0 * np.sin(2 * np.pi * 3.0 * time) * np.sin(2 * np.pi * 0.5 * time)
     fine = forces_on(time, [N // 2 - 1], push)
-    short = simulate(system, gaps, fine, HHT(0.0), observed=np.arange(N), output_every=10)
-    mixed = simulate(system, gaps, fine, HHT(0.0), observed=np.arange(N), substeps=10)
+    short = simulate(system, gaps, fine, HHT(0.0), OutputRequest(np.arange(N), every=10))
+    mixed = simulate(system, gaps, fine, HHT(0.0), OutputRequest(np.arange(N)), substeps=10)
     assert mixed.contact_steps > 0
     assert mixed.time.size < 0.6 * short.time.size
     np.testing.assert_array_equal(mixed.time[mixed.output_index], short.time[short.output_index])
@@ -136,12 +140,18 @@ def test_condensed_step_equals_plain_newton_on_the_reduced_model():
     boundary = np.array([1, 3, 5, 7, 9, 11, 13, 15, 17, 19, 21, 23])
     reduced = diagonalise(craig_bampton(two_chains(), boundary, count=4))
     arguments = reduced, between_the_chains(), loads(), HHT()
-    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+    same(
+        simulate(*arguments, OutputRequest(np.arange(N))),
+        simulate_plain_newton(*arguments, OutputRequest(np.arange(N))),
+    )
 
 
 def test_condensed_step_equals_plain_newton_on_a_dense_model():
     arguments = two_chains(sparse=False), between_the_chains(), loads(), HHT()
-    same(simulate(*arguments, observed=np.arange(N)), simulate_plain_newton(*arguments, observed=np.arange(N)))
+    same(
+        simulate(*arguments, OutputRequest(np.arange(N))),
+        simulate_plain_newton(*arguments, OutputRequest(np.arange(N))),
+    )
 
 
 def test_all_modes_kept_equals_the_full_model_in_contact():
@@ -150,7 +160,7 @@ def test_all_modes_kept_equals_the_full_model_in_contact():
     full = two_chains()
     dense = craig_bampton(full, boundary, count=N)
     runs = [
-        simulate(s, between_the_chains(), loads(), HHT(), observed=np.arange(N))
+        simulate(s, between_the_chains(), loads(), HHT(), OutputRequest(np.arange(N)))
         for s in (full, dense, diagonalise(dense))
     ]
     same(runs[0], runs[1])
@@ -159,8 +169,8 @@ def test_all_modes_kept_equals_the_full_model_in_contact():
 
 def test_channels_that_never_press_change_nothing():
     system, drive = two_chains(), loads()
-    silent = simulate(system, between_the_chains().without_force(), drive, HHT(), observed=np.arange(N))
-    alone = simulate(system, NO_CHANNELS, drive, HHT(), observed=np.arange(N))
+    silent = simulate(system, between_the_chains().without_force(), drive, HHT(), OutputRequest(np.arange(N)))
+    alone = simulate(system, NO_CHANNELS, drive, HHT(), OutputRequest(np.arange(N)))
     np.testing.assert_array_equal(silent.displacement, alone.displacement)
     assert silent.contact_steps == 0
     assert silent.gap.min() < 0.0
@@ -168,7 +178,7 @@ def test_channels_that_never_press_change_nothing():
 
 def test_two_runs_give_the_same_numbers():
     arguments = two_chains(), between_the_chains(), loads(), HHT()
-    a, b = (simulate(*arguments, observed=np.arange(N)) for _ in range(2))
+    a, b = (simulate(*arguments, OutputRequest(np.arange(N))) for _ in range(2))
     np.testing.assert_array_equal(a.displacement, b.displacement)
     np.testing.assert_array_equal(a.force, b.force)
 
@@ -195,8 +205,8 @@ def test_condensed_step_equals_plain_newton_under_prescribed_motion():
     G[1, 0], G[1, 12] = -1.0, 1.0  # driven node against the third mass
     gaps = channels(G, np.array([2e-3, 4e-3]), 5e4)
     observed = np.array([0, 6, 12, 18])
-    a = simulate(system, gaps, drive, HHT(), observed=observed)
-    b = simulate_plain_newton(system, gaps, drive, HHT(), observed=observed)
+    a = simulate(system, gaps, drive, HHT(), OutputRequest(observed))
+    b = simulate_plain_newton(system, gaps, drive, HHT(), OutputRequest(observed))
     assert (a.force > 0.0).any(axis=0).all()
     same(a, b)
     np.testing.assert_allclose(a.displacement[:, 0], s[0], atol=1e-15)

@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import trapezoid
 
 from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import NO_CHANNELS, chain, channels, forces_on, free_run, system_of, time_axis
@@ -27,7 +28,7 @@ def rattling(h: float, alpha: float = -0.05, *, stiffness: float = 2e5, damper: 
     gaps = channels(G, np.array([1e-3, 1.5e-3, 3e-3, 3e-3]), stiffness, damper)
     time = time_axis(1.0, h)
     push = 8.0 * np.sin(2 * np.pi * 1.9 * time) + 4.0 * np.sin(2 * np.pi * 7.0 * time)
-    return simulate(system, gaps, forces_on(time, [N - 1], push), HHT(alpha), observed=np.arange(N))
+    return simulate(system, gaps, forces_on(time, [N - 1], push), HHT(alpha), OutputRequest(np.arange(N)))
 
 
 def test_columns_are_named_in_order():
@@ -89,7 +90,7 @@ def test_external_work_of_a_force_is_force_times_way(measured):
     M, K = chain(3)
     time = time_axis(0.5, 1e-4)
     force = 3.0 * np.sin(40.0 * time)
-    history = simulate(system_of(M, K), NO_CHANNELS, forces_on(time, [2], force), HHT(), observed=np.arange(3))
+    history = simulate(system_of(M, K), NO_CHANNELS, forces_on(time, [2], force), HHT(), OutputRequest(np.arange(3)))
     velocity = np.gradient(history.displacement[:, 2], 1e-4)
     # Trapezoidal rule in time: (omega h)^2 with omega up to 180 rad/s.
     expected = trapezoid(force * velocity, dx=1e-4)
@@ -121,7 +122,7 @@ def test_average_acceleration_keeps_energy_exactly(measured):
     system = system_of(M, K, alpha=0.4, beta=1e-4, velocity=np.linspace(0, 1, N))
     time = time_axis(0.5, 1e-3)
     loads = forces_on(time, [N - 1], np.sin(30 * time))
-    history = simulate(system, NO_CHANNELS, loads, HHT(0.0), observed=np.arange(N))
+    history = simulate(system, NO_CHANNELS, loads, HHT(0.0), OutputRequest(np.arange(N)))
     np.testing.assert_allclose(history.energy[:, SCHEME], 0.0, atol=1e-3 * history.energy_scale)
     undamped = free_run(system_of(M, K, velocity=np.linspace(0, 1, N)), NO_CHANNELS, 0.5, 1e-3, 0.0)
     error = np.abs(undamped.energy[:, SCHEME]).max() / undamped.energy_scale
@@ -142,7 +143,7 @@ def test_leftover_of_a_smooth_linear_run_is_of_the_third_order():
         time = time_axis(1.0, h)
         ramp = np.clip(time / 0.5, 0.0, 1.0)
         load = 5.0 * ramp**3 * (10 - 15 * ramp + 6 * ramp**2)
-        history = simulate(system_of(M, K), NO_CHANNELS, forces_on(time, [3], load), HHT(), observed=np.arange(4))
+        history = simulate(system_of(M, K), NO_CHANNELS, forces_on(time, [3], load), HHT(), OutputRequest(np.arange(4)))
         left.append(np.abs(history.energy[:, SCHEME]).max())
     order = np.log2(np.array(left[:-1]) / left[1:])
     assert (order > 1.8).all()

@@ -8,6 +8,7 @@ import pytest
 import creak
 from creak.dynamics.equilibrium import equilibrium
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.linalg.factor import factor
@@ -54,7 +55,7 @@ def test_what_friction_holds_stays_by_steps():
     system, gaps, state = solved(1.0)
     time = 0.01 * np.arange(101)
     none = Loads(time, np.zeros((3, 101, 0)), np.zeros((101, 0)))
-    h = simulate(system, state.on(gaps), none, HHT(-0.05), observed=np.arange(2))
+    h = simulate(system, state.on(gaps), none, HHT(-0.05), OutputRequest(np.arange(2)))
     assert np.abs(h.displacement).max() <= 1e-9 * abs(state.q[0])
     assert h.tangential == pytest.approx(np.tile(state.held[0], (101, 1)), rel=1e-9)
     assert h.tangential[0, 0] != 0.0

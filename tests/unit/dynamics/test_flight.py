@@ -15,6 +15,7 @@ from creak.dynamics.flight.step import choose
 from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import march, simulate
 from creak.dynamics.stopped import Interrupted
@@ -51,8 +52,9 @@ def closed_form(M: np.ndarray, C: np.ndarray, K: np.ndarray, v0: np.ndarray, t: 
 
 def run(system, loads: Loads, substeps: int = 1, gaps=NO_CHANNELS, flight: int | None = None, **others) -> History:
     """Flights of one output step unless said."""
+    asked = OutputRequest(np.arange(system.n))
     return simulate_high_order(
-        system, gaps, loads, HHT(), observed=np.arange(system.n), substeps=substeps, flight=flight or substeps, **others
+        system, gaps, loads, HHT(), asked, substeps=substeps, flight=flight or substeps, **others
     )
 
 
@@ -208,7 +210,7 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
 
 def test_external_work_is_force_times_way():
     system, loads = KINDS["dashpot"](np.zeros(N)), pushed(200, 10)
-    reference = simulate(system, NO_CHANNELS, pushed(4000, 1), HHT(), observed=np.arange(N))
+    reference = simulate(system, NO_CHANNELS, pushed(4000, 1), HHT(), OutputRequest(np.arange(N)))
     history = run(system, loads, 10)
     # HHT at omega h = .02, (omega h)^2 = 4e-4 of .7.
     np.testing.assert_allclose(history.energy[:, EXTERNAL], reference.energy[::20, EXTERNAL], atol=3e-4)
@@ -225,7 +227,7 @@ def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
         rule, samples, said = choose(loads, 10)
         assert (rule.stages, samples, said) == (stages, stride, "")
     fine = run(system, rough, 1)
-    history = simulate_high_order(system, NO_CHANNELS, rough, HHT(), observed=np.arange(N), substeps=10)
+    history = simulate_high_order(system, NO_CHANNELS, rough, HHT(), OutputRequest(np.arange(N)), substeps=10)
     across = run(system, rough, 10, flight=25)
     off = [np.abs(h.displacement - fine.displacement[::10]).max() for h in (history, across)]
     # Stages between samples round the kinks.
@@ -258,8 +260,8 @@ def test_prescribed_motion_equals_a_fine_run(rayleigh):
     gaps = gaps_between(1.0)
     fine = multisine_base(time_axis(0.2, 4e-5), 5.0, 60.0, 1e-3)
     coarse = multisine_base(time_axis(0.2, 2e-4), 5.0, 60.0, 1e-3)
-    a = simulate(system, gaps, fine, HHT(), observed=np.zeros(0, dtype=np.int64))
-    b = simulate_high_order(system, gaps, coarse, HHT(), observed=np.zeros(0, dtype=np.int64), substeps=5)
+    a = simulate(system, gaps, fine, HHT(), OutputRequest(np.zeros(0, dtype=np.int64)))
+    b = simulate_high_order(system, gaps, coarse, HHT(), OutputRequest(np.zeros(0, dtype=np.int64)), substeps=5)
     motion, rows = np.abs(a.gap - 1.0).max(), b.output_index
     # HHT at 40 us: a phase of (omega h)^2 / 10 omega t = 3e-3 of what swings at 60 Hz.
     np.testing.assert_allclose(b.gap[rows], a.gap[::25], atol=5e-3 * motion)
@@ -375,7 +377,7 @@ def test_division_without_a_touch_changes_nothing():
 
     gaps = channels(np.eye(1, N), 1e3, 1.0)
     stepper = Nervous(KINDS["dashpot"](v0), gaps, loads, HHT(), 20, 20)
-    history = march(stepper, np.arange(N))
+    history = march(stepper, OutputRequest(np.arange(N)))
     assert history.time.size == 321 + 3 * 19
     # HHT at omega h = .012: a phase of (omega h)^2 / 10 of 40 rad/s over .0125 s three times, 2e-5.
     scale = np.abs(plain.displacement).max()

@@ -21,6 +21,7 @@ from creak.dynamics.flow.propagator import propagator
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.state import LinearTerms
@@ -38,7 +39,7 @@ def fly(system, gaps, end, step, forces=(), labels=(), resolution=SETTLED, every
     values = np.stack([f(time) for f in forces], axis=1) if forces else np.zeros((time.size, 0))
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
     return simulate_flow(
-        diagonalise(system), gaps, loads, resolution=resolution, observed=np.arange(system.n), output_every=every
+        diagonalise(system), gaps, loads, OutputRequest(np.arange(system.n), every=every), resolution=resolution
     )
 
 
@@ -263,7 +264,9 @@ def rattle(resolution: Resolution, step: float) -> History:
     system = diagonalise(cantilevers(Rayleigh(20.0, 1e-6)))
     time = step / SAMPLES * np.arange(SAMPLES * round(0.4 / step) + 1)
     loads = multisine_base(time, 10.0, 120.0, 2e-4)
-    return simulate_flow(system, gaps_between(5e-4, 1e6), loads, resolution=resolution, observed=np.zeros(0, dtype=int))
+    return simulate_flow(
+        system, gaps_between(5e-4, 1e6), loads, OutputRequest(np.zeros(0, dtype=int)), resolution=resolution
+    )
 
 
 def test_two_beams_under_base_motion_converge():
@@ -280,7 +283,7 @@ def test_two_beams_under_base_motion_converge():
         gaps_between(5e-4, 1e6),
         loads,
         HHT(),
-        observed=np.zeros(0, dtype=int),
+        OutputRequest(np.zeros(0, dtype=int)),
     )
     found["HHT"] = find_events(stepped, gaps_between(5e-4, 1e6), merge=2e-3, f_max=500.0)
     assert len(found["fine"]) > 5
@@ -297,7 +300,7 @@ def test_output_and_whole_coordinates_are_those_of_the_instants():
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 60 + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
     gaps = channels([[0.0, 0.0, 0.0, -1.0]], 1e-3, 1e6)
-    history = simulate_flow(system, gaps, loads, observed=np.arange(4), output_every=2, whole_at=np.array([0, 4, 60]))
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(4), every=2, whole_at=np.array([0, 4, 60])))
     np.testing.assert_allclose(history.time[history.output_index], 2e-3 * np.arange(31), atol=1e-15)
     rows = system.rows(np.arange(4))[0]
     np.testing.assert_allclose(np.asarray(rows @ history.coordinates)[:, 1], history.displacement[2], atol=1e-15)
@@ -312,7 +315,7 @@ def test_the_last_step_is_kept_whatever_its_time_rounds_to():
     for end in np.linspace(0.05, 0.06, 20):
         time = end / (49 * SAMPLES) * np.arange(49 * SAMPLES + 1)
         loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-        history = simulate_flow(system, gaps, loads, observed=np.arange(4), output_every=1, whole_at=np.array([1, 49]))
+        history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(4), whole_at=np.array([1, 49])))
         late += history.time[-1] < time[-1]
         assert history.whole_at.tolist() == [1, 49]
         np.testing.assert_allclose(

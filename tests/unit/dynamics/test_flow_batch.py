@@ -12,6 +12,7 @@ from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.flow.resolution import Resolution
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.stopped import Diverged
 from creak.reduction.diagonal import diagonalise
 from helpers_core import chain, channels, system_of
@@ -33,7 +34,7 @@ def pushed(size, frequency=90.0):
 
 
 def run_of(system, gaps, loads, longest=0.16):
-    return FlowRun(system, gaps, loads, Resolution(0.5, longest, 0.04), np.arange(2), STEPS, None, None)
+    return FlowRun(system, gaps, loads, OutputRequest(np.arange(2), every=STEPS), Resolution(0.5, longest, 0.04))
 
 
 @pytest.fixture(scope="module")

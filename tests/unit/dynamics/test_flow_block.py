@@ -9,6 +9,7 @@ from creak.dynamics.flow import march as flow_march
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events
 from helpers_core import chain, channels, system_of
@@ -24,7 +25,7 @@ def rattle() -> tuple[History, object]:
     push = 30.0 * np.sin(2.0 * np.pi * 31.0 * time) + 20.0 * np.sin(2.0 * np.pi * 83.0 * time) - 40.0
     loads = Loads(time, np.zeros((3, time.size, 0)), push[:, None], (np.array([N // 2]),))
     gaps = channels(np.eye(N), 2e-3 + 2e-3 * np.arange(N) / N, np.where(np.arange(N) % 3 == 0, 1e5, 1e7))
-    return simulate_flow(system, gaps, loads, observed=np.arange(N)), gaps
+    return simulate_flow(system, gaps, loads, OutputRequest(np.arange(N))), gaps
 
 
 @pytest.fixture(scope="module")

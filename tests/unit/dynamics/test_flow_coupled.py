@@ -12,6 +12,7 @@ from creak.dynamics.flow.coupled import _eigenpairs, can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.run.integrate import flowing
@@ -26,7 +27,7 @@ def fly(system, gaps, end, step, forces=(), labels=()) -> History:
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
     modal = in_own_modes(system)
     assert can_couple(modal)
-    return simulate_flow(modal, gaps, loads, observed=np.arange(system.n))
+    return simulate_flow(modal, gaps, loads, OutputRequest(np.arange(system.n)))
 
 
 def exponential(M, C, K, u, v, t) -> np.ndarray:
@@ -130,7 +131,7 @@ def test_contact_agrees_with_radau():
     flown = fly(system, gaps, 0.2, 1e-3)
     time = 2e-6 * np.arange(100_001)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
-    stepped = simulate_high_order(system, gaps, loads, HHT(), observed=np.arange(8), substeps=50)
+    stepped = simulate_high_order(system, gaps, loads, HHT(), OutputRequest(np.arange(8)), substeps=50)
     a, b = (find_events(h, gaps, merge=1e-4, f_max=1e4) for h in (flown, stepped))
     assert len(a) == len(b) > 2
     for one, other in zip(a, b, strict=True):

@@ -15,6 +15,7 @@ from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, finer
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events
 from creak.verify.reliability import created_of_contact
@@ -34,7 +35,7 @@ def pressed(resolution=SETTLED) -> History:
     loads = Loads(
         time, np.zeros((3, time.size, 0)), np.outer(push, np.ones(3)), tuple(np.array([x]) for x in (2, 6, 10))
     )
-    return simulate_flow(system, GAPS, loads, observed=np.arange(N), resolution=resolution)
+    return simulate_flow(system, GAPS, loads, OutputRequest(np.arange(N)), resolution=resolution)
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +90,7 @@ def test_energy_books_of_damped_modes_that_press(alpha, beta, damper):
     time = np.linspace(0.0, end, 120 * SAMPLES + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), push(time)[:, None], (np.array([1]),))
     gaps = channels(np.eye(n)[[3]], stop, k, damping=damper)
-    history = simulate_flow(system, gaps, loads, observed=np.arange(n))
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(n)))
 
     def slope(t, x):
         u, v = x[:n], x[n : 2 * n]
@@ -132,7 +133,7 @@ def test_sliding_that_turns_under_a_force_that_swings(decay, damping):
     time = np.linspace(0.0, end, 240 * SAMPLES + 1)
     push = 10.0 * np.sin(2.0 * np.pi * 20.0 * time)
     loads = Loads(time, np.zeros((3, time.size, 0)), push[:, None], (np.array([1]),))
-    history = simulate_flow(system, rubbing(decay, damping), loads, observed=np.arange(3))
+    history = simulate_flow(system, rubbing(decay, damping), loads, OutputRequest(np.arange(3)))
     assert (history.force[:, 0] > 0.0).all()
     assert np.all(np.hypot(*history.sliding[1:].T) > 0.0)
 
@@ -182,7 +183,7 @@ def test_friction_never_pushes_along_beside_a_part_that_is_pressed_hard():
     belt = 1e-3 * np.array([1.0 - c, swing * s, swing**2 * c])[:, :, None]
     push = 800.0 * np.sin(2.0 * np.pi * 3.0 * time)
     loads = Loads(time, belt, push[:, None], (np.array([0]),))
-    history = simulate_flow(diagonalise(system), replace(gaps, preload=load), loads, observed=np.arange(3))
+    history = simulate_flow(diagonalise(system), replace(gaps, preload=load), loads, OutputRequest(np.arange(3)))
     work = (history.tangential * history.sliding)[:, 2:].sum(axis=1)
     assert work.min() < 0.0
     assert work.max() <= 1e-9 * -work.min()
@@ -202,7 +203,7 @@ def test_what_creeps_follows_the_pull_in_long_steps():
     time = np.linspace(0.0, end, 180 * SAMPLES + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), pull(time).T, (np.array([0]), np.array([2])))
     gaps = replace(rubbing(0.0, 0.0), friction=Friction(*(np.array([x]) for x in (KINETIC, KINETIC, 0.0))))
-    history = simulate_flow(system, gaps, loads, observed=np.arange(3))
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(3)))
 
     def slope(t, x):
         e, rate = pull(t) / k - x, (pull(t + 1e-7) - pull(t - 1e-7)) / (2e-7 * k)
@@ -232,7 +233,7 @@ def test_a_wall_that_moves_smoothly_shakes_nothing_that_rests_on_it():
     c, s = np.cos(omega * time), np.sin(omega * time)
     move = 6e-5 * np.array([(1 - c) ** 2, 2 * omega * (1 - c) * s, 2 * omega**2 * (s**2 + (1 - c) * c)])
     loads = Loads(time, move[:, :, None], np.zeros((time.size, 0)))
-    history = simulate_flow(diagonalise(system), gaps, loads, observed=np.arange(1))
+    history = simulate_flow(diagonalise(system), gaps, loads, OutputRequest(np.arange(1)))
     at = omega * history.time
     pull = 2 * 6e-5 * omega**2 * (np.sin(at) ** 2 + (1 - np.cos(at)) * np.cos(at))
     swing = np.ptp(mass * pull)
@@ -248,7 +249,7 @@ def test_what_sticks_holds_against_a_pull_that_grows():
     time = np.linspace(0.0, 0.05, 150 * SAMPLES + 1)
     pull = 4.0 * (time / 0.05) ** 2  # below .3 x 20 N
     loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
-    history = simulate_flow(system, rubbing(0.0, 0.0), loads, observed=np.arange(3))
+    history = simulate_flow(system, rubbing(0.0, 0.0), loads, OutputRequest(np.arange(3)))
     assert not history.sliding.any()
     assert history.energy[-1, ENERGIES.index("friction")] == 0.0
     assert np.abs(history.displacement[:, 0]).max() < 1e-2 * 4.0 / 1e4  # the spring would give way by 4 N / 1e4
@@ -265,7 +266,7 @@ def test_a_foam_that_is_squeezed_all_the_time(damping):
     time = np.linspace(0.0, end, 600 * SAMPLES + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), push(time)[:, None], (np.array([0]),))
     system = diagonalise(system_of(np.eye(1), 1e3 * np.eye(1), alpha=20.0))
-    history = simulate_flow(system, gaps, loads, observed=np.array([0]))
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.array([0])))
 
     def slope(t, x):
         deep = -x[0]

@@ -9,6 +9,7 @@ import creak
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from helpers_core import NO_CHANNELS, system_of
 
@@ -17,7 +18,7 @@ def fly(system, gaps, end, step, force=None, label=0) -> History:
     time = step / SAMPLES * np.arange(SAMPLES * round(end / step) + 1)
     values, labels = (np.zeros((time.size, 0)), ()) if force is None else (force(time)[:, None], (np.array([label]),))
     loads = Loads(time, np.zeros((3, time.size, 0)), values, labels)
-    return simulate_flow(diagonalise(system), gaps, loads, observed=np.arange(system.n))
+    return simulate_flow(diagonalise(system), gaps, loads, OutputRequest(np.arange(system.n)))
 
 
 def booked(history: History) -> dict[str, float]:

@@ -21,6 +21,7 @@ from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.instant import Saved
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, march
@@ -96,7 +97,12 @@ def run(kind: str, keeper: Keep | None = None, progress=None) -> History:
     turns = sp.csr_matrix(np.eye(3, LABELS, k=6 * N + 3))
     watched = Watched(gaps_between(1e-3).without_force(), turns, np.arange(LABELS), ("tip",))
     stepper = STEPPERS[kind](None if keeper is None else keeper.saved)
-    return march(stepper, np.array([TIP, TIP - 6]), 3, progress, np.array([0, 31, 77]), watched, keeper)
+    return march(
+        stepper,
+        OutputRequest(np.array([TIP, TIP - 6]), every=3, whole_at=np.array([0, 31, 77]), watched=watched),
+        progress=progress,
+        keeper=keeper,
+    )
 
 
 def assert_identical(a: History, b: History) -> None:

@@ -9,6 +9,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import Loads, at_rest, follow
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.stopped import Interrupted
@@ -151,7 +152,7 @@ def test_second_order_under_a_force(alpha, measured):
         time = time_axis(1.0, h)
         system = system_of(np.eye(1) * m, np.eye(1) * k, extra=np.eye(1) * c)
         history = simulate(
-            system, NO_CHANNELS, forces_on(time, [0], 3.0 * np.sin(w * time)), HHT(alpha), observed=np.array([0])
+            system, NO_CHANNELS, forces_on(time, [0], 3.0 * np.sin(w * time)), HHT(alpha), OutputRequest(np.array([0]))
         )
         errors.append(np.abs(history.displacement[:, 0] - exact(time)).max())
     measured(
@@ -182,7 +183,9 @@ def test_step_force_overshoots_to_twice_the_static_deflection(measured):
     w0, h = 30.0, 1e-3
     time = time_axis(PI2 / w0, h)
     system = system_of(np.eye(1), np.eye(1) * w0**2)
-    u = simulate(system, NO_CHANNELS, forces_on(time, [0], np.full(time.size, 5.0)), HHT(), observed=np.array([0]))
+    u = simulate(
+        system, NO_CHANNELS, forces_on(time, [0], np.full(time.size, 5.0)), HHT(), OutputRequest(np.array([0]))
+    )
     static = 5.0 / w0**2
     # (omega h)^2 / 12 of phase over one period: 6e-4 at most.
     measured(
@@ -213,7 +216,7 @@ def test_output_interval_keeps_every_nth_step():
     system = system_of(M, K, velocity=np.ones(3))
     loads = at_rest(time_axis(0.02, 1e-3))
     every, third = (
-        simulate(system, NO_CHANNELS, loads, HHT(), observed=np.array([2, 0]), output_every=k) for k in (1, 3)
+        simulate(system, NO_CHANNELS, loads, HHT(), OutputRequest(np.array([2, 0]), every=k)) for k in (1, 3)
     )
     np.testing.assert_array_equal(third.output_index, np.arange(0, 21, 3))
     np.testing.assert_array_equal(third.displacement, every.displacement[::3])
@@ -248,7 +251,7 @@ def test_mass_on_a_driven_spring_follows_the_closed_form(alpha, measured):
     errors = []
     for h in (4e-3, 2e-3):
         time = time_axis(1.0, h)
-        history = simulate(base_driven(), NO_CHANNELS, sine_base(time, w), HHT(alpha), observed=np.array([0, 6]))
+        history = simulate(base_driven(), NO_CHANNELS, sine_base(time, w), HHT(alpha), OutputRequest(np.array([0, 6])))
         exact = (np.sin(w * time) - w / w0 * np.sin(w0 * time)) / (1 - (w / w0) ** 2)
         np.testing.assert_allclose(history.displacement[:, 0], np.sin(w * time), atol=1e-14)
         errors.append(np.abs(history.displacement[:, 1] - exact).max())
@@ -269,7 +272,7 @@ def test_damper_and_mass_terms_of_the_support_reach_the_mass():
     c, alpha, beta, m, k, w = 18.0, 3.0, 8e-3, 2.0, 800.0, 25.0
     system = base_driven(c, Rayleigh(0.0, 0.0))
     time = time_axis(4.0, 1e-3)
-    history = simulate(system, NO_CHANNELS, sine_base(time, w), HHT(), observed=np.array([6]))
+    history = simulate(system, NO_CHANNELS, sine_base(time, w), HHT(), OutputRequest(np.array([6])))
     H = (k + 1j * c * w) / (k - m * w**2 + 1j * c * w)
     late = time > 3.25
     # Transients: exp(-c / 2m t) = 4e-7 at 3.25 s; (omega h)^2 / 4 / (2 zeta) of the response near resonance: 5e-4.
@@ -283,7 +286,7 @@ def test_damper_and_mass_terms_of_the_support_reach_the_mass():
     rayleigh = Rayleigh(alpha, beta)
     part = part_system(model, 0, rayleigh, override=True)
     overridden = couple([part], model, Driven({"base": np.array([0])}), rayleigh, override=True)
-    history = simulate(overridden, NO_CHANNELS, sine_base(time, w), HHT(), observed=np.array([6]))
+    history = simulate(overridden, NO_CHANNELS, sine_base(time, w), HHT(), OutputRequest(np.array([6])))
     H = (k + 1j * beta * k * w) / (k - m * w**2 + 1j * w * (beta * k + alpha * m))
     expected = (H * np.exp(1j * w * time[late])).imag
     np.testing.assert_allclose(history.displacement[late, 0], expected, atol=3e-3 * abs(H))
@@ -295,7 +298,7 @@ def test_work_of_the_support_is_its_reaction_times_way():
     w = 7.0
     rise = 0.5 * (1 - np.cos(w * time))
     loads = moved(time, rise, 0.5 * w * np.sin(w * time), 0.5 * w**2 * np.cos(w * time))
-    history = simulate(base_driven(), NO_CHANNELS, loads, HHT(0.0), observed=np.array([6]))
+    history = simulate(base_driven(), NO_CHANNELS, loads, HHT(0.0), OutputRequest(np.array([6])))
     # Trapezoidal work is exact for alpha = 0.
     np.testing.assert_allclose(history.energy[:, ENERGIES.index("scheme")], 0.0, atol=1e-9 * history.energy_scale)
     assert history.energy[:, ENERGIES.index("external")].max() > 0.0
@@ -341,7 +344,7 @@ def test_all_modes_kept_equals_full_under_prescribed_motion(extra, contact):
     tip[0, 6 * (n - 1)] = -1.0
     gaps = channels(tip, 6e-3, 1e5) if contact else NO_CHANNELS
     observed = 6 * np.arange(n)
-    runs = [simulate(s, gaps, from_rest(time), HHT(), observed=observed) for s in systems]
+    runs = [simulate(s, gaps, from_rest(time), HHT(), OutputRequest(observed)) for s in systems]
     if contact:
         assert runs[0].contact_steps
     for other in runs[1:]:
@@ -364,7 +367,7 @@ def test_work_at_a_support_is_the_same_in_absolute_and_in_relative_coordinates()
     found = modes(full.K, full.M, count=full.n)
     relative = modal_system(full, found, support_motion(full, factor(full.K)), np.zeros((full.n, 0)))
     runs = [
-        simulate(s, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), observed=6 * np.arange(n))
+        simulate(s, NO_CHANNELS, from_rest(time_axis(2.0, 1e-3)), HHT(), OutputRequest(6 * np.arange(n)))
         for s in (full, relative)
     ]
     first = runs[0].energy[-1]
@@ -386,7 +389,7 @@ def test_all_modes_kept_equals_full_when_the_support_starts_with_a_speed():
             NO_CHANNELS,
             sine_base(time_axis(0.3, 1e-3), 60.0),
             HHT(),
-            observed=6 * np.arange(n),
+            OutputRequest(6 * np.arange(n)),
         ).displacement
         for p in (part, small)
     )
@@ -423,7 +426,9 @@ def test_full_and_reduced_agree_with_modal_damping():
         K, M = (np.asarray(A.toarray() if hasattr(A, "toarray") else A) for A in (system.K, system.M))
         found = modes(K, M, count=system.n)
         damped = with_modal_damping(system, found, support_motion(system, factor(K)), 0.03)
-        runs.append(simulate(damped, NO_CHANNELS, from_rest(time_axis(0.3, 1e-3)), HHT(), observed=6 * np.arange(n)))
+        runs.append(
+            simulate(damped, NO_CHANNELS, from_rest(time_axis(0.3, 1e-3)), HHT(), OutputRequest(6 * np.arange(n)))
+        )
     scale = np.abs(runs[0].displacement).max()
     np.testing.assert_allclose(runs[1].displacement, runs[0].displacement, atol=1e-8 * scale)  # round-off
 
@@ -464,7 +469,9 @@ def test_ctrl_c_keeps_what_was_computed():
             raise KeyboardInterrupt
 
     with pytest.raises(Interrupted, match=r"^stopped at t = 2 s$") as stop:
-        simulate(system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), observed=np.arange(2), progress=interrupt)
+        simulate(
+            system, NO_CHANNELS, at_rest(time_axis(5.0, 1e-3)), HHT(), OutputRequest(np.arange(2)), progress=interrupt
+        )
     history = stop.value.history
     assert history.time.size == 2001
     assert history.displacement.shape == (2001, 2)

@@ -12,6 +12,7 @@ from creak.dynamics.flow import march as flow_march
 from creak.dynamics.flow.march import simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, simulate
 from creak.reduction.diagonal import diagonalise
@@ -38,15 +39,15 @@ def loads() -> Loads:
 
 
 def flown(system, gaps):
-    return simulate_flow(system, gaps, loads(), observed=np.arange(2))
+    return simulate_flow(system, gaps, loads(), OutputRequest(np.arange(2)))
 
 
 def stepped(system, gaps):
-    return simulate(system, gaps, loads(), HHT(-0.05), observed=np.arange(2))
+    return simulate(system, gaps, loads(), HHT(-0.05), OutputRequest(np.arange(2)))
 
 
 @pytest.mark.parametrize(
-    ("kind", "how"), [(flow_march.FlowRun, (SETTLED, np.arange(2), 1, None, None)), (CondensedStepper, (HHT(-0.05),))]
+    ("kind", "how"), [(flow_march.FlowRun, (OutputRequest(np.arange(2)), SETTLED)), (CondensedStepper, (HHT(-0.05),))]
 )
 def test_watching_many_channels_makes_no_matrix_of_them(kind, how, system):
     for m in (3, MANY):  # the first compiles

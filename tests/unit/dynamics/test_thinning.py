@@ -11,6 +11,7 @@ from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record import recorder, thinning
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.thinning import LONGEST, spacing_for, spacing_words, thin
 from creak.dynamics.stopped import Stopped
 from creak.linalg.memory import OutOfMemory
@@ -34,7 +35,7 @@ def drive() -> tuple:
 
 def chatter() -> History:
     system, loads = drive()
-    return simulate_flow(system, GAPS, loads, observed=np.arange(N), resolution=SETTLED)
+    return simulate_flow(system, GAPS, loads, OutputRequest(np.arange(N)), resolution=SETTLED)
 
 
 def impulses(history: History) -> np.ndarray:
@@ -95,7 +96,7 @@ def test_nothing_is_told_where_a_large_table_lost_no_instant(monkeypatch):
     system, loads = drive()
     monkeypatch.setattr(thinning, "BUDGET", 1.0)
     far = channels(np.eye(N), np.full(N, 1e3), 1e9)
-    history = simulate_flow(system, far, loads, observed=np.arange(N), resolution=SETTLED)
+    history = simulate_flow(system, far, loads, OutputRequest(np.arange(N)), resolution=SETTLED)
     assert history.spacing == 0.0
     assert history.time.size == round(END / 1e-3) + 1
 
@@ -111,7 +112,7 @@ def test_a_spacing_is_as_short_as_there_is_room_and_no_longer_than_events_allow(
 
 def test_a_table_that_memory_does_not_hold_ends_the_run_with_what_it_has(monkeypatch):
     system, loads = drive()
-    run = FlowRun(system, GAPS, loads, SETTLED, np.arange(N), 1, None, None)
+    run = FlowRun(system, GAPS, loads, OutputRequest(np.arange(N)), SETTLED)
 
     def full(needed: float, what: str, fix: str) -> None:
         raise OutOfMemory(f"memory does not hold {what}. {fix}")

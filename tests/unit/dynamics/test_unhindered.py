@@ -11,6 +11,7 @@ from creak.dynamics.flow import unhindered
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.unhindered import gaps_without_contact
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise, in_own_modes
 from helpers_core import chain, channels, system_of
 from helpers_gap import cantilevers, gaps_between, multisine_base
@@ -62,7 +63,7 @@ def test_gaps_on_moving_supports_are_those_of_the_march(dashpot):
     modal = in_own_modes(diagonalise(system)) if dashpot else diagonalise(system)
     told = []
     found = gaps_without_contact(modal, gaps, loads, lambda done, total: told.append((done, total)))
-    history = simulate_flow(modal, gaps, loads, observed=gaps.labels)
+    history = simulate_flow(modal, gaps, loads, OutputRequest(gaps.labels))
     expected = gaps.gap0 + history.displacement @ gaps.G.T  # its own gaps are seen through a filter
     np.testing.assert_allclose(found, expected, atol=1e-10 * np.ptp(found))
     assert told[-1] == (400, 400)

@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.loads import at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Watch, Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
@@ -64,7 +65,7 @@ def test_every_form_of_a_system_sees_the_same_whatever_is_kept(every):
     contact = channels(np.array([[-1.0, 1.0]]), gap0=0.004, stiffness=1e5)
     loads = at_rest(time_axis(0.35, 1e-3))
     seen = [
-        simulate(s, contact, loads, HHT(), observed=np.arange(2), output_every=every, watched=watched(silent)).extremes
+        simulate(s, contact, loads, HHT(), OutputRequest(np.arange(2), every=every, watched=watched(silent))).extremes
         for s in (system, diagonalise(system))
     ]
     assert seen[0].gap[0] < 0.02

@@ -8,6 +8,7 @@ import scipy.linalg as sla
 
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
@@ -91,7 +92,7 @@ def test_all_modes_kept_matches_full_model_in_a_transient(contact, measured):
     tip[0, 6 * END + 2] = -1.0
     gaps = channels(tip, 1e-3, 1e5) if contact else NO_CHANNELS
     runs = [
-        simulate(s, gaps, loads, HHT(), observed=labels)
+        simulate(s, gaps, loads, HHT(), OutputRequest(labels))
         for s in (joined(two_beams(), rayleigh, None), joined(two_beams(), rayleigh, EVERY))
     ]
     assert contact == bool(runs[0].contact_steps)
@@ -249,7 +250,7 @@ def test_diagonalise_changes_nothing_in_a_transient(rayleigh):
     diagonal = diagonalise(system)
     assert isinstance(diagonal.K, Diagonal)
     assert diagonal.n == system.n
-    a, b = (simulate(s, gaps, loads, HHT(), observed=labels) for s in (system, diagonal))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(labels)) for s in (system, diagonal))
     assert a.contact_steps
     scale = np.abs(a.displacement).max()
     # Round-off: all modes are kept, so this is a change of basis only.

@@ -9,6 +9,7 @@ import pytest
 
 from creak.assembly.system import Stats
 from creak.dynamics.loads import at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
@@ -54,7 +55,7 @@ def test_transient_is_unchanged(damping):
     time = time_axis(0.6, 1e-3)
     loads = forces_on(time, [7], 300.0 * np.sin(40.0 * time))
     gaps = channels(np.eye(8)[[7]], 0.01, 1e5)
-    a, b = (simulate(s, gaps, loads, HHT(), observed=ALL) for s in (system, diagonalise(system)))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(ALL)) for s in (system, diagonalise(system)))
     assert 0 < a.contact_steps < time.size
     np.testing.assert_allclose(b.displacement, a.displacement, atol=1e-9 * np.abs(a.displacement).max())
     np.testing.assert_allclose(b.force, a.force, atol=1e-8 * a.force.max())
@@ -100,7 +101,7 @@ def test_imbalance_at_the_start_dies_out_within_a_few_steps():
     flexibility, k, alpha = 1e-3, 1e5, -0.05
     system = diagonalise(system_of(np.zeros((1, 1)), np.array([[1.0 / flexibility]]), sparse=False))
     loads = at_rest(time_axis(0.1, 1e-3))
-    history = simulate(system, channels(np.eye(1), -1e-3, k), loads, HHT(alpha), observed=np.zeros(1, dtype=int))
+    history = simulate(system, channels(np.eye(1), -1e-3, k), loads, HHT(alpha), OutputRequest(np.zeros(1, dtype=int)))
     error = history.force[:, 0] - 1e-3 / (flexibility + 1.0 / k)
     np.testing.assert_allclose(error[3:7] / error[2:6], alpha / (1.0 + alpha), rtol=1e-6)
     np.testing.assert_allclose(error[20:], 0.0, atol=1e-12)
@@ -112,6 +113,6 @@ def test_condensed_contact_without_mass_equals_plain_newton():
     M[7, 7] = 0.0
     system = diagonalise(system_of(M, K, velocity=np.where(ALL < 7, 1.0, 0.0), sparse=False))
     gaps, loads = channels(-np.eye(8)[[7]], 0.005, 1e5), at_rest(time_axis(0.3, 1e-3))
-    a, b = (run(system, gaps, loads, HHT(), observed=ALL) for run in (simulate, simulate_plain_newton))
+    a, b = (run(system, gaps, loads, HHT(), OutputRequest(ALL)) for run in (simulate, simulate_plain_newton))
     assert a.contact_steps > 50
     np.testing.assert_allclose(b.force, a.force, atol=1e-9 * a.force.max())

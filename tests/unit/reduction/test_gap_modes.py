@@ -14,6 +14,7 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.system import System, to_dense
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import InputError, NumericalError
@@ -227,7 +228,7 @@ def test_all_modes_kept_is_the_full_model(dashpot, stiffness):
     assert small.stats.dropped == 2
     assert isinstance(small.K, Diagonal) == (dashpot == 0.0)
     loads = multisine_base(time_axis(0.06, 2e-4), 20.0, 300.0, 2e-4)
-    a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(EVERYWHERE)) for s in (full, small))
     assert bool(a.contact_steps) == bool(stiffness)
     agree(a, b, 1e-7)  # round-off x condition of K
 
@@ -242,7 +243,7 @@ def test_driven_assembly_without_contact_moves_as_the_full_model(zeta):
     gaps = gaps_between()
     small = gap_modes(full, gap_rows(full, gaps), f_max=1200.0)
     loads = multisine_base(time_axis(0.12, 2e-4), 20.0, 400.0, 1e-4)
-    a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(EVERYWHERE)) for s in (full, small))
     scale = np.abs(a.gap - 0.02).max()
     np.testing.assert_allclose(b.gap, a.gap, rtol=0, atol=0.02 * scale)
     error = b.displacement - a.displacement
@@ -254,7 +255,7 @@ def test_contact_of_a_driven_assembly_has_the_impulse_of_the_full_model(measured
     full, gaps = cantilevers(Rayleigh(2.0, 1e-5)), gaps_between(2e-3, 2e4)
     loads = multisine_base(time_axis(0.1, 2e-4), 20.0, 150.0, 5e-4)
     small = gap_modes(full, gap_rows(full, gaps), f_max=1200.0)
-    a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(EVERYWHERE)) for s in (full, small))
     assert a.contact_steps > 20
     # modes to eight times the band
     measured(
@@ -276,7 +277,7 @@ def test_support_that_starts_with_a_speed():
     motion = 1e-3 * np.stack([np.sin(w * time), w * np.cos(w * time), -w * w * np.sin(w * time)])
     loads = Loads(time, motion[:, :, None], np.zeros((time.size, 0)))
     small = gap_modes(full, gap_rows(full, gaps), count=24)
-    a, b = (simulate(s, gaps, loads, HHT(), observed=EVERYWHERE) for s in (full, small))
+    a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(EVERYWHERE)) for s in (full, small))
     error = b.displacement - a.displacement
     # The jump in speed excites all modes; those left out hold a share of some 1 % of the amplitude.
     assert np.sqrt(np.mean(error**2) / np.mean(a.displacement**2)) < 0.02
@@ -294,7 +295,7 @@ def test_applied_force_and_initial_velocity():
     # Momentum along every basis vector with mass; none goes to the others.
     np.testing.assert_allclose((V.T @ (M @ (V @ small.velocity - v)))[moving], 0.0, atol=1e-10)
     np.testing.assert_array_equal(small.velocity[~moving], 0.0)
-    a, b = (simulate(s, channels_on(G, 9.0, 0.0), loads, HHT(), observed=np.arange(30)) for s in (full, small))
+    a, b = (simulate(s, channels_on(G, 9.0, 0.0), loads, HHT(), OutputRequest(np.arange(30))) for s in (full, small))
     agree(a, replace(b, gap=a.gap), 0.01)  # v is smooth: twelve modes hold it to 1 %
 
 
@@ -356,7 +357,9 @@ def on_wall(count: int | None) -> History:
     if count is not None:
         system = gap_modes(system, foot, count=count)
     loads = at_rest(time_axis(1.25, STEP))
-    return simulate(system, channels_on(foot, 5.0, 10.0 * 900.0 / PIECE), loads, HHT(), observed=np.arange(BAR + 1))
+    return simulate(
+        system, channels_on(foot, 5.0, 10.0 * 900.0 / PIECE), loads, HHT(), OutputRequest(np.arange(BAR + 1))
+    )
 
 
 def duration_of(history: History) -> float:

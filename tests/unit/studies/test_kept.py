@@ -10,6 +10,7 @@ import pytest
 
 from creak.contact import surface_to_surface
 from creak.dynamics.flow.march import FlowRun
+from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError
 from creak.formats.stored.superelement import read_superelement_file
 from creak.later import is_made
@@ -92,7 +93,7 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)
         reduced = reduce_model(setup, reference, gaps, silent, Store(store))
-        run = FlowRun(reduced.system, gaps, setup.loads, setup.marching.resolution, setup.watched, 1, None, None)
+        run = FlowRun(reduced.system, gaps, setup.loads, OutputRequest(setup.watched), setup.marching.resolution)
         assert run.model.rows.shape[0] == gaps.m > 0
         assert not any(is_made(part) for part in reference.parts), change
         assert not is_made(reference.system)

@@ -12,6 +12,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events, resting
 from creak.verify.matching import match_events
@@ -31,7 +32,7 @@ def history_of(time: np.ndarray, gap: np.ndarray, stiffness: float = 1e3) -> His
 def fly(M: np.ndarray, K: np.ndarray, v: np.ndarray, gaps: GapOperator, end: float, pull: float = 0.0) -> History:
     time = STEP / SAMPLES * np.arange(SAMPLES * round(end / STEP) + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.full((time.size, 1), pull), (np.array([0]),))
-    return simulate_flow(diagonalise(system_of(M, K, velocity=v)), gaps, loads, observed=np.arange(M.shape[0]))
+    return simulate_flow(diagonalise(system_of(M, K, velocity=v)), gaps, loads, OutputRequest(np.arange(M.shape[0])))
 
 
 def two_faces(play: float, stiffness: float) -> GapOperator:

@@ -9,6 +9,7 @@ import pytest
 
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.signals import resampling
@@ -214,7 +215,7 @@ def test_impulse_with_divided_steps_is_the_change_of_momentum():
     system = system_of(np.array([[m]]), np.zeros((1, 1)), velocity=np.array([-v]))
     for offset in (0.0, 0.3, 0.7):
         gaps = channels([[1.0]], 0.05 + offset * h * v, k)
-        history = simulate(system, gaps, at_rest(time), HHT(), observed=np.arange(1), substeps=pieces)
+        history = simulate(system, gaps, at_rest(time), HHT(), OutputRequest(np.arange(1)), substeps=pieces)
         assert history.time.size < time.size / 2
         event = find_events(history, gaps, 0.0, 1e9)[0]
         after = (history.displacement[-1, 0] - history.displacement[-2, 0]) / h

@@ -9,6 +9,7 @@ import pytest
 
 import creak
 from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Extremes
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
@@ -91,7 +92,7 @@ def test_what_a_preload_holds_hides_nothing(preload):
     gaps = creak.gap_channels([[1.0], [1.0]], [2.3e-3, 0.0], [1e5, 0.01], preload=[0.0, preload])
     loads = forces_on(time, [0], np.zeros(time.size))
     system = system_of(np.eye(1), np.zeros((1, 1)), velocity=[-1.0])
-    history = simulate(system, gaps, loads, HHT(0.0), observed=np.array([0]))
+    history = simulate(system, gaps, loads, HHT(0.0), OutputRequest(np.array([0])))
     x = history.displacement[:, 0]
     made = ((x[-1] - x[-2]) / 0.01) ** 2 - 1.0
     assert made > 0.4
@@ -157,7 +158,7 @@ def test_a_light_strip_on_a_frame_of_one_tonne_does_not_pass():
     for step in (1e-3, 1e-4):
         time = time_axis(0.65, step)
         loads = forces_on(time, [0], 2e3 * np.sin(2.0 * np.pi * 5.0 * time))
-        runs.append(simulate(system, gaps, loads, HHT(0.0), observed=none))
+        runs.append(simulate(system, gaps, loads, HHT(0.0), OutputRequest(none)))
     coarse, fine = runs
     assert (coarse.weights @ coarse.force).sum() > 3.0 * (fine.weights @ fine.force).sum()
     assert coarse.energy_created < ENERGY_BAR

@@ -10,6 +10,7 @@ import pytest
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.verify.slips import find_slips, find_squeaks, squeak_rates
@@ -249,7 +250,7 @@ def test_squeak_is_found_in_a_computed_run():
     )
     pull = np.column_stack([-(OMEGA**2) * BELT * time, np.zeros(time.size)])
     loads = Loads(time, np.zeros((3, time.size, 0)), pull, (np.array([0]), np.array([1])))
-    history = simulate(system_of(np.eye(2), OMEGA**2 * np.eye(2)), gaps, loads, HHT(), observed=np.arange(2))
+    history = simulate(system_of(np.eye(2), OMEGA**2 * np.eye(2)), gaps, loads, HHT(), OutputRequest(np.arange(2)))
     events = find_slips(history, gaps, 0.005)
     assert len(events) == 4
     for e in events:

@@ -8,7 +8,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from creak.arrays import IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.begun import REFRESH
@@ -19,7 +18,7 @@ from creak.dynamics.flight.step import FlightStep, choose
 from creak.dynamics.history import History
 from creak.dynamics.instant import FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
-from creak.dynamics.record.watch import Watched
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import CondensedStepper, Progress, march
 from creak.dynamics.state import LinearTerms
@@ -144,14 +143,11 @@ def simulate_high_order(
     gaps: GapOperator,
     loads: Loads,
     scheme: Scheme,
+    asked: OutputRequest,
     *,
-    observed: IntArray,
-    output_every: int = 1,
-    whole_at: IntArray | None = None,
     substeps: int = 1,
     flight: int | None = None,
     progress: Progress | None = None,
-    watched: Watched | None = None,
 ) -> History:
     """March the System through the loads: flights, and contact at every sample (`FlightStepper`).
 
@@ -167,11 +163,4 @@ def simulate_high_order(
     ------
     NumericalError, Stopped : as `simulate`.
     """
-    return march(
-        FlightStepper(system, gaps, loads, scheme, substeps, flight),
-        observed,
-        output_every,
-        progress,
-        whole_at,
-        watched,
-    )
+    return march(FlightStepper(system, gaps, loads, scheme, substeps, flight), asked, progress)

@@ -15,6 +15,7 @@ from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import at_rest
+from creak.dynamics.record.recorder import OutputRequest
 from creak.linalg.by_reference import Reference
 from creak.linalg.compiled import few_collections
 from creak.linalg.diagonal import Diagonal
@@ -55,4 +56,4 @@ def _at_rest(solver: bool) -> FlowRun:
 
     mass = System("at rest", one, one, Damping(), rows, no_supports(1), label, np.zeros(1), labels=label)
     time = np.linspace(0.0, 1e-3, SAMPLES + 1)
-    return FlowRun(mass, join([]), at_rest(time), SETTLED, label, 1, None, None, solver)
+    return FlowRun(mass, join([]), at_rest(time), OutputRequest(label), SETTLED, solver)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import Unpressed, solve_channels
@@ -46,8 +46,7 @@ from creak.dynamics.flow.resolution import (
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.dynamics.record.recorder import Output, Recorder
-from creak.dynamics.record.watch import Watched
+from creak.dynamics.record.recorder import Output, OutputRequest, Recorder
 from creak.dynamics.simulate import Progress
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
@@ -64,13 +63,10 @@ def simulate_flow(
     system: System,
     gaps: GapOperator,
     loads: Loads,
+    asked: OutputRequest,
     *,
     resolution: Resolution = SETTLED,
-    observed: IntArray,
-    output_every: int = 1,
-    whole_at: IntArray | None = None,
     progress: Progress | None = None,
-    watched: Watched | None = None,
     solver: bool = False,
 ) -> History:
     """March a System with diagonal M, C, K by exact flow between contacts; contact by kick, exact motion, kick.
@@ -82,10 +78,8 @@ def simulate_flow(
 
     Parameters
     ----------
+    asked : what of the motion is kept; its steps are flight steps.
     resolution : of contact in time.
-    observed : (n_label,) physical dof labels whose displacement is kept every `output_every` flight steps.
-    whole_at : sorted flight steps at which all coordinates are kept.
-    watched : what is looked at at the end of every flight step.
     solver : take the kernel with the solver of channels that rub or have dampers, as other runs beside this one do,
         also where none is here; each of both kernels is compiled once.
 
@@ -96,7 +90,7 @@ def simulate_flow(
     Stopped : the motion is no longer finite (Diverged), contact has no solution, or Ctrl-C (Interrupted, at the end of
         a chunk of steps); what was computed is in its `history`.
     """
-    run = FlowRun(system, gaps, loads, resolution, observed, output_every, whole_at, watched, solver)
+    run = FlowRun(system, gaps, loads, asked, resolution, solver)
     return march_chunks(run, progress)
 
 
@@ -129,7 +123,8 @@ def flow_states(
     end = SAMPLES * min(loads.n_step // SAMPLES, max(at, default=0) + 1) + 1
     loads = replace(loads, time=loads.time[:end], support=loads.support[:, :end], force=loads.force[:end])
     nothing = np.zeros(0, dtype=np.int64)
-    run = FlowRun(system, gaps, loads, resolution, nothing, max(1, loads.n_step // SAMPLES), None, None, solver)
+    asked = OutputRequest(nothing, max(1, loads.n_step // SAMPLES))
+    run = FlowRun(system, gaps, loads, asked, resolution, solver)
     found = [run.form.motion(run.start())] if 0 in at else []
     march_chunks(run, progress, at, lambda x: found.append(run.form.motion(x)))
     q, v = (np.array([pair[j] for pair in found]).reshape(len(found), system.n).T for j in (0, 1))
@@ -148,11 +143,8 @@ class FlowRun:
         system: System,
         gaps: GapOperator,
         loads: Loads,
+        asked: OutputRequest,
         resolution: Resolution,
-        observed: IntArray,
-        output_every: int,
-        whole_at: IntArray | None,
-        watched: Watched | None,
         solver: bool = False,
     ) -> None:
         self.started = clock.perf_counter()
@@ -162,7 +154,7 @@ class FlowRun:
                 expected=f"a multiple of {SAMPLES}",
             )
         self.system, self.gaps, self.loads = system, gaps, loads
-        self._resolution, self._kept_of, self._solver = resolution, (observed, output_every, whole_at, watched), solver
+        self._asked, self._resolution, self._solver = asked, resolution, solver
         self.n_step, self.H = loads.n_step // SAMPLES, SAMPLES * loads.step
         self.on, self.terms = channel_matrices(system, gaps), LinearTerms(system, loads)
         self.form = form_of(system, self.on, self.terms, gaps)
@@ -179,7 +171,7 @@ class FlowRun:
         same = same and gaps.moves_as(before)
         same = same and gaps.has_dampers == before.has_dampers and np.array_equal(gaps.laws.rubs, before.laws.rubs)
         if not same or system is not None or loads.time.size != self.loads.time.size:
-            return FlowRun(system or self.system, gaps, loads, self._resolution, *self._kept_of, self._solver)
+            return FlowRun(system or self.system, gaps, loads, self._asked, self._resolution, self._solver)
         other = copy.copy(self)
         other.started = clock.perf_counter()
         other.gaps, other.loads, other.terms = gaps, loads, LinearTerms(self.system, loads)
@@ -203,20 +195,8 @@ class FlowRun:
         return other
 
     def _open_log(self) -> None:
-        observed, output_every, whole_at, watched = self._kept_of
         self._own_work()
-        self.log = Recorder(
-            self.system,
-            self.on,
-            self.gaps,
-            self.loads,
-            SAMPLES,
-            observed,
-            output_every,
-            whole_at,
-            watched,
-            self.form.basis,
-        )
+        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, self.form.basis)
 
     def _own_work(self) -> None:
         """What a run writes to while it goes on."""

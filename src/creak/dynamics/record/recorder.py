@@ -7,6 +7,7 @@ hands them over one by one (`keep`).
 from __future__ import annotations
 
 import copy
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -48,6 +49,20 @@ class Output(NamedTuple):
     """(n_whole, n)"""
 
 
+@dataclass(frozen=True)
+class OutputRequest:
+    """What of a march's motion is kept, and what it looks at; gaps and forces are kept at every instant."""
+
+    observed: IntArray
+    """(n_label,) physical dof labels whose displacement is kept."""
+    every: int = 1
+    """Whole steps between two displacements."""
+    whole_at: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    """(n_whole,) sorted whole steps at which all coordinates are kept, to recover the motion of every node later."""
+    watched: Watched | None = None
+    """Looked at at the end of every whole step."""
+
+
 class Recorder:
     """The table of all instants, the motion at output steps, and what they become.
 
@@ -62,19 +77,16 @@ class Recorder:
         gaps: GapOperator,
         loads: Loads,
         substeps: int,
-        observed: IntArray,
-        every: int,
-        whole_at: IntArray | None,
-        watched: Watched | None = None,
+        asked: OutputRequest,
         basis: FloatArray | None = None,
         lean: bool = False,
     ) -> None:
         self._preload = np.zeros(0) if gaps.preload is None else gaps.preload
-        self._m, self._f2, self._every = gaps.m, on.T.shape[0], every
+        self._m, self._f2, self._every = gaps.m, on.T.shape[0], asked.every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
         self._basis, self._needed = basis, np.arange(system.n, dtype=np.int64)
-        self._watch = None if watched is None else Watch(system, gaps, on, watched)
-        wanted = [system.rows(observed), *on.tangents, *(() if self._watch is None else self._watch.rows)]
+        self._watch = None if asked.watched is None else Watch(system, gaps, on, asked.watched)
+        wanted = [system.rows(asked.observed), *on.tangents, *(() if self._watch is None else self._watch.rows)]
         if lean:
             self._needed = _columns([A for A, _ in wanted if A.shape[0]], system.n)
         width = self._needed.size if basis is None else basis.shape[1]
@@ -83,9 +95,9 @@ class Recorder:
         moves = any(abs(x).max() > 0.0 for rows in on.tangents for x in rows if np.prod(x.shape))
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
-        self._whole_at = np.zeros(0, dtype=np.int64) if whole_at is None else np.asarray(whole_at, dtype=np.int64)
+        self._whole_at = np.asarray(asked.whole_at, dtype=np.int64)
         self._end, self._step = float(loads.time[-1]), substeps * loads.step
-        self._sizes = loads.n_step // substeps, observed.size, width, system.supports.count
+        self._sizes = loads.n_step // substeps, asked.observed.size, width, system.supports.count
         self._whole_width = system.n if basis is None else width
         self._begin_tables()
 

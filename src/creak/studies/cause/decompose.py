@@ -24,6 +24,7 @@ from creak.dynamics.flow.march import SAMPLES, form_of
 from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.state import LinearTerms
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
@@ -31,7 +32,7 @@ from creak.signals.resampling import cell_means
 from creak.studies.findings.places import Place
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.compared import main_run
-from creak.studies.run.integrate import Kept, integrate
+from creak.studies.run.integrate import integrate
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
@@ -207,8 +208,7 @@ def _peak(history: History, place: Place, event: Event) -> tuple[int, float]:
 def marched(marching: Marching, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:
     """A run through some loads with the coordinates at the ends of these flight steps."""
     none, every = np.zeros(0, dtype=np.int64), max(1, loads.n_step // SAMPLES)
-    kept: Kept = {"observed": none, "output_every": every, "whole_at": steps, "watched": None, "progress": None}
-    return integrate(replace(marching, loads=loads), system, gaps, kept)[0]
+    return integrate(replace(marching, loads=loads), system, gaps, OutputRequest(none, every, steps))[0]
 
 
 def _alone(

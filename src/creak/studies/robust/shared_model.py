@@ -16,6 +16,7 @@ from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.history import History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
@@ -172,11 +173,12 @@ def shared_model(
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")
     resolution, every = setup.marching.resolution, setup.loads.n_step // SAMPLES
     dropped = silent_channels(setup.contacts, gaps)
-    base = FlowRun(system, gaps, setup.loads, resolution, NOTHING, every, None, dropped)
+    base = FlowRun(system, gaps, setup.loads, OutputRequest(NOTHING, every, watched=dropped), resolution)
     window = setup.marching.window
-    unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution, NOTHING, every, None)
-    linear = linear_of(march_chunks(unhindered(dropped, base.solver), None), gaps, window, dropped.silent.gap0)
-    silent = unhindered(None, base.solver)
+    unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution=resolution, solver=base.solver)
+    seen = march_chunks(unhindered(OutputRequest(NOTHING, every, watched=dropped)), None)
+    linear = linear_of(seen, gaps, window, dropped.silent.gap0)
+    silent = unhindered(OutputRequest(NOTHING, every))
     notes = [*reduced.notes, *notes]
     return SharedModel(before, reference, gaps, system, base, silent, window, linear, tuple(notes), lowest, plain)
 

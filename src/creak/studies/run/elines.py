@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -12,13 +13,14 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.history import History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.stopped import Stopped
 from creak.studies.models.reference import ReferenceModel, in_modes
 from creak.studies.prepare.elines import Eline, Elines
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.reduction import Reduction
-from creak.studies.run.integrate import Kept, integrate
+from creak.studies.run.integrate import integrate
 from creak.studies.run.motion import NO_STEPS
 from creak.verify.elines import PointMeasures, joined, measure
 
@@ -136,14 +138,8 @@ def without_contact(
     steps = line_steps(marching, system.n)
     if not steps.size:
         return None
-    kept: Kept = {
-        "observed": NO_STEPS,
-        "output_every": marching.ends.size - 1,
-        "whole_at": steps,
-        "watched": None,
-        "progress": lambda done, total: progress(name, done, total),
-    }
-    history, marched, _ = integrate(marching, system, join([]), kept)
+    asked = OutputRequest(NO_STEPS, marching.ends.size - 1, steps)
+    history, marched, _ = integrate(marching, system, join([]), asked, partial(progress, name))
     found = measured(marching, lines, marched, history, steps, contact=False)
     return None if found is None else found[0]
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypedDict
 
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
@@ -21,7 +20,7 @@ from creak.dynamics.flow.unhindered import gaps_without_contact
 from creak.dynamics.history import History
 from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
-from creak.dynamics.record.watch import Watched
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, march, simulate
 from creak.reduction.diagonal import in_own_modes
 from creak.studies.prepare.marching import Marching
@@ -29,18 +28,13 @@ from creak.studies.prepare.marching import Marching
 Report = Callable[[int, int], None]
 
 
-class Kept(TypedDict):
-    """What each march is asked to keep, to look at and to tell, as its own arguments."""
-
-    observed: IntArray
-    output_every: int
-    whole_at: IntArray
-    watched: Watched | None
-    progress: Report | None
-
-
 def integrate(
-    marching: Marching, system: System, gaps: GapOperator, kept: Kept, keeper: Keeper | None = None
+    marching: Marching,
+    system: System,
+    gaps: GapOperator,
+    asked: OutputRequest,
+    progress: Report | None = None,
+    keeper: Keeper | None = None,
 ) -> tuple[History, System, str]:
     """March a System through the study's loads; the history, the System as it was marched, and how in a few words.
 
@@ -55,12 +49,14 @@ def integrate(
     if table.exact:
         flows, why_not = flowing(system)
         if flows is not None:
-            history = simulate_flow(flows, gaps, marching.loads, resolution=marching.resolution, **kept)
+            history = simulate_flow(
+                flows, gaps, marching.loads, asked, resolution=marching.resolution, progress=progress
+            )
             return history, flows, f"exact flow, steps near contact from {shortest_step(history):.2g} s"
-        history, system, how = _stepped(marching, system, gaps, kept, keeper)
+        history, system, how = _stepped(marching, system, gaps, asked, progress, keeper)
         return history, system, f"{how}{why_not}"
     stepper = CondensedStepper(system, gaps, marching.loads, marching.scheme, table.substeps)
-    history = march(stepper, **kept, keeper=keeper)
+    history = march(stepper, asked, progress, keeper)
     name = "generalised-alpha" if table.integrator == "generalised-alpha" else "HHT-alpha"
     return history, system, name if table.substeps == 1 else f"{name}, {table.substeps} substeps near contact"
 
@@ -89,12 +85,17 @@ def shortest_step(history: History) -> float:
 
 
 def _stepped(
-    marching: Marching, system: System, gaps: GapOperator, kept: Kept, keeper: Keeper | None
+    marching: Marching,
+    system: System,
+    gaps: GapOperator,
+    asked: OutputRequest,
+    progress: Report | None,
+    keeper: Keeper | None,
 ) -> tuple[History, System, str]:
     parts, springs = steps_in_contact(system, gaps, marching.table.step, marching.resolution.stepped)
     like = None if keeper is None or keeper.saved is None else keeper.saved.stepper
     stepper = FlightStepper(system, springs, marching.divided(parts), IN_CONTACT, parts, like=like)
-    history = march(stepper, **kept, keeper=keeper)
+    history = march(stepper, asked, progress, keeper)
     h = stepper.loads.step
     how = f"flights of order {stepper.rule.order} of {stepper.stride * h:.2g} s{stepper.because}"
     return history, system, f"{how}, generalised-alpha of {h:.2g} s in contact"
@@ -104,27 +105,16 @@ def simulate_settled(
     system: System,
     gaps: GapOperator,
     loads: Loads,
-    *,
-    observed: IntArray,
-    output_every: int = 1,
+    asked: OutputRequest,
     progress: Report | None = None,
 ) -> History:
     """A System through sampled loads at the default accuracy; a step of the loads is a flight step."""
     flows, _ = flowing(system)
     if flows is not None:
-        return simulate_flow(
-            flows, gaps, refined(loads, SAMPLES), observed=observed, output_every=output_every, progress=progress
-        )
+        return simulate_flow(flows, gaps, refined(loads, SAMPLES), asked, progress=progress)
     parts, springs = steps_in_contact(system, gaps, loads.step, SETTLED.stepped)
     return simulate_high_order(
-        system,
-        springs,
-        refined(loads, parts),
-        IN_CONTACT,
-        observed=observed,
-        output_every=output_every,
-        substeps=parts,
-        progress=progress,
+        system, springs, refined(loads, parts), IN_CONTACT, asked, substeps=parts, progress=progress
     )
 
 
@@ -143,8 +133,7 @@ def linear_gaps(
         silent,
         loads,
         marching.scheme,
-        observed=nothing,
-        output_every=every,
+        OutputRequest(nothing, every),
         substeps=table.substeps,
         progress=progress,
     ).gap

@@ -12,6 +12,7 @@ import numpy as np
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.thinning import spacing_words
 from creak.dynamics.stopped import Stopped
 from creak.model.dofs import node_dofs
@@ -23,7 +24,7 @@ from creak.studies.prepare.output_steps import field_steps, output_every
 from creak.studies.run.checkpoint import Checkpoint
 from creak.studies.run.costs import Cost, Meter
 from creak.studies.run.elines import LineMotion, line_steps, measured
-from creak.studies.run.integrate import Kept, integrate
+from creak.studies.run.integrate import integrate
 from creak.studies.run.motion import NO_STEPS, AtContact, Recording, at_contact, at_steps, recorded, recorded_steps
 from creak.studies.run.static_start import with_static
 from creak.verify.elines import PointMeasures
@@ -99,15 +100,9 @@ def march_run(
         channels = (gaps.names, () if seen is None else seen.silent.names)
         keeper = checkpoint(name, float(marching.loads.time[-1]), system.n, channels, (labels, whole_at))
         report = keeper.told(progress)
-    kept: Kept = {
-        "observed": labels,
-        "output_every": output_every(marching.course),
-        "whole_at": whole_at,
-        "watched": seen,
-        "progress": report,
-    }
+    asked = OutputRequest(labels, output_every(marching.course), whole_at, seen)
     try:
-        history, system, how = integrate(marching, system, gaps, kept, keeper)
+        history, system, how = integrate(marching, system, gaps, asked, report, keeper)
     except Stopped as error:
         history, stopped = error.history, f"{name} run: {error}"
     cost = meter.read() if keeper is None else keeper.cost

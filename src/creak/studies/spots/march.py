@@ -14,6 +14,7 @@ from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, refined
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.memory import free_bytes
@@ -82,7 +83,8 @@ class Checker:
         """
         begun = (*begins, self._of.held(s, self._near))
         stepper = self._stepper.over(cut(self._of.loads, s, self._parts), begun, solver)
-        history = march(stepper, np.zeros(0, dtype=np.int64), max(1, stepper.loads.n_step), watched=self._watched)
+        none = np.zeros(0, dtype=np.int64)
+        history = march(stepper, OutputRequest(none, max(1, stepper.loads.n_step), watched=self._watched))
         return Marched(history, self.gaps, self._near, what_closes(history), s.steps)
 
 

@@ -12,6 +12,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.system import to_dense
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
@@ -74,7 +75,8 @@ class Nearby:
             begun = np.concatenate([u[here], still]), np.concatenate([v[here], still]), prescribed.held[rubs]
             stepper = CondensedStepper(local, gaps, loads, IN_CONTACT).over(loads, begun)
             watched = watching(of.gaps.select(self._silent(own)))
-            history = march(stepper, np.zeros(0, dtype=np.int64), max(1, loads.n_step), watched=watched)
+            none = np.zeros(0, dtype=np.int64)
+            history = march(stepper, OutputRequest(none, max(1, loads.n_step), watched=watched))
             both.append(Marched(history, gaps, self._near[acting], what_closes(history), 0.0))
         whole, narrow = both
         some = (sizes[0][0].size + sizes[1][0].size) / of.unreduced.n
@@ -144,7 +146,7 @@ class Nearby:
             self._follower = CondensedStepper(small, self._gaps, loads, IN_CONTACT)
         stepper = self._follower.over(loads, (*begins, held))
         every = np.arange(loads.n_step + 1)
-        h = march(stepper, np.zeros(0, dtype=np.int64), max(1, loads.n_step), whole_at=every)
+        h = march(stepper, OutputRequest(np.zeros(0, dtype=np.int64), max(1, loads.n_step), every))
         start = np.array([*begins, stepper.start().x.a])
         return np.asarray(h.coordinates), start, np.concatenate([h.force, h.tangential], axis=1)
 

@@ -9,6 +9,7 @@ from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED as RESOLUTION
 from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
@@ -28,7 +29,7 @@ def bounce(shake: float, loss: float, end: float, by: float) -> Outcome:
     gaps = channels([[1.0]], 1.0, k, 2.0 * loss * np.sqrt(k))
     loads = Loads(time, np.zeros((3, time.size, 0)), pull[:, None], (np.array([0]),))
     ball = diagonalise(system_of(np.eye(1), np.zeros((1, 1))))
-    h = simulate_flow(ball, gaps, loads, resolution=finer(RESOLUTION, by), observed=np.array([0]))
+    h = simulate_flow(ball, gaps, loads, OutputRequest(np.array([0])), resolution=finer(RESOLUTION, by))
     impulse = float((h.weights @ h.force).sum())
     events = tuple(find_events(h, gaps))
     return Outcome(Repeat(FINER if by > 1.0 else BASE, "", STEP), events, impulse, 0.0, 0.0, h.time.size, end, 0.0)

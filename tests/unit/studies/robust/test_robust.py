@@ -17,6 +17,7 @@ from creak.cli.main import main
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow import batch
 from creak.dynamics.flow.march import simulate_flow
+from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.formats.stored.record_log import read_records, record_log
 from creak.report.tables import robust as rows
@@ -169,8 +170,8 @@ def test_draws_are_single_runs(found):
             bench.system,
             variant.gaps,
             setup.loads,
+            OutputRequest(np.zeros(0, dtype=int)),
             resolution=setup.marching.resolution,
-            observed=np.zeros(0, dtype=int),
         )
         shared = march_chunks(bench.base.again(variant.gaps, variant.loads), None)
         assert np.array_equal(alone.time, shared.time)

@@ -15,6 +15,7 @@ from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
@@ -144,7 +145,7 @@ def test_springs_move_the_same_with_the_solver_and_without():
     push = (30.0 * np.sin(2.0 * np.pi * 31.0 * time))[:, None]
     loads = Loads(time, np.zeros((3, time.size, 0)), push, (np.array([2]),))
     gaps: GapOperator = channels(np.eye(4), 1e-3 * np.ones(4), np.full(4, 1e5))
-    plain, solved = (simulate_flow(system, gaps, loads, observed=np.arange(4), solver=s) for s in (False, True))
+    plain, solved = (simulate_flow(system, gaps, loads, OutputRequest(np.arange(4)), solver=s) for s in (False, True))
     assert plain.force.max() > 1.0
     at = plain.output_index
     np.testing.assert_allclose(plain.gap[at], solved.gap[solved.output_index], atol=1e-7 * np.abs(plain.gap).max())
@@ -156,5 +157,5 @@ def test_a_run_without_force_takes_the_kernel_of_the_run_beside_it():
     time = 1e-3 / SAMPLES * np.arange(SAMPLES + 1)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)), ())
     gaps = channels(np.eye(2), np.ones(2), np.full(2, 1e5)).without_force()
-    kept = (np.arange(2), 1, None, None)
-    assert [FlowRun(system, gaps, loads, SETTLED, *kept, s).solver for s in (False, True)] == [False, True]
+    kept = OutputRequest(np.arange(2))
+    assert [FlowRun(system, gaps, loads, kept, SETTLED, s).solver for s in (False, True)] == [False, True]

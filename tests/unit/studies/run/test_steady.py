@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.studies.run.steady import may_still_close
 from helpers_core import channels, forces_on, system_of
@@ -21,7 +22,7 @@ def told(periods: int, gap: float, period: float | None = 0.1) -> tuple[str, flo
     loads = forces_on(time, [0], np.sin(OMEGA * time))
     mass = system_of(np.eye(1), np.array([[OMEGA**2]]), alpha=2.0 * ZETA * OMEGA)
     gaps = channels([[-1.0]], gap, 1e3 * OMEGA**2)
-    history = simulate_flow(diagonalise(mass), gaps, loads, observed=np.array([0]))
+    history = simulate_flow(diagonalise(mass), gaps, loads, OutputRequest(np.array([0])))
     return may_still_close(history, gaps, period), (gap - history.gap.min()) / FINAL
 
 
