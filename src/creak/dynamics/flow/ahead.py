@@ -11,8 +11,13 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import join
+from creak.dynamics.flow.block import open_block
+from creak.dynamics.flow.books import book_flow, complete
+from creak.dynamics.flow.kernel import advance
+from creak.dynamics.flow.kicks import press
 from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun
+from creak.dynamics.flow.motion import load_step
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import at_rest
 from creak.dynamics.record.recorder import OutputRequest
@@ -40,12 +45,35 @@ def compile_start() -> None:
 
 
 def compile_lasting() -> None:
-    """The part of it that takes long steps, a quarter: the signature is that of the call in `kernel.march`."""
-    run, typeof = _at_rest(False), cast(Any, numba.typeof)
-    bundles = run.model, run.scheme, run.desk, run.empty(), run.block
-    model, scheme, desk, x, block = (Reference(typeof(bundle)) for bundle in bundles)
+    """The part of it that takes long steps, a third."""
+    run = _at_rest(False)
+    x = run.empty()
+    _compile((hold_on, (run.model, run.scheme, run.desk, 0, x, x, run.block)))
+
+
+def compile_short() -> None:
+    """The part of it that takes short steps without the solver, and keeps books, a quarter."""
+    run = _at_rest(False)
+    model, scheme, desk, x, block = run.model, run.scheme, run.desk, run.empty(), run.block
+    W, gain, h = scheme.W, scheme.gain, scheme.H
+    opened = model, scheme.slope, scheme.band, desk.D, desk.energy, desk.course
+    _compile(
+        (load_step, (model, 0, h, desk.course, desk.drive, desk.D)),
+        (open_block, (block, *opened, h, h, 0, 0, x, True)),
+        (advance, (model, scheme, True, desk, 0, 0, True, x, x, block)),
+        (press, (model, scheme.laws, None, W, True, gain, h, x, x, desk.share, block.is_near, desk.factor)),
+        (book_flow, (model, desk.drive, h, x, x)),
+        (complete, (model, scheme.laws, W, h, x)),
+    )
+
+
+def _compile(*calls: tuple[Any, tuple[Any, ...]]) -> None:
+    """Functions for what `kernel.march` calls them with; bundles go by reference."""
+    typeof = cast(Any, numba.typeof)
     with few_collections():
-        hold_on.compile((model, scheme, desk, numba.int64, x, x, block))
+        for function, given in calls:
+            kinds = [typeof(one) for one in given]
+            function.compile(tuple(Reference(k) if isinstance(k, numba.types.BaseNamedTuple) else k for k in kinds))
 
 
 def _at_rest(solver: bool) -> FlowRun:

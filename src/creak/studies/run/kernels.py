@@ -22,6 +22,7 @@ COMPILE = "compile kernels (first run: half a minute)"
 AHEAD = "import os; getattr(os, 'nice', int)(10); "
 """First words of a process beside this one: it takes what this one leaves of the cores."""
 LASTING = "from creak.dynamics.flow.ahead import compile_lasting; compile_lasting(); "
+SHORT = "from creak.dynamics.flow.ahead import compile_short; compile_short(); "
 START = "from creak.dynamics.flow.ahead import compile_start; compile_start(); "
 STEPS = START + "from creak.contact.step_problem import compile_kernels; compile_kernels(); "
 MARCH = "from creak.dynamics.flow.ahead import compile_flow; compile_flow(); "
@@ -44,8 +45,8 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
 
     Two processes write to numba's cache, where this one finds it; what they failed at it compiles itself, as where
     there is one core. Springs alone press without a solver: that of dampers, friction and steps is compiled only where
-    the unreduced model or a state at rest takes it. Where the march has the solver in it, one process compiles both and
-    the other what the march is made of besides.
+    the unreduced model or a state at rest takes it. Parts of the march that one process needs last the other one
+    compiles meanwhile.
 
     Parameters
     ----------
@@ -56,9 +57,9 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
     if not exact:
         words = [STEPS, SOUND]
     elif solver:
-        words = [STEPS + SOLVING, MARCH + SOUND]
+        words = [STEPS + SOLVING, LASTING + SHORT + SOUND]
     else:
-        words = [MARCH, LASTING + (STEPS if steps else START) + SOUND]
+        words = [SHORT + MARCH, LASTING + (STEPS if steps else START) + SOUND]
     kernels = [*([march] if exact else []), *([solve_alone] if steps else [])]
     alone = os.cpu_count() == 1 or all(map(is_cached, kernels))
     others = [] if alone else [other for w in words if (other := _started(AHEAD + w))]

@@ -10,9 +10,14 @@ import pytest
 
 import creak
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.flow.ahead import compile_flow, compile_lasting
+from creak.dynamics.flow.ahead import compile_flow, compile_lasting, compile_short
+from creak.dynamics.flow.block import open_block
+from creak.dynamics.flow.books import book_flow, complete
+from creak.dynamics.flow.kernel import advance
+from creak.dynamics.flow.kicks import press
 from creak.dynamics.flow.lasting import hold_on
 from creak.dynamics.flow.march import SAMPLES, FlowRun, simulate_flow
+from creak.dynamics.flow.motion import load_step
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
@@ -52,23 +57,23 @@ def calls(monkeypatch):
     return here, beside
 
 
-BOTH = [kernels.MARCH, kernels.LASTING + kernels.STEPS + kernels.SOUND]
+BOTH = [kernels.SHORT + kernels.MARCH, kernels.LASTING + kernels.STEPS + kernels.SOUND]
 
 
 @pytest.mark.parametrize(
     ("changes", "beside", "here"),
     [
         ({}, BOTH, ["march False", "solver"]),
-        ({"reference.run": False}, [kernels.MARCH, kernels.LASTING + kernels.START + kernels.SOUND], ["march False"]),
+        ({"reference.run": False}, [BOTH[0], kernels.LASTING + kernels.START + kernels.SOUND], ["march False"]),
         ({"reference.run": False, "reduction.method": "none"}, BOTH, ["march False", "solver"]),
         (
             {"contact.tip.friction": 0.3},
-            [kernels.STEPS + kernels.SOLVING, kernels.MARCH + kernels.SOUND],
+            [kernels.STEPS + kernels.SOLVING, kernels.LASTING + kernels.SHORT + kernels.SOUND],
             ["march True", "solver"],
         ),
         (
             {"contact.tip.damping": 1e-4},
-            [kernels.STEPS + kernels.SOLVING, kernels.MARCH + kernels.SOUND],
+            [kernels.STEPS + kernels.SOLVING, kernels.LASTING + kernels.SHORT + kernels.SOUND],
             ["march True", "solver"],
         ),
         ({"time.step": 5e-4}, [kernels.STEPS, kernels.SOUND], ["solver"]),
@@ -126,15 +131,18 @@ def test_the_words_of_a_process_run(words):
     assert (done.returncode, done.stderr) == (0, b"")
 
 
-def test_the_part_that_takes_long_steps_is_what_the_march_calls():
-    """What is compiled by itself is what was compiled amid the march: it is found, and nothing is compiled."""
+@pytest.mark.parametrize(
+    ("compile_part", "functions"),
+    [(compile_lasting, [hold_on]), (compile_short, [load_step, open_block, advance, press, book_flow, complete])],
+)
+def test_the_parts_that_are_compiled_by_themselves_are_what_the_march_calls(compile_part, functions):
+    """What was compiled amid the march is found, and nothing is compiled."""
     compile_flow()
-    cache = hold_on._cache
-    known = set(cache._cache_file._load_index()) if hold_on.stats.cache_path else set()
-    compile_lasting()
-    assert known
-    assert set(cache._cache_file._load_index()) == known
-    assert not hold_on.stats.cache_misses
+    known = [set(f._cache._cache_file._load_index()) if f.stats.cache_path else set() for f in functions]
+    assert all(known)
+    compile_part()
+    assert [set(f._cache._cache_file._load_index()) for f in functions] == known
+    assert not any(f.stats.cache_misses for f in functions)
 
 
 def test_springs_move_the_same_with_the_solver_and_without():
