@@ -11,6 +11,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import held_nodes
+from creak.model.face_shapes import FaceShapes, face_shapes, joined
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells
@@ -47,6 +48,15 @@ class Facets:
     """(n,) half the height V / A of solids, 0 for shells."""
     arm: FloatArray
     """(n,) from the surface of the nodes to the side that touches; 0 where no node turns it: solids, membranes."""
+    shapes: FaceShapes
+    """How they move."""
+
+    @property
+    def arrays(self) -> list[FloatArray | IntArray]:
+        """All that says what they are."""
+        own = {**vars(self), **vars(self.shapes)}
+        del own["shapes"]
+        return list(own.values())
 
     @property
     def count(self) -> int:
@@ -221,12 +231,13 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
     n = pairs.shape[0]
     nodes = np.zeros((n, 4), dtype=np.int64)
     thickness, stiffness, depth, arm = np.zeros(n), np.zeros(n), np.zeros(n), np.zeros(n)
+    shapes: list[tuple[IntArray, FaceShapes]] = []
     for row in np.unique(pairs[:, 0]).tolist():
         block, mine = model.blocks[row], np.flatnonzero(pairs[:, 0] == row)
         element, section = pairs[mine, 1], block.section
         if block.kind in FACES:
             nodes[mine], stiffness[mine], depth[mine] = _faces(model, block, element, side[mine])
-            side[mine] = 1
+            number[mine], side[mine] = side[mine] - 1, 1
         elif block.kind in SHELL_FACETS and isinstance(section, ShellSection | GeneralShell):
             nodes[mine] = facets_of_shells(block.kind, block.nodes_idx[element])[np.arange(element.size), number[mine]]
             thickness[mine] = _thickness(model, block, element, side[mine], name, where)
@@ -240,6 +251,7 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
                 fix="Take only shells and solids into a contact surface; nodes of beams may be secondary "
                 'with method = "node-to-surface".',
             )
+        shapes.append((mine, face_shapes(block.kind, block.nodes_idx[element], number[mine])))
     if not nodes.size:
         raise InputError(
             f"surface {name!r} is empty",
@@ -250,7 +262,7 @@ def _gather(model: Model, pairs: IntArray, side: IntArray, name: str, where: str
     held = np.zeros(model.nodes.count, dtype=bool)
     held[held_nodes(model.fixed)] = True
     stiffness[held[nodes].all(axis=1)] = np.inf
-    facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth, arm)
+    facets = Facets(nodes, model.nodes.coords[nodes], side, thickness, stiffness, depth, arm, joined(shapes, n))
     _require_area(model, facets, pairs, name, where)
     return facets
 

@@ -69,7 +69,7 @@ def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -
     main = main_facets(model, pair)
     points, given = model.nodes.coords[secondary.rows], given_normal(pair)
     limit, outward = max(reach(points), reach(main.coords)), _outward(model, pair, secondary)
-    depends_on = [points, outward, *vars(secondary).values(), *vars(main).values()]
+    depends_on = [points, outward, *vars(secondary).values(), *main.arrays]
     depends_on.append(np.zeros(0) if given is None else given)
     walls = searched(keep, depends_on, lambda: _searched(points, outward, secondary, main, given, limit))
     if not walls:
@@ -235,12 +235,12 @@ def _subset(meet: Projection, keep: IntArray) -> Projection:
 def _rows(nodes: IntArray, main: Facets, meet: Projection, normal: FloatArray, arm: FloatArray) -> ChannelRows:
     """arm : (n,) of the secondary nodes, as `SecondaryNodes` has it."""
     n = nodes.size
-    all_nodes = np.column_stack([nodes, main.nodes[meet.facet]])
-    weight = np.column_stack([np.ones(n), -meet.shape])
-    channel = np.repeat(np.arange(n), 15)
+    partners, shape = main.shapes.at(meet.facet, meet.shape)
+    all_nodes, weight = np.column_stack([nodes, partners]), np.column_stack([np.ones(n), -shape])
+    channel = np.repeat(np.arange(n), 3 * weight.shape[1])
     label = node_dofs(all_nodes.ravel(), TRANSLATIONS)
     tangents = tangents_of(normal)
     vectors = [(weight[:, :, None] * v[:, None, :]).ravel() for v in (normal, *tangents)]
-    lever = weight * np.column_stack([-arm, np.tile(main.arm[meet.facet][:, None], 4)])
+    lever = weight * np.column_stack([-arm, np.tile(main.arm[meet.facet][:, None], shape.shape[1])])
     turns = [(lever[:, :, None] * v[:, None, :]).ravel() for v in turns_of(*tangents)]
     return ChannelRows(channel, label, *vectors).turning(channel, node_dofs(all_nodes.ravel(), ROTATIONS), *turns)

@@ -81,7 +81,7 @@ def surface_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None
     secondary = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
     main, given = main_facets(model, pair), given_normal(pair)
     limit = max(reach(secondary.coords), reach(main.coords))
-    depends_on = [*vars(secondary).values(), *vars(main).values(), np.zeros(0) if given is None else given]
+    depends_on = [*secondary.arrays, *main.arrays, np.zeros(0) if given is None else given]
     walls = searched(keep, depends_on, lambda: _searched(secondary, main, given, limit))
     if not walls:
         raise never_face(pair, limit)
@@ -316,26 +316,28 @@ def _rows(
     channel_of: IntArray,
 ) -> ChannelRows:
     """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m), along tangents with what the
-    nodes' rotations move the sides that touch.
+    nodes' rotations move the sides that touch. N are the shape functions of the whole faces (`FaceShapes`).
 
     The weights of the points on every pair of channel and node come first; their product with the points' normals and
     tangents then sums over the points.
     """
     q = np.flatnonzero(found)
-    nodes = np.concatenate([secondary.nodes[points.facet[q]], main.nodes[facet[q]]], axis=1)
-    weight = np.concatenate([points.shape[q], -main_shape[q]], axis=1)
+    own, own_shape = secondary.shapes.at(points.facet[q], points.shape[q])
+    other, other_shape = main.shapes.at(facet[q], main_shape[q])
+    nodes, weight = np.concatenate([own, other], axis=1), np.concatenate([own_shape, -other_shape], axis=1)
     channel, share = channel_of[at[q]], share[q]
     row, corner = np.nonzero((channel >= 0) & (share != 0.0))
     n_node = int(nodes.max(initial=0)) + 1
     pairs, pair = np.unique((channel[row, corner, None] * n_node + nodes[row]).ravel(), return_inverse=True)
     weights = (share[row, corner, None] * weight[row]).ravel()
-    W = sp.csr_matrix((weights, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
+    W = sp.csr_matrix((weights, (pair, np.repeat(row, weight.shape[1]))), shape=(pairs.size, q.size))
     label = node_dofs(pairs % n_node, TRANSLATIONS)
     tangents, of = tangents_of(normal[q]), np.repeat(pairs // n_node, 3)
     rows = ChannelRows(of, label, *((W @ v).ravel() for v in (normal[q], *tangents)))
-    arms = np.repeat(np.column_stack([-secondary.arm[points.facet[q]], main.arm[facet[q]]]), 4, axis=1)
+    of_own = np.arange(weight.shape[1]) < own.shape[1]
+    arms = np.where(of_own, -secondary.arm[points.facet[q], None], main.arm[facet[q], None])
     if not arms.any():
         return rows
     levers = (share[row, corner, None] * (weight * arms)[row]).ravel()
-    W = sp.csr_matrix((levers, (pair, np.repeat(row, 8))), shape=(pairs.size, q.size))
+    W = sp.csr_matrix((levers, (pair, np.repeat(row, weight.shape[1]))), shape=(pairs.size, q.size))
     return rows.turning(of, node_dofs(pairs % n_node, ROTATIONS), *((W @ v).ravel() for v in turns_of(*tangents)))
