@@ -57,7 +57,7 @@ def compiling(marching: Marching, *, solves_steps: bool) -> Iterator[Compiled]:
     if not exact:
         words = [STEPS, SOUND]
     elif solver:
-        words = [STEPS + SOLVING, LASTING + SHORT + SOUND]
+        words = [LASTING + SHORT + SOLVING, STEPS + SOUND]
     else:
         words = [SHORT + MARCH, LASTING + (STEPS if steps else START) + SOUND]
     kernels = [*([march] if exact else []), *([solve_alone] if steps else [])]

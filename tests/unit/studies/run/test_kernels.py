@@ -68,12 +68,12 @@ BOTH = [kernels.SHORT + kernels.MARCH, kernels.LASTING + kernels.STEPS + kernels
         ({"reference.run": False, "reduction.method": "none"}, BOTH, ["march False", "solver"]),
         (
             {"contact.tip.friction": 0.3},
-            [kernels.STEPS + kernels.SOLVING, kernels.LASTING + kernels.SHORT + kernels.SOUND],
+            [kernels.LASTING + kernels.SHORT + kernels.SOLVING, kernels.STEPS + kernels.SOUND],
             ["march True", "solver"],
         ),
         (
             {"contact.tip.damping": 1e-4},
-            [kernels.STEPS + kernels.SOLVING, kernels.LASTING + kernels.SHORT + kernels.SOUND],
+            [kernels.LASTING + kernels.SHORT + kernels.SOLVING, kernels.STEPS + kernels.SOUND],
             ["march True", "solver"],
         ),
         ({"time.step": 5e-4}, [kernels.STEPS, kernels.SOUND], ["solver"]),
