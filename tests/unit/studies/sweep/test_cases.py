@@ -296,6 +296,18 @@ def test_cases_that_differ_in_the_reduction_alone_share_their_reference(tmp_path
     assert keys[0] == keys[2] != keys[4] == keys[6]
 
 
+def test_cases_share_a_reference_that_ends_where_theirs_does(tmp_path):
+    """`run` says that there is one, `until` where it ends."""
+    ends = """[grid]
+"reduction.f_max" = [2000, 3000]
+"reference.until" = [0.1, 0.2]
+"reference.run" = [true, "whole"]
+"""
+    keys = [c.reference_key for c in cases_of(tmp_path, ends)]
+    assert keys[0] == keys[1] == keys[4] == keys[5]
+    assert keys[2] == keys[3] == keys[6] == keys[7] != keys[0]
+
+
 def test_variants_need_no_files(tmp_path):
     write_strips(tmp_path)
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[[case]]\nname = "as it is"\n')
