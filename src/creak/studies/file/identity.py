@@ -20,9 +20,9 @@ def store_of(study: Study) -> Path:
     return study.path.parent / STORE
 
 
-def new_identity(study: Study, deck_sha256: str) -> RunIdentity:
+def new_identity(study: Study, deck_sha256: str, files_sha256: str) -> RunIdentity:
     """The identity of a run that is made now."""
-    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256)
+    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256, files_sha256)
 
 
 def decks_sha256(study: Study) -> str:
