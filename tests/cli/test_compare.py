@@ -1,5 +1,6 @@
 """`creak compare`: two results side by side."""
 
+import hashlib
 import json
 import re
 from types import SimpleNamespace
@@ -132,6 +133,42 @@ def test_mistakes_are_named(folder, creak, words, told):
     assert said.status == 2
     assert told in said.words
     assert not (folder / "comparison.html").exists()
+
+
+@pytest.mark.parametrize(("name", "what"), [("strips.inp", "deck"), ("gaps.csv", "other files")])
+def test_files_of_other_content_are_told(creak, tmp_path, name, what):
+    """The digests are those of the files themselves; a study that is run again with a change needs them as they were."""
+    study = write_strips(tmp_path, study=STUDY.replace('main = "OVER"', 'main = "OVER"\nclearance = "gaps.csv"'))
+    (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
+    file, shown = tmp_path / name, []
+    for out in ("before", "after"):
+        assert say("run", study, "--out", tmp_path / out, "--set", "reference.run=none", *QUIET).status == 0
+        shown.append(f"SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()[:12]}")
+        comment = "** a word\n" if name.endswith("inp") else "14,0.3\n"
+        file.write_text(file.read_text() + comment)
+    words = ("compare", tmp_path / "before", tmp_path / "after", "--out", tmp_path / "c.html")
+    found = json.loads(creak(*words, "--json").out)
+    assert found["settings"] == [{"key": f"content of the {what}", "a": shown[0], "b": shown[1]}]
+    assert shown[0] != shown[1]
+    assert f"content of the {what}" in creak(*words).words
+
+
+@pytest.mark.parametrize(("name", "what"), [("strips.inp", "the deck of"), ("gaps.csv", "the other files that")])
+def test_a_study_is_not_run_with_a_change_on_other_files(creak, tmp_path, name, what):
+    text = STUDY.replace('main = "OVER"', 'main = "OVER"\nclearance = "gaps.csv"') + "[reference]\nrun = false\n"
+    study, file = write_strips(tmp_path, study=text), tmp_path / name
+    (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
+    assert say("run", study, *QUIET).status == 0
+    kept = file.read_bytes()
+    file.write_bytes(kept + b"\n")
+    words = ("compare", tmp_path / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html")
+    said = creak(*words)
+    assert said.status == 2
+    assert what in said.words
+    assert "changed since" in said.words
+    assert not (tmp_path / "results_periods=1").exists()
+    file.write_bytes(kept)
+    assert creak(*words).status == 0
 
 
 def test_results_in_other_units_are_not_compared(folder):

@@ -130,14 +130,17 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
 
     Raises
     ------
-    InputError : the study file is not beside the folder, or is no longer the one that was run.
+    InputError : the study file is not beside the folder, or it, its deck or another file that it names is no longer
+        what was run.
     """
     from creak.api.saved import open_result
     from creak.api.study import read_study
     from creak.studies.file.changes import read_changes, with_changes
+    from creak.studies.file.identity import decks_sha256, other_files_sha256
 
     wanted = read_changes(changes)
-    stored = open_result(folder).findings.setup.study
+    found = open_result(folder).findings
+    stored, run = found.setup.study, found.identity
     path = folder.parent / stored.path.name
     if not path.is_file():
         raise InputError(
@@ -146,9 +149,17 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
             fix="Run the changed study by itself (creak run STUDY.toml --set ...), then give both folders.",
         )
     study = read_study(path)
+    again = f"Run it again (creak run {path}), then compare."
     if study.text != stored.text:
-        raise InputError(
-            f"{path} is no longer the study that {folder} was made from",
-            fix=f"Run it again (creak run {path}), then compare.",
-        )
+        raise InputError(f"{path} is no longer the study that {folder} was made from", fix=again)
+    for what, was, now in (
+        (f"the deck of {path} has", run.deck_sha256, decks_sha256(study)),
+        (f"the other files that {path} names have", run.files_sha256, other_files_sha256(study)),
+    ):
+        if was != now:
+            raise InputError(
+                f"{what} changed since {folder} was made: the two would differ by more than --set says",
+                expected="the files as they were",
+                fix=again,
+            )
     return with_changes(study, wanted)

@@ -31,27 +31,32 @@ class RunIdentity:
     """Of the text of the study file."""
     deck_sha256: str
     """Of the deck; with includes, of the list of their digests. Empty: the model came from no file."""
+    files_sha256: str
+    """Of the other files that the study names; of several, of the list of their digests. Empty: it names none."""
 
     def as_dict(self) -> dict[str, str]:
         return asdict(self)
 
 
 def write_identity(file: h5py.File, run: RunIdentity) -> None:
-    """As attributes of a results.h5: `run_id`, `study_sha256`, `deck_sha256`."""
-    file.attrs.update({"run_id": run.id, "study_sha256": run.study_sha256, "deck_sha256": run.deck_sha256})
+    """As attributes of a results.h5: `run_id`, `study_sha256`, `deck_sha256`, `files_sha256`."""
+    file.attrs.update({"run_id" if key == "id" else key: value for key, value in run.as_dict().items()})
 
 
 def identity_in(file: h5py.File) -> RunIdentity | None:
     """The run of a results.h5; None: an earlier version wrote it."""
     if "run_id" not in file.attrs:
         return None
-    return RunIdentity(*(str(file.attrs[key]) for key in ("run_id", "study_sha256", "deck_sha256")))
+    id, study, deck = (str(file.attrs[key]) for key in ("run_id", "study_sha256", "deck_sha256"))
+    return RunIdentity(id, study, deck, str(file.attrs.get("files_sha256", "")))  # earlier versions do not tell it
 
 
 def identity_of(summary: Mapping[str, Any]) -> RunIdentity | None:
     """The run of a summary.json; None: an earlier version wrote it."""
     found = summary.get("run")
-    return None if found is None else RunIdentity(found["id"], found["study_sha256"], found["deck_sha256"])
+    if found is None:
+        return None
+    return RunIdentity(found["id"], found["study_sha256"], found["deck_sha256"], found.get("files_sha256", ""))
 
 
 def of_two_runs(folder: Path) -> InputError:

@@ -21,6 +21,10 @@ from creak.verify.matching import EventMatch, match_events
 
 NOT_SETTINGS = ("title", "output")
 """Tables of a study that change no answer."""
+CONTENT = {"content of the deck": "deck_sha256", "content of the other files": "files_sha256"}
+"""What a study names but does not hold -> its digest in the identity of a run."""
+DIGITS = 12
+"""Of a digest that is shown."""
 AXES = "xyz"
 Value = float | str | None
 
@@ -50,7 +54,7 @@ class Side:
 
 @dataclass(frozen=True)
 class Setting:
-    """A key of the study that the two do not share; None: it is absent."""
+    """A key of the study, or the content of its files, that the two do not share; None: it is absent."""
 
     key: str
     a: Any
@@ -154,6 +158,10 @@ def _settings(a: Findings, b: Findings) -> Iterator[Setting]:
     for key in dict.fromkeys([*one, *other]):
         if one.get(key) != other.get(key):
             yield Setting(key, one.get(key), other.get(key))
+    for name, field in CONTENT.items():
+        first, second = (getattr(s.identity, field) for s in (a, b))
+        if first != second:
+            yield Setting(name, *(f"SHA-256 {x[:DIGITS]}" if x else None for x in (first, second)))
 
 
 def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:

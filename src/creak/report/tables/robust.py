@@ -11,6 +11,7 @@ import numpy as np
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.words.text import NONE, number
+from creak.studies.file.changes import short_keys
 from creak.studies.robust.findings import SHOWN, Robustness
 from creak.studies.robust.shared_model import CREATED, FAILED, FIGURES, LEFT_OUT
 from creak.verify.odds import Odds
@@ -40,8 +41,9 @@ def _need_words(found: Robustness, place: str) -> str:
     need = next(p.need for p in found.places if p.name == place)
     if need is None or not np.isfinite(need.shift):
         return NONE
-    ends = list(dict.fromkeys(key.rpartition(".")[2] for key in need.ends))
-    with_it = f", {' and '.join(ends)} with it" if ends else ""
+    short, with_it = short_keys([*need.numbers]), ""
+    if any(x != need.gap for x in need.numbers.values()):
+        with_it = "".join(f", {short[key]} = {number(x)}" for key, x in need.numbers.items())
     if need.gap is not None:
         top = need.gap - need.shift + need.high
         return f"{number(need.gap)}" + (f" (to {number(top)})" if np.isfinite(top) else "") + with_it

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from creak.digest import file_sha256, sha256
 from creak.formats.stored.run_identity import RunIdentity
-from creak.studies.file.paths import DECKS, deck_files, map_paths
+from creak.studies.file.paths import DECKS, deck_files, family, map_paths
 from creak.studies.file.reader import Study
 
 STORE = "superelements"
@@ -20,9 +20,9 @@ def store_of(study: Study) -> Path:
     return study.path.parent / STORE
 
 
-def new_identity(study: Study, deck_sha256: str) -> RunIdentity:
+def new_identity(study: Study, deck_sha256: str, files_sha256: str) -> RunIdentity:
     """The identity of a run that is made now."""
-    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256)
+    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256, files_sha256)
 
 
 def decks_sha256(study: Study) -> str:
@@ -39,12 +39,15 @@ def decks_sha256(study: Study) -> str:
 
 
 def other_files_sha256(study: Study) -> str:
-    """Digest of the other files that a study names, as they are now; empty where there are none."""
+    """Digest of the other files that a study names, with those that come with them (`family`), as they are now.
+
+    Empty where there are none.
+    """
     files: list[Path] = []
 
     def note(place: tuple[str, ...], name: str) -> str:
         if place not in DECKS and study.places.sibling(name).is_file():
-            files.append(study.places.sibling(name))
+            files.extend(family(study.places.sibling(name)))
         return name
 
     map_paths(study.config.model_dump(mode="json"), note)

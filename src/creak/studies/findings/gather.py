@@ -246,6 +246,8 @@ def provenance(result: StudyResult) -> list[tuple[str, str]]:
         if path.is_file():
             rows.append(("Deck", f"{path.name}, {path.stat().st_size:,} bytes, SHA-256 {file_sha256(path)}"))
             break
+    if result.identity.files_sha256:
+        rows.append(("Other files", f"SHA-256 {result.identity.files_sha256}"))
     rows.append(("creak", version()))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
     return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]

@@ -105,6 +105,8 @@ class Setup:
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     deck_sha256: str = ""
     """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
+    files_sha256: str = ""
+    """Of the other files that the study names, as `other_files_sha256` has it."""
     modal: ModalDamping | None = None
     """Share of critical damping of every mode, where the study says it or a test."""
     tests: tuple[Measurement, ...] = ()
@@ -180,7 +182,7 @@ class Setup:
     def origin(self) -> tuple[str, ...]:
         """All that a march hangs on but its channels and what is kept of it."""
         config = repr(self.study.config.model_dump())
-        return config, self.deck_sha256, other_files_sha256(self.study), repr(self.refined)
+        return config, self.deck_sha256, self.files_sha256, repr(self.refined)
 
     @property
     def no_contact(self) -> str | None:
@@ -308,6 +310,7 @@ def set_up_model(
         [*notes, *elines.notes],
         superelements,
         elines=elines,
+        files_sha256=other_files_sha256(study),
         modal=modal,
         tests=tests,
     )

@@ -290,8 +290,8 @@ def _more(rattle: Odds, draws: Draws) -> list[str]:
 def _place(p: PlaceFindings) -> dict[str, Any]:
     need = None
     if p.need is not None:
-        numbers = {key: _known(value) for key, value in asdict(p.need).items() if key != "ends"}
-        need = {**numbers, "ends": list(p.need.ends)}
+        numbers = {key: _known(value) for key, value in asdict(p.need).items() if key != "numbers"}
+        need = {**numbers, "numbers": dict(p.need.numbers)}
     return {
         "name": p.name,
         "rattle": asdict(p.rattle),

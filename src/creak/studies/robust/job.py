@@ -17,7 +17,6 @@ from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.model.mesh import Nodes
 from creak.progress import Progress, silent
 from creak.studies.design.clip_library import clips_of
-from creak.studies.file.identity import other_files_sha256
 from creak.studies.file.reader import Study
 from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
@@ -194,7 +193,7 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
         "edition": EDITION,
         "study": digest(told),
         "deck": setup.deck_sha256,
-        "files": other_files_sha256(study),
+        "files": setup.files_sha256,
         "design": [design.n, design.indices, design.seed],
     }
 

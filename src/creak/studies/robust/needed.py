@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.studies.robust.changes import drawn_setup
 from creak.studies.robust.draws import Cause, Draw
 from creak.studies.robust.job import Draws
@@ -32,10 +33,11 @@ class Need:
     high: float
     """Bounds of 95 %; infinite where the draws are too few."""
     gap: float | None
-    """The study's own number (the mean of a distribution that gives one) with the shift. None: the place has more than
-    one gap, or the number does more than move its distribution: uniform, lognormal, relative."""
-    ends: tuple[str, ...] = ()
-    """Keys of `low` and `high` that the shift is added to as well: of a truncated or uniform distribution."""
+    """That of the study's own number (the mean of a distribution that gives one) with the shift. None: the place has
+    more than one gap, or the number does more than move its distribution: uniform, lognormal, relative."""
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    """Key -> number that the study has to say: its own (or `mean`) and `low` and `high` of a truncated or uniform
+    distribution. The shift is taken off where a gap grows as the number falls: `lower` of a stop."""
 
 
 @dataclass(frozen=True)
@@ -44,8 +46,8 @@ class OwnGaps:
 
     gaps: FloatArray
     """(m,)"""
-    moved: tuple[tuple[Cause, BoolArray], ...]
-    """Causes, and (m,) the channels whose gaps each changes."""
+    moved: tuple[tuple[Cause, IntArray], ...]
+    """Causes, and (m,) 1 or -1 where the gap of a channel grows or shrinks as the cause does, else 0."""
 
     def need(self, own: BoolArray, slack: FloatArray, target: float) -> Need:
         """That of a place with the channels `own` (m,), from its slack (n,) without contact.
@@ -53,31 +55,39 @@ class OwnGaps:
         Its gaps all grow by the shift s with P(slack + s < 0) = target (`verify.odds.shift_needed`).
         """
         shift, low, high = shift_needed(slack, target)
-        gaps, causes = self.gaps[own], [cause for cause, moved in self.moved if moved[own].any()]
-        one = gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) and all(c.moves_whole for c in causes)
-        ends = tuple(
-            f"{c.key}.{name}"
-            for c in causes
-            for name, end in (("low", c.of.low), ("high", c.of.high))
-            if end is not None and not c.of.relative
-        )
-        return Need(target, shift, low, high, float(gaps.mean()) + shift if one else None, ends)
+        gaps, causes = self.gaps[own], [(cause, signs[own]) for cause, signs in self.moved if signs[own].any()]
+        one = gaps.size and np.ptp(gaps) <= EVEN * abs(float(gaps.max())) and all(c.moves_whole for c, _ in causes)
+        numbers = dict[str, float]()
+        for cause, signs in causes if np.isfinite(shift) else ():
+            if np.unique(signs[signs != 0]).size == 1:
+                numbers |= _shifted(cause, float(signs[signs != 0][0]) * shift)
+        return Need(target, shift, low, high, float(gaps.mean()) + shift if one else None, numbers)
+
+
+def _shifted(cause: Cause, by: float) -> dict[str, float]:
+    """Key -> number of a distribution that is moved as a whole, as the study has it."""
+    of = cause.of
+    if of.relative:
+        return {}
+    own = {f"{cause.key}.mean": of.mean} if of.mean is not None else {cause.key: cause.nominal}
+    told = {**(own if cause.moves_whole else {}), f"{cause.key}.low": of.low, f"{cause.key}.high": of.high}
+    return {key: x + by for key, x in told.items() if x is not None and np.isfinite(x)}
 
 
 def own_gaps(draws: Draws) -> OwnGaps:
     """Of the study that was drawn."""
     values, fields, of_numbers = dict[str, Any](), dict[str, FloatArray](), list[Cause]()
-    moved = list[tuple[Cause, BoolArray]]()
+    moved = list[tuple[Cause, IntArray]]()
     for cause in draws.design.causes:
         if cause.mean is not None:
             fields[cause.contact] = cause.mean
-            moved.append((cause, draws.channels.of_groups({cause.contact})))
+            moved.append((cause, draws.channels.of_groups({cause.contact}).astype(np.int64)))
         elif cause.key.startswith(OF_GAPS) and cause.key not in draws.reduced_again and not cause.is_factor:
             values[cause.key] = cause.number(cause.about)
             of_numbers.append(cause)
     for cause in of_numbers:
         low, high = (_gaps(draws, {**values, cause.key: cause.number(cause.at(q))}, fields) for q in QUARTERS)
-        moved.append((cause, low != high))
+        moved.append((cause, np.sign(high - low).astype(np.int64)))
     return OwnGaps(_gaps(draws, values, fields), tuple(moved))
 
 

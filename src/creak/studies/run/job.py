@@ -234,7 +234,7 @@ def run_study(
         window,
         [*setup.notes, *notes],
         health,
-        new_identity(setup.study, setup.deck_sha256),
+        new_identity(setup.study, setup.deck_sha256, setup.files_sha256),
         stopped,
         gaps.m - kept,
         lines,

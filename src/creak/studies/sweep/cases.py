@@ -160,6 +160,9 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     content_of = map_paths({k: v for k, v in plain.items() if k != "title"}, content)
     runs_reference = config.proof == "whole" or config.reduction.method == "none"
     unreduced = {k: v for k, v in content_of.items() if k not in ("reduction", "reference")}
+    unreduced["until"] = config.reference.until
+    if config.damping.modal is not None or config.damping.from_test is not None:
+        unreduced["damped"] = config.reduction.f_max  # `modal_band`
     key = digest([unreduced, deck_hash, version()]) if runs_reference else None
     given = config.model_dump(mode="json", by_alias=True, exclude_none=True)
     values = {k: value_at(given, k) for k in sweep.keys}

@@ -23,6 +23,9 @@ from creak.studies.run.one_run import Run, march_run
 from creak.verify.events import find_events
 from creak.verify.slips import find_slips
 
+ROUND_OFF = 1e-9
+"""Share of its end by which a run may miss it."""
+
 
 class SharedReference:
     """Takes the run of the unreduced model from a file, or makes it and writes the file.
@@ -40,7 +43,7 @@ class SharedReference:
         self, marching: Marching, observed: Observed, reference: ReferenceModel, gaps: GapOperator, progress: Progress
     ) -> Run:
         """The run; what came from the file has the cost that it had when it was made."""
-        run = _read(self.path, observed.verification, reference, gaps)
+        run = _read(self.path, marching, observed.verification, reference, gaps)
         self.reused = run is not None
         if run is not None:
             return replace(run, notes=("taken from another case, with its costs",))
@@ -75,8 +78,10 @@ def _named(x: Any) -> Any:
     return tuple(x.tolist()) if x.dtype.kind == "U" else x
 
 
-def _read(path: Path, v: VerificationTable, reference: ReferenceModel, gaps: GapOperator) -> Run | None:
-    """The saved run; None where there is none, it is damaged, or it has other channels or coordinates."""
+def _read(
+    path: Path, marching: Marching, v: VerificationTable, reference: ReferenceModel, gaps: GapOperator
+) -> Run | None:
+    """The saved run; None where there is none, it is damaged, or has another end, other channels or coordinates."""
     try:
         saved: dict[str, Any] = {k: a if a.ndim else a.item() for k, a in read_arrays(path).items()}
         seen = Extremes(**{f.name: _named(saved[f"seen_{f.name}"]) for f in fields(Extremes)})
@@ -86,6 +91,9 @@ def _read(path: Path, v: VerificationTable, reference: ReferenceModel, gaps: Gap
     except (Damaged, KeyError):
         return None
     if saved["n"] != reference.system.n or saved["channels"].tolist() != list(gaps.names):
+        return None
+    end = float(marching.loads.time[-1])
+    if not history.time.size or abs(history.time[-1] - end) > ROUND_OFF * end:
         return None
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
     return Run("reference", reference.system, history, events, cost, 0, 0, 0.0, 0.0, slips, saved["integrator"])

@@ -68,12 +68,13 @@ def test_the_identity_stands_in_every_file(result, tmp_path):
         in_results = {
             key: file.attrs[name]
             for key, name in (("id", "run_id"), ("study_sha256", "study_sha256"), ("deck_sha256", "deck_sha256"))
-        }
+        } | {"files_sha256": file.attrs["files_sha256"]}
     study = result.found.setup.study.path
     expected = {
         "id": run.id,
         "study_sha256": hashlib.sha256(study.read_bytes()).hexdigest(),
         "deck_sha256": hashlib.sha256(study.with_name("strips.inp").read_bytes()).hexdigest(),
+        "files_sha256": "",
     }
     assert summary == in_results == expected
     html = (tmp_path / "report.html").read_text(encoding="utf-8")
@@ -120,6 +121,19 @@ def test_a_changed_digest_is_another_run(folder):
     data["run"]["deck_sha256"] = "0" * 64
     write_changed_json(text, data)
     assert "not of the same run" in str(refusal(creak.open_result, folder))
+
+
+def test_results_of_an_earlier_version_are_named(folder):
+    """They do not tell the digest of the other files, and keep their report in an earlier version."""
+    text = folder / "summary.json"
+    data = json.loads(text.read_text())
+    del data["run"]["files_sha256"]
+    write_changed_json(text, data)
+    with changed_hdf5(folder / "results.h5") as file:
+        del file.attrs["files_sha256"]
+        file["findings"].attrs["version"] = 12
+    assert "keeps its report in version 12" in str(refusal(creak.open_result, folder))
+    assert read_histories(folder / "results.h5").run == "reduced"
 
 
 def test_results_without_identity_are_refused(folder):

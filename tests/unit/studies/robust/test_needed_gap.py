@@ -12,7 +12,8 @@ from scipy.stats import norm, truncnorm
 
 import creak
 from creak.report.tables.robust import place_rows
-from creak.studies.robust.findings import PlaceFindings, _unlike
+from creak.report.words.text import number
+from creak.studies.robust.findings import PlaceFindings, Robustness, _unlike
 from creak.studies.robust.linear import FACTORS
 from creak.verify.odds import odds
 
@@ -75,25 +76,47 @@ def test_a_truncated_distribution_moves_as_a_whole(tmp_path, key, sign, end):
     assert need.low <= shift <= need.high
     assert need.shift == pytest.approx(shift, abs=0.05)
     assert need.gap == pytest.approx(9.0 + need.shift)
-    assert found.as_dict()["places"][1]["need"]["ends"] == [f"{key}.{end}"]
-    assert place_rows(found)[2][-1].endswith(f", {end} with it")
-    assert found.places[0].need.ends == ()
+    told = {f"{key}.mean": sign * (9.0 + need.shift), f"{key}.{end}": sign * (8.5 + need.shift)}
+    assert found.as_dict()["places"][1]["need"]["numbers"] == pytest.approx(told)
+    mean, cut_at = (number(x) for x in told.values())
+    assert place_rows(found)[2][-1].endswith(f", mean = {mean}, {end} = {cut_at}")
+    assert found.places[0].need.numbers == {}
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_study_that_says_the_numbers_of_the_need_needs_no_more(tmp_path, sign):
+    """The odds of the study with them are the target: one distribution moves, the motion stays."""
+    key = "clip.0.upper" if sign > 0.0 else "clip.0.lower"
+    end = "low" if sign > 0.0 else "high"
+
+    def found(limit: float, cut: float) -> Robustness:
+        clip = STOP.format("play", f"{key[7:]} = {limit}")
+        path = beam(tmp_path, f'"{key}" = {{ type = "normal", sigma = {SIGMA}, {end} = {cut} }}', clip, upper=30.0)
+        path.write_text(path.read_text().replace('"step", amplitude = 0.7', f'"step", amplitude = {sign * LOAD}'))
+        return creak.robust(path, 64, indices=False, threads=1)
+
+    first = found(sign * 9.0, sign * 8.5).places[1].need
+    again = found(first.numbers[key], first.numbers[f"{key}.{end}"]).places[1].need
+    assert first.shift > SIGMA
+    assert abs(again.shift) < 1e-6 * first.shift
 
 
 @pytest.mark.parametrize(
     ("of", "words"),
     [
-        ('type = "uniform", low = 8.0, high = 12.0', " everywhere, low and high with it"),
+        ('type = "uniform", low = 8.0, high = 12.0', " everywhere, low = {low}, high = {high}"),
         ('type = "lognormal", sigma = 0.1', " everywhere"),
         ('type = "normal", sigma = 0.1, relative = true', " everywhere"),
-        ('type = "normal", mean = 7.0, sigma = 1.5, low = 8.0', " everywhere, low with it"),
+        ('type = "normal", mean = 7.0, sigma = 1.5, low = 8.0', " everywhere, low = {low}"),
     ],
 )
 def test_a_number_that_shapes_its_distribution_is_no_gap(tmp_path, of, words):
     """Another one in the study would make the distribution wider, or move nothing: the shift alone is told."""
     found = creak.robust(beam(tmp_path, f'"connector.0.upper" = {{ {of} }}', upper=10.0), 8, indices=False, threads=1)
     assert found.places[0].need.gap is None
-    assert place_rows(found)[1][-1] == f"{found.places[0].need.shift:+.3g}{words}"
+    shift = found.places[0].need.shift
+    told = words.format(low=number(8.0 + shift), high=number(12.0 + shift))
+    assert place_rows(found)[1][-1] == f"{shift:+.3g}{told}"
 
 
 @pytest.mark.parametrize(("hits", "reached", "told"), [(97, 70, True), (97, 95, False), (5, 30, True)])

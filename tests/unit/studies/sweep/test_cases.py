@@ -15,7 +15,7 @@ from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
 from creak.studies.sweep.table import columns, waiting
-from helpers_decks import write_strips
+from helpers_decks import STUDY, write_strips
 from helpers_refusal import refusal
 
 
@@ -294,6 +294,35 @@ def test_cases_that_differ_in_the_reduction_alone_share_their_reference(tmp_path
     keys = [c.reference_key for c in cases]
     assert keys[1::2] == [None] * 4
     assert keys[0] == keys[2] != keys[4] == keys[6]
+
+
+def test_cases_share_a_reference_that_ends_where_theirs_does(tmp_path):
+    """`run` says that there is one, `until` where it ends."""
+    ends = """[grid]
+"reduction.f_max" = [2000, 3000]
+"reference.until" = [0.1, 0.2]
+"reference.run" = [true, "whole"]
+"""
+    keys = [c.reference_key for c in cases_of(tmp_path, ends)]
+    assert keys[0] == keys[1] == keys[4] == keys[5]
+    assert keys[2] == keys[3] == keys[6] == keys[7] != keys[0]
+
+
+@pytest.mark.parametrize(
+    "damping", ["modal = 0.02", 'from_test = "modes.csv"', "rayleigh = { alpha = 1.0, beta = 1e-6 }"]
+)
+def test_a_reference_with_modal_damping_hangs_on_the_modes_that_are_damped(damping, tmp_path):
+    write_strips(tmp_path, study=f"{STUDY}\n[damping]\n{damping}\n")
+    (tmp_path / "modes.csv").write_text("frequency,damping\n30,0.02\n")
+    bands = """[grid]
+"reduction.f_max" = [2000, 3000]
+"reduction.retain" = [[], ["TIP"]]
+"reference.run" = ["whole"]
+"""
+    keys = [c.reference_key for c in cases_of(tmp_path, bands)]
+    assert keys[0] == keys[1]
+    assert keys[2] == keys[3]
+    assert (keys[0] == keys[2]) == ("rayleigh" in damping)
 
 
 def test_variants_need_no_files(tmp_path):

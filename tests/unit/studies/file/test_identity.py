@@ -1,0 +1,38 @@
+"""By what files a study is known again."""
+
+from __future__ import annotations
+
+import hashlib
+
+import pytest
+
+from creak.studies.file.identity import other_files_sha256
+from creak.studies.file.paths import Contents
+from creak.studies.file.reader import read_study
+from helpers_decks import STUDY, write_strips
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+@pytest.mark.parametrize("changed", ["BEAM_K.mtx", "BEAM_M.mtx", "BEAM_dofs.csv"])
+def test_matrices_that_come_as_several_files_all_count(changed, tmp_path):
+    files = {"BEAM_K.mtx": b"stiffness", "BEAM_M.mtx": b"mass", "BEAM_dofs.csv": b"rows"}
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "OTHER_K.mtx").write_bytes(b"of another part")
+    study = read_study(write_strips(tmp_path, study=f'{STUDY}\n[superelement.BEAM]\nfile = "BEAM_K.mtx"\n'))
+    found, of_sweep = other_files_sha256(study), Contents().file(tmp_path / "BEAM_K.mtx")
+    assert found == sha256("".join(f"{sha256(content)}\n" for content in files.values()).encode())
+    (tmp_path / "OTHER_K.mtx").write_bytes(b"changed")
+    assert other_files_sha256(study) == found
+    (tmp_path / changed).write_bytes(b"changed")
+    assert other_files_sha256(study) != found
+    assert Contents().file(tmp_path / "BEAM_K.mtx") != of_sweep
+
+
+def test_a_file_alone_has_its_own_digest(tmp_path):
+    study = read_study(write_strips(tmp_path, study=f'clips = "clips.toml"\n{STUDY}'))
+    (tmp_path / "clips.toml").write_bytes(b"x = 1\n")
+    assert other_files_sha256(study) == sha256(b"x = 1\n")
