@@ -54,8 +54,8 @@ READERS = {
     "part.h5": read_superelement_file,
     "saved.h5": lambda path: boundary(path.parent, path),
     "any.json": read_json,
-    "any.csv": lambda path: Contents().file(path),
-    "any.inp": lambda path: Contents().deck(path),
+    "any.csv": lambda path: Contents().of(("clips",), path),
+    "any.inp": lambda path: Contents().of(("model", "deck"), path),
 }
 KEPT = {
     "kept.h5": lambda path: read_solved(path, ""),

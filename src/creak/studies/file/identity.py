@@ -8,7 +8,7 @@ from pathlib import Path
 
 from creak.digest import file_sha256, sha256
 from creak.formats.stored.run_identity import RunIdentity
-from creak.studies.file.paths import DECKS, deck_files, family, map_paths
+from creak.studies.file.paths import DECKS, files_at, map_paths
 from creak.studies.file.reader import Study
 
 STORE = "superelements"
@@ -27,31 +27,27 @@ def new_identity(study: Study, deck_sha256: str, files_sha256: str) -> RunIdenti
 
 def decks_sha256(study: Study) -> str:
     """Digest of the decks of a study with all that they include, as they are now; empty where there is none."""
-    decks: list[Path] = []
-
-    def note(place: tuple[str, ...], name: str) -> str:
-        if place in DECKS:
-            decks.append(study.places.sibling(name))
-        return name
-
-    map_paths(study.config.model_dump(mode="json"), note)
-    return files_sha256(file for deck in decks if deck.is_file() for file in deck_files(deck))
+    return files_sha256(_named(study, decks=True))
 
 
 def other_files_sha256(study: Study) -> str:
-    """Digest of the other files that a study names, with those that come with them (`family`), as they are now.
+    """Digest of the other files that a study names, with those that come with them, as they are now; empty where there
+    are none."""
+    return files_sha256(_named(study, decks=False))
 
-    Empty where there are none.
-    """
-    files: list[Path] = []
+
+def _named(study: Study, *, decks: bool) -> list[Path]:
+    """Files that are there, each with what comes with it (`files_at`)."""
+    found: list[Path] = []
 
     def note(place: tuple[str, ...], name: str) -> str:
-        if place not in DECKS and study.places.sibling(name).is_file():
-            files.extend(family(study.places.sibling(name)))
+        path = study.places.sibling(name)
+        if (place in DECKS) == decks and (path.is_file() or not decks):
+            found.extend(file for file in files_at(place, path) if file.is_file())
         return name
 
     map_paths(study.config.model_dump(mode="json"), note)
-    return files_sha256(files)
+    return found
 
 
 def files_sha256(files: Iterable[Path]) -> str:

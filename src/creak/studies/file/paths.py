@@ -65,43 +65,35 @@ class Contents:
     """Hashes of files, each read once."""
 
     def __init__(self) -> None:
-        self._known: dict[tuple[str, Path], str] = {}
+        self._known: dict[tuple[tuple[str, ...], Path], str] = {}
 
-    def deck(self, path: Path) -> str:
-        """Hash of a deck with all files that it includes.
+    def of(self, place: tuple[str, ...], path: Path) -> str:
+        """Hash of the file that a key of a study names, with those that come with it.
 
         Raises
         ------
         InputError : a file is missing or cannot be read.
         """
-        return self._of("deck", path, deck_files)
-
-    def file(self, path: Path) -> str:
-        """Hash of a file and of those beside it that share its name: matrices come as several files.
-
-        Raises
-        ------
-        InputError : no such file.
-        """
-        return self._of("file", path, family)
-
-    def _of(self, kind: str, path: Path, files: Callable[[Path], list[Path]]) -> str:
-        path = path.resolve()
+        path, kind = path.resolve(), place[:1]
         if (kind, path) not in self._known:
-            self._known[kind, path] = digest([_hash(p, p == path) for p in files(path)])
+            self._known[kind, path] = digest([_hash(p, p == path) for p in files_at(place, path)])
         return self._known[kind, path]
 
 
-def deck_files(path: Path) -> list[Path]:
-    """A deck and what it includes, in reading order."""
-    return format_of(path).files(path)
+def files_at(place: tuple[str, ...], path: Path) -> list[Path]:
+    """The file that a key of a study names, and what comes with it: the includes of a deck, in reading order, and the
+    other matrices of a superelement."""
+    if place in DECKS:
+        return format_of(path).files(path)
+    return _family(path) if place[0] == "superelement" else [path]
 
 
-def family(path: Path) -> list[Path]:
-    """A file and those beside it whose names begin alike up to the last underscore."""
-    stem = path.stem.rpartition("_")[0] or path.stem
+def _family(path: Path) -> list[Path]:
+    """A file and those beside it whose names begin alike up to the last underscore; of a beginning, those that have it."""
+    own = [path] if path.is_file() else []
+    stem = path.stem.rpartition("_")[0] or path.stem if own else path.name
     beside = [p for p in sorted(path.parent.glob("*")) if p.is_file() and p.name.startswith(stem) and p != path]
-    return [path, *(p for p in beside if p.suffix.lower() not in (".toml", ".html"))]
+    return [*own, *(p for p in beside if p.suffix.lower() not in (".toml", ".html"))] or [path]
 
 
 def _content(path: Path, is_input: bool) -> bytes:

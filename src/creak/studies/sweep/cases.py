@@ -152,10 +152,10 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     tables = map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out))
     text = f"# written by creak sweep\n{toml_text(tables)}"
     plain = config.model_dump(mode="json", by_alias=True)
-    deck_hash = contents.deck(base / config.model.deck)
+    deck_hash = contents.of(DECKS[0], base / config.model.deck)
 
     def content(place: tuple[str, ...], name: str) -> str:
-        return (contents.deck if place in DECKS else contents.file)(base / name)
+        return contents.of(place, base / name)
 
     content_of = map_paths({k: v for k, v in plain.items() if k != "title"}, content)
     runs_reference = config.proof == "whole" or config.reduction.method == "none"

@@ -16,23 +16,29 @@ def sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
+PLACE = ("superelement", "*", "file")
+
+
+@pytest.mark.parametrize("named", ["BEAM_K.mtx", "BEAM"])
 @pytest.mark.parametrize("changed", ["BEAM_K.mtx", "BEAM_M.mtx", "BEAM_dofs.csv"])
-def test_matrices_that_come_as_several_files_all_count(changed, tmp_path):
+def test_matrices_that_come_as_several_files_all_count(changed, named, tmp_path):
     files = {"BEAM_K.mtx": b"stiffness", "BEAM_M.mtx": b"mass", "BEAM_dofs.csv": b"rows"}
     for name, content in files.items():
         (tmp_path / name).write_bytes(content)
     (tmp_path / "OTHER_K.mtx").write_bytes(b"of another part")
-    study = read_study(write_strips(tmp_path, study=f'{STUDY}\n[superelement.BEAM]\nfile = "BEAM_K.mtx"\n'))
-    found, of_sweep = other_files_sha256(study), Contents().file(tmp_path / "BEAM_K.mtx")
+    study = read_study(write_strips(tmp_path, study=f'{STUDY}\n[superelement.BEAM]\nfile = "{named}"\n'))
+    found, of_sweep = other_files_sha256(study), Contents().of(PLACE, tmp_path / named)
     assert found == sha256("".join(f"{sha256(content)}\n" for content in files.values()).encode())
     (tmp_path / "OTHER_K.mtx").write_bytes(b"changed")
     assert other_files_sha256(study) == found
     (tmp_path / changed).write_bytes(b"changed")
     assert other_files_sha256(study) != found
-    assert Contents().file(tmp_path / "BEAM_K.mtx") != of_sweep
+    assert Contents().of(PLACE, tmp_path / named) != of_sweep
 
 
 def test_a_file_alone_has_its_own_digest(tmp_path):
     study = read_study(write_strips(tmp_path, study=f'clips = "clips.toml"\n{STUDY}'))
     (tmp_path / "clips.toml").write_bytes(b"x = 1\n")
+    (tmp_path / "clips_b.toml").write_bytes(b"x = 2\n")
+    (tmp_path / "clips.csv").write_bytes(b"of something else")
     assert other_files_sha256(study) == sha256(b"x = 1\n")
