@@ -89,7 +89,7 @@ def files_at(place: tuple[str, ...], path: Path) -> list[Path]:
 
 
 def _family(path: Path) -> list[Path]:
-    """A file and those beside it whose names begin alike up to the last underscore; of a beginning, all that have it."""
+    """A file and those beside it whose names begin alike up to the last underscore; of a beginning, all with it."""
     own = [path] if path.is_file() else []
     stem = path.stem.rpartition("_")[0] or path.stem if own else path.name
     beside = [p for p in sorted(path.parent.glob("*")) if p.is_file() and p.name.startswith(stem) and p != path]
