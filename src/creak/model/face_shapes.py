@@ -57,6 +57,19 @@ def face_shapes(kind: str, nodes_idx: IntArray, number: IntArray) -> FaceShapes:
     return FaceShapes(nodes, natural[number], sides[number])
 
 
+def faces_of_facets(kind: str, nodes_idx: IntArray, corners: IntArray) -> FaceShapes:
+    """The same of the facets with node rows `corners` (n, 4)."""
+    facets = nodes_idx[:, np.array(FACES.get(kind) or SHELL_FACETS[kind])]
+    number = (facets == corners[:, None]).all(axis=2)
+    assert number.any(axis=1).all(), "facets of other elements"
+    return face_shapes(kind, nodes_idx, number.argmax(axis=1))
+
+
+def facets_alone(corners: IntArray) -> FaceShapes:
+    """Facets (n, 4) that are faces themselves."""
+    return FaceShapes(corners, np.zeros((len(corners), 4, 2)), np.zeros(len(corners), dtype=np.int64))
+
+
 def joined(pieces: list[tuple[IntArray, FaceShapes]], n: int) -> FaceShapes:
     """Of n facets, from those of the rows (k,) that each piece has."""
     width = max((piece.nodes.shape[1] for _, piece in pieces), default=FEW)

@@ -8,6 +8,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck_run
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
+from creak.model.face_shapes import facets_alone
 from creak.model.steps import StaticLoads
 from helpers_nastran import motion, read, row
 
@@ -40,7 +41,9 @@ def test_resultant_and_moment_of_a_pressure_on_warped_facets():
         (5, 3)
     )
     corners = np.array([[0, 1, 2, 3], [1, 4, 2, 2]])
-    rows, forces = nodal_forces(Pressed(corners, np.full((2, 4), 5.0), np.full((2, 3), np.nan)), coords)
+    rows, forces = nodal_forces(
+        Pressed(corners, np.full((2, 4), 5.0), np.full((2, 3), np.nan), facets_alone(corners)), coords
+    )
     x = coords[corners]
     assert forces.sum(axis=0) == pytest.approx(2.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]).sum(axis=0))
     flat = np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]])

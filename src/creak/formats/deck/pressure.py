@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.face_shapes import FEW, SQUARE, FaceShapes
+from creak.model.quadrature import gauss_square, gauss_triangle
 from creak.model.steps import PointLoad
-
-_AT = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
 
 @dataclass(frozen=True)
@@ -22,20 +22,28 @@ class Pressed:
     """(n, 4) at the corners, force / length^2, along the normal of the facet."""
     along: FloatArray
     """(n, 3) direction in which it acts instead, unit vectors; NaN: the normal."""
+    shapes: FaceShapes
+    """Of the faces that they are parts of."""
 
 
 def nodal_forces(pressed: Pressed, coords: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Sorted node rows (k,) and forces (k, 3): integral of h_i p n dA with linear shape functions of each facet.
+    """Sorted node rows (k,) and forces (k, 3): integral of h_i p n dA with the shape functions of each whole face.
 
-    Resultant and moment are those of the pressure. A shell or face with middle nodes has several facets, which bend
-    into one another as its parabolas do; where the pressure changes or ends, forces lie as on a mesh of twice as many
-    linear elements.
+    Pressure is linear on each facet. Where middle nodes lie amid straight sides of a plane face, these are the
+    consistent loads: of a uniform pressure on a square face -1/12 at a corner and 1/3 in the middle of a side, on a
+    triangle 0 and 1/3. Curved faces are as their facets lie.
     """
-    forces = np.empty((len(pressed.corners), 4, 3))
+    nodes = pressed.shapes.nodes
+    forces = np.zeros((*nodes.shape, 3))
     triangle = pressed.corners[:, 2] == pressed.corners[:, 3]
-    forces[triangle] = _of_triangles(_part(pressed, triangle), coords)
-    forces[~triangle] = _of_quads(_part(pressed, ~triangle), coords)
-    rows, at = np.unique(pressed.corners, return_inverse=True)
+    for mine, (shapes, slopes, weights) in ((triangle, _triangle()), (~triangle, _square())):
+        facet = np.flatnonzero(mine)
+        x, p, direction = coords[pressed.corners[facet]], pressed.pressure[facet], pressed.along[facet]
+        for h, dh, w in zip(shapes, slopes, weights, strict=True):
+            area = _along(np.cross(*np.einsum("ai,nic->anc", dh, x)), direction)
+            _, whole = pressed.shapes.at(facet, np.broadcast_to(h, (facet.size, FEW)))
+            forces[facet] += whole[:, :, None] * (w * (p @ h)[:, None] * area)[:, None]
+    rows, at = np.unique(nodes, return_inverse=True)
     total = np.zeros((rows.size, 3))
     np.add.at(total, at.reshape(-1), forces.reshape(-1, 3))
     return rows, total
@@ -55,28 +63,20 @@ def point_loads(rows: IntArray, forces: FloatArray, name: str, where: str) -> li
     return found
 
 
-def _part(pressed: Pressed, rows: np.ndarray) -> Pressed:
-    return Pressed(pressed.corners[rows], pressed.pressure[rows], pressed.along[rows])
+def _triangle() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Shape functions (q, 4), slopes (q, 2, 4) and weights of six points: exact to degree four."""
+    points, weights = gauss_triangle()
+    shapes = np.column_stack([1.0 - points.sum(axis=1), points, np.zeros(len(points))])
+    slopes = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0]])
+    return shapes, np.broadcast_to(slopes, (len(points), 2, 4)), 0.5 * weights
 
 
-def _of_triangles(pressed: Pressed, coords: FloatArray) -> FloatArray:
-    """(n, 4, 3), nothing at the fourth: A n (p_i + sum p) / 12."""
-    x, p = coords[pressed.corners[:, :3]], pressed.pressure[:, :3]
-    area = 0.5 * np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
-    share = (p + p.sum(axis=1, keepdims=True)) / 12.0
-    return np.pad(share[:, :, None] * _along(area, pressed.along)[:, None], ((0, 0), (0, 1), (0, 0)))
-
-
-def _of_quads(pressed: Pressed, coords: FloatArray) -> FloatArray:
-    """(n, 4, 3), 2 x 2 points."""
-    x, out = coords[pressed.corners], np.zeros((len(pressed.corners), 4, 3))
-    for r, s in _AT / np.sqrt(3.0):
-        h = 0.25 * (1 + r * _AT[:, 0]) * (1 + s * _AT[:, 1])
-        x_r = np.einsum("i,nic->nc", 0.25 * _AT[:, 0] * (1 + s * _AT[:, 1]), x)
-        x_s = np.einsum("i,nic->nc", 0.25 * _AT[:, 1] * (1 + r * _AT[:, 0]), x)
-        acting = (pressed.pressure @ h)[:, None] * _along(np.cross(x_r, x_s), pressed.along)
-        out += h[:, None] * acting[:, None]
-    return out
+def _square() -> tuple[FloatArray, FloatArray, FloatArray]:
+    """The same of 3 x 3 points: exact to degree five in each direction."""
+    points, weights = gauss_square(3)
+    ends = 1.0 + points[:, None, :] * SQUARE
+    slopes = 0.25 * np.stack([SQUARE[:, 0] * ends[:, :, 1], SQUARE[:, 1] * ends[:, :, 0]], axis=1)
+    return 0.25 * ends.prod(axis=2), slopes, weights
 
 
 def _along(area: FloatArray, direction: FloatArray) -> FloatArray:

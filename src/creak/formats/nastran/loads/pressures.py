@@ -12,13 +12,14 @@ from creak.formats.deck.pressure import Pressed, nodal_forces
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
+from creak.model.face_shapes import FaceShapes, faces_of_facets, facets_alone, joined
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS
 from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 CARDS = ("PLOAD", "PLOAD2", "PLOAD4")
 _NORMAL = (np.nan, np.nan, np.nan)
-Facet = tuple[list[int], list[float], Sequence[float]]
-"""Four node rows, pressures at them, direction."""
+Facet = tuple[list[int], list[float], Sequence[float], FaceShapes]
+"""Four node rows, pressures at them, direction, the face."""
 
 
 def pressure_forces(deck: Deck, cards: Sequence[tuple[Card, float]]) -> tuple[IntArray, FloatArray]:
@@ -38,14 +39,16 @@ def pressure_forces(deck: Deck, cards: Sequence[tuple[Card, float]]) -> tuple[In
             rows = [deck.grids.row(card.integer(i), card) for i in range(2, 6) if card.text(i)]
             if len(rows) not in (3, 4):
                 raise InputError(f"PLOAD with {len(rows)} grids", where=card.where, expected="three or four")
-            facets.append((rows if len(rows) == 4 else [*rows, rows[2]], [factor * card.real(1)] * 4, _NORMAL))
+            named = (*rows, rows[2])[:4]
+            facets.append((list(named), [factor * card.real(1)] * 4, _NORMAL, facets_alone(np.array([named]))))
             continue
         for element in _elements(card, elements):
             facets += _of_element(deck, card, factor, *elements[element])
     coords = np.array([deck.grids.place(row) for row in range(len(deck.grids.ids))])
     corners = np.array([f[0] for f in facets], dtype=np.int64).reshape(-1, 4)
     pressure, along = (np.array([f[k] for f in facets], dtype=np.float64) for k in (1, 2))
-    return nodal_forces(Pressed(corners, pressure.reshape(-1, 4), along.reshape(-1, 3)), coords)
+    shapes = joined([(np.array([k]), f[3]) for k, f in enumerate(facets)], len(facets))
+    return nodal_forces(Pressed(corners, pressure.reshape(-1, 4), along.reshape(-1, 3), shapes), coords)
 
 
 def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
@@ -75,7 +78,9 @@ def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[in
         n = N_CORNER[kind]
         p = _pressures(card, n)
         p += [0.5 * (p[i] + p[(i + 1) % n]) for i in range(len(nodes) - n)]
-        return [([nodes[i] for i in f], [factor * p[i] for i in f], along) for f in SHELL_FACETS[kind]]
+        each = [[nodes[i] for i in f] for f in SHELL_FACETS[kind]]
+        values = [[factor * p[i] for i in f] for f in SHELL_FACETS[kind]]
+        return [(f, v, along, _face_of(kind, nodes, f)) for f, v in zip(each, values, strict=True)]
     if kind not in FACES or card.name != "PLOAD4":
         raise InputError(
             f"{card.name} {card.text(0)} presses an element without such a surface",
@@ -88,7 +93,12 @@ def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[in
             f"PLOAD4 {card.text(0)} varies over the face of a solid", where=card.where, expected="P1 alone"
         )
     inward = -1.0 if np.isnan(along[0]) else 1.0
-    return [(f, [factor * inward * p[0]] * 4, along) for f in _face(deck, card, kind, nodes)]
+    value = [factor * inward * p[0]] * 4
+    return [(f, value, along, _face_of(kind, nodes, f)) for f in _face(deck, card, kind, nodes)]
+
+
+def _face_of(kind: str, nodes: list[int], corners: list[int]) -> FaceShapes:
+    return faces_of_facets(kind, np.array([nodes]), np.array([corners]))
 
 
 def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> list[list[int]]:
