@@ -5,11 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
 from creak.progress import Progress
 from creak.studies.converge.compared import assess
 from creak.studies.converge.repeats import outcome_of
+from creak.studies.converge.rubbing import FLOOR
 from creak.studies.converge.settling import (
     BASE,
     ENOUGH,
@@ -28,6 +31,7 @@ from creak.studies.run.job import March, ReducedRun
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES
+from creak.verify.rubbing import pressing
 from creak.verify.slips import SlipEvent
 from creak.verify.statistics import MANY
 from creak.verify.unreduced import Structure
@@ -49,6 +53,7 @@ GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
 
 
+PLAIN = Repeat(BASE, "", 0.0)
 Prove = Callable[[ReducedRun, ReferenceModel, Progress], Structure]
 
 
@@ -63,6 +68,8 @@ def settle(
 ) -> ReducedRun:
     """Raise f_max by half until the run with more modes, and the unreduced model, find what the run found.
 
+    Modes that change nothing at all are no answer before some have changed something: nothing excites them.
+
     The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay. The
     unreduced model is asked where more modes change nothing any more: it knows of all that are left out.
 
@@ -75,7 +82,7 @@ def settle(
     """
     v, at = first.setup.study.config.verification, first
     stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
-    reckoned = [_reckoned(reference, first.reduced, first.run)]
+    reckoned, moved = [_reckoned(reference, first.reduced, first.run)], False
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
@@ -85,8 +92,9 @@ def settle(
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
+        moved = moved or more.complete or outcome_of(PLAIN, at.run).is_moved_by(outcome_of(PLAIN, again))
         structure = None
-        if agree and prove is not None:
+        if agree and moved and prove is not None:
             structure = prove(at, reference, progress)
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
@@ -94,7 +102,7 @@ def settle(
         stages[-1] = replace(stages[-1], same=agree, proven=proven)
         stages.append(_stage(following.band.f_max, more, again, more.wall_s - before))
         reckoned.append(_reckoned(reference, more, again, at.reduced))
-        enough = agree and proven is not False
+        enough = agree and moved and proven is not False
         why = "" if enough else _too_much(following.band.f_max, more, reckoned)
         if not (enough or why) and again.stopped is None:
             try:
@@ -147,8 +155,9 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     """The question of f_max = "auto", for two runs of a study: does the second, with more modes, tell the same?
 
     Events that carry 95 % of the impulse move by a part (`ROOM`) of what the verdict lets all sources together move
-    their figures by; so do impulse and force of the whole run. Number and work of slips are the same; and blows last as
-    long as before, to 5 % in the mean that the impulse weighs. Many events may be alike as samples instead.
+    their figures by; so do impulse and force of the whole run, and the force of contact that lasts. Number and work of
+    slips are the same; and blows last as long as before, to 5 % in the mean that the impulse weighs. Many events may be
+    alike as samples instead.
 
     Parameters
     ----------
@@ -158,6 +167,8 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
     c = assess(outcomes, run.name, window, v.event_tolerance)
     if not all(_fits(t) for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
+        return False
+    if not _press_alike(run, again, window, v.f_max):
         return False
     still = [e for e in c.judged if not e.problem and all(map(_fits, e.figures.values()))]
     total, held = (sum(e.event.impulse for e in some) for some in (c.judged, still))
@@ -188,6 +199,16 @@ def _fits(figure: Settling) -> bool:
 def _moved(e: EventSettling) -> float:
     """Change of an event's duration as a share of it, times the impulse."""
     return abs(e.figures["duration"].changes["modes"]) * e.event.impulse / (e.event.t_end - e.event.t_start)
+
+
+def _press_alike(run: Run, again: Run, window: tuple[float, float], f_max: float) -> bool:
+    """Mean and fluctuation of the force of contact that lasts for the whole window, all channels together."""
+    every = np.arange(run.history.force.shape[1])
+    one, other = (pressing(r.history, every, window, f_max) for r in (run, again))
+    if one is None or other is None:
+        return one is other
+    most = ROOM * SETTLED * np.array([other.mean, max(other.rms, FLOOR * other.mean)])
+    return bool((np.abs([one.mean - other.mean, one.rms - other.rms]) <= most).all())
 
 
 def _slip_alike(run: Run, again: Run) -> bool:

@@ -47,6 +47,10 @@ from creak.words import listed
 NO_PLACES = Followed()
 GIVEN = "the contact stiffness is the study's own: what another one changes is told, and unsettles nothing"
 COMPLETE = "every part is complete, with all modes that there are: the reduction leaves nothing out"
+UNEXCITED = (
+    "the reduced model has no modes, and the first {} are not excited, so they say nothing of those above: raise "
+    "[reduction] f_max"
+)
 SHAPES = ("interpolation", "characteristic", "coarse-mesh")
 """Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out."""
 GROWING = 2.0
@@ -91,6 +95,10 @@ def converge(
         same = replace(_base_run(result), name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
     unlooked = not_looked_at(result.setup.study.config.reduction, result.reduced)
+    more = outcomes.get(MORE_MODES)
+    none = result.reduced is not None and not result.reduced.complete and not outcomes[BASE].modes
+    if none and more is not None and not more.stopped and not outcomes[BASE].is_moved_by(more):
+        unlooked += (UNEXCITED.format(more.modes),)
     notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
