@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 
 from creak.api.study import run, run_setup
 from creak.errors import InputError
 from creak.progress import silent
+from creak.signals.resampling import low_pass_uneven
 from creak.studies.converge import auto_band, repeats
 from creak.studies.converge.settling import BASE, MORE_MODES
 from creak.studies.evaluate import evaluate
@@ -190,3 +192,60 @@ def test_a_number_stays_a_number(tmp_path):
     assert told["f_max"] == 700.0
     assert "stages" not in told
     assert read_study(tmp_path / "study.toml").config.reduction.f_max == 700.0
+
+
+def pressed_rod(folder, n=12, length=0.2, side=0.01, young=2e9, density=1000.0, preload=50.0):
+    """A rod of beams between a support and a stop that it presses on; its lowest modes bend, the load is along it."""
+    rod = (
+        "*NODE, NSET=ALL\n"
+        + "".join(f"{i + 1}, {length * i / n:.12g}, 0., 0.\n" for i in range(n + 1))
+        + "*ELEMENT, TYPE=B33, ELSET=ROD\n"
+        + "".join(f"{i}, {i}, {i + 1}\n" for i in range(1, n + 1))
+        + f"*NSET, NSET=FOOT\n1\n*NSET, NSET=MIDDLE\n{n // 2 + 1}\n*NSET, NSET=HEAD\n{n + 1}\n"
+        + f"*MATERIAL, NAME=SOFT\n*ELASTIC\n{young}, 0.\n*DENSITY\n{density},\n"
+        + f"*BEAM SECTION, SECTION=RECT, ELSET=ROD, MATERIAL=SOFT\n{side}, {side}\n0., 1., 0.\n"
+        + "*BOUNDARY\nHEAD, 1, 6\nFOOT, 2, 4\nALL, 2, 2\nALL, 4, 4\nALL, 6, 6\n"
+    )
+    (folder / "deck.inp").write_text(rod, encoding="utf-8")
+    (folder / "study.toml").write_text(
+        '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n[damping]\nmodal = 0.001\n'
+        '[[connector]]\ntype = "play"\nname = "stop"\nnodes = ["FOOT"]\ndof = "x"\nstiffness = 1e6\nlower = 0.0\n'
+        f'[[static]]\nforce = {-preload}\nnode_set = "FOOT"\ndof = "x"\n'
+        '[excitation.middle]\nnode_set = "MIDDLE"\ndof = "x"\nkind = "force"\n'
+        'signal = { type = "step", amplitude = 5.0 }\n[time]\nend = 0.02\n[reference]\nrun = "none"\n',
+        encoding="utf-8",
+    )
+    return folder / "study.toml"
+
+
+def along_the_rod(time, n=400, length=0.2, ea=2e5, mass=0.1, k=1e6, zeta=0.001, amplitude=5.0):
+    """What a step in the middle adds to the force of the stop: 400 linear elements along the rod, 30 modes."""
+    h = length / n
+    K, M = np.zeros((n + 1, n + 1)), np.zeros((n + 1, n + 1))
+    for i in range(n):
+        K[i : i + 2, i : i + 2] += ea / h * np.array([[1, -1], [-1, 1]])
+        M[i : i + 2, i : i + 2] += mass * h / length / 6 * np.array([[2, 1], [1, 2]])
+    K[0, 0] += k
+    omega2, shapes = sla.eigh(K[:n, :n], M[:n, :n], subset_by_index=(0, 29))
+    omega = np.sqrt(omega2)[:, None]
+    damped = omega * np.sqrt(1.0 - zeta**2)
+    course = 1.0 - np.exp(-zeta * omega * time) * (
+        np.cos(damped * time) + zeta * omega / damped * np.sin(damped * time)
+    )
+    return -k * shapes[0] @ (shapes[n // 2, :, None] * amplitude / omega2[:, None] * course)
+
+
+def test_modes_that_nothing_excites_settle_nothing(tmp_path):
+    """The first modes bend a rod that is pushed along itself: they change nothing, and say nothing of those above."""
+    found = run(pressed_rod(tmp_path))
+    stages = found.summary["runs"]["reduced"]["stages"]
+    assert stages[1]["impulse"] == pytest.approx(stages[0]["impulse"], rel=1e-12)
+    assert stages[-1]["impulse"] != pytest.approx(stages[0]["impulse"], rel=1e-7)
+    assert found.summary["runs"]["reduced"]["verdict"] == "settled"
+    time = np.linspace(0.0, 0.02, 20_001)
+    f_max = found.found.setup.study.config.verification.f_max
+    _, force = low_pass_uneven(time, along_the_rod(time)[:, None], f_max)
+    (told,) = found.summary["convergence"]["friction"]
+    fluctuation, mean = (told["figures"][name] for name in ("force_rms", "force_mean"))
+    bar = fluctuation["settled_to"] * 0.1 * mean["values"]["base"]
+    assert fluctuation["values"]["base"] == pytest.approx(force.std(), abs=bar)
