@@ -12,7 +12,7 @@ from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import remedy_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
-from creak.studies.run.steady import may_still_close
+from creak.studies.run.steady import faded_in, may_still_close
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
@@ -62,7 +62,10 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
                 "them out of [time], or run with --converge",
             ),
         )
-    if table.exact and (why := may_still_close(run.history, result.gaps, result.setup.study.course.repeats)):
+    course = result.setup.study.course
+    if why := faded_in(run.history, course.fade):
+        return Verdict(UNSETTLED, (why,))
+    if table.exact and (why := may_still_close(run.history, result.gaps, course.repeats)):
         return Verdict(UNSETTLED, (why,))
     if table.exact and not result.gaps.presses:
         return Verdict(SETTLED, ())

@@ -74,6 +74,11 @@ class Driving:
         return float(whole[together[0]]) if together.size else None
 
     @property
+    def fade(self) -> float:
+        """s until all prescribed motion has its level."""
+        return max((t.signal.fade for t in self.moving.values()), default=0.0)
+
+    @property
     def _periods(self) -> list[float | None]:
         return [table.signal.repeats for table in self.excitations.values()]
 
@@ -90,6 +95,8 @@ class Course:
     """s, longest of the excitation."""
     repeats: float | None
     """s after which all of the excitation begins again."""
+    fade: float
+    """s until prescribed motion has its level."""
     until: float | None
     """s, where the unreduced model is run no longer than that beside the reduced one."""
     places: Places

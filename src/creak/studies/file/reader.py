@@ -54,7 +54,8 @@ class Study:
         c = self.config
         until = c.reference.until if c.proof == "whole" and c.reduction.method != "none" else None
         drives = self.driving
-        return Course(c.time, c.output, c.verification.f_max, drives.period, drives.repeats, until, self.places)
+        comes = drives.period, drives.repeats, drives.fade
+        return Course(c.time, c.output, c.verification.f_max, *comes, until, self.places)
 
     @property
     def lines(self) -> Lines:

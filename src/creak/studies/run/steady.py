@@ -21,6 +21,10 @@ NUMBERS = 2**22
 """Gaps that are compared at a time."""
 
 
+FULL = 0.5
+"""Share of a quiet run that must have the level asked for."""
+
+
 @dataclass(frozen=True)
 class Growth:
     """Gaps of the last periods of a run without contact, and how they go on."""
@@ -61,6 +65,23 @@ def growth(time: FloatArray, gap: FloatArray, period: float | None) -> Growth | 
         d1[some], d2[some] = np.abs(now - then).max(axis=0), np.abs(then - first_of_all).max(axis=0)
     r = np.where(d1 <= NOTHING * moved, 0.0, np.minimum(d1 / np.where(d2 > 0.0, d2, 1.0), SLOWEST))
     return Growth(lowest, before, lowest - d1 * r / (1.0 - r), r)
+
+
+def faded_in(history: History, fade: float) -> str:
+    """That a quiet run hardly has the level that its study asks for, in a sentence; empty where it has, or something
+    pressed.
+
+    Parameters
+    ----------
+    fade : s over which prescribed motion fades in.
+    """
+    end = float(history.time[-1])
+    if fade <= (1.0 - FULL) * end or history.force.any():
+        return ""
+    return (
+        f"the prescribed motion fades in for {fade:.3g} s and the run ends at {end:.3g} s, so most of it is below the "
+        f"level that the study asks for: let it end after {2.0 * fade:.3g} s or more"
+    )
 
 
 def may_still_close(history: History, gaps: GapOperator, period: float | None) -> str:

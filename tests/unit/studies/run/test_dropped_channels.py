@@ -156,7 +156,7 @@ def test_nothing_closes_nothing_is_run_again(thrown):
 def test_a_run_in_which_nothing_touches_needs_no_proof(tmp_path, accuracy, kept):
     """Without the unreduced model: settled where no channel is kept, and where those that are kept stay open in repeats."""
     far = TWO.replace('method = "surface', 'clearance = 0.75\nmethod = "surface')
-    text = far.replace("step = 5e-4\nperiods = 2", f'accuracy = "{accuracy}"\nend = 0.02')
+    text = far.replace("step = 5e-4\nperiods = 2", f'accuracy = "{accuracy}"\nend = 0.05')
     watched = "[precheck]\nenabled = false\n" if kept else ""
     found = creak.run(write_strips(tmp_path, study=f'{text}[reference]\nrun = "none"\n{watched}')).summary
     run = found["runs"]["reduced"]

@@ -3,13 +3,18 @@ spring from rest at resonance is known: A (1 - exp(-zeta omega t)) cos(omega t),
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.history import History
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
-from creak.studies.run.steady import may_still_close
+from creak.studies.file.signals.course import MultisineTable, RecordTable, SineTable
+from creak.studies.file.signals.vibration import PsdTable
+from creak.studies.run.steady import faded_in, may_still_close
 from helpers_core import channels, forces_on, system_of
 
 OMEGA, ZETA = 2.0 * np.pi * 10.0, 0.02
@@ -48,3 +53,22 @@ def test_where_nothing_repeats_or_something_pressed_nothing_is_said():
     said, reached = told(12, 0.7 * FINAL)
     assert reached > 0.7
     assert said == ""
+
+
+@pytest.mark.parametrize(("fade", "told"), [(0.0, False), (0.1, False), (0.26, True), (1.0, True)])
+def test_a_quiet_run_that_is_mostly_fade_is_told(fade, told):
+    """Half of a run of .5 s is to have the level that is asked for."""
+    time = np.linspace(0.0, 0.5, 11)
+    none = np.zeros((time.size, 1))
+    quiet = History(time, none + 1.0, none, none, np.arange(11), none, np.zeros((11, 8)), 0, 0.0)
+    assert bool(faded_in(quiet, fade)) == told
+    assert not faded_in(replace(quiet, force=none + 1.0), fade)
+
+
+def test_signals_say_how_long_motion_fades_in():
+    sine = {"type": "sine", "frequency": 5.0, "amplitude": 1.0}
+    psd = {"type": "psd", "unit": "g2/Hz", "values": [[10.0, 1.0], [20.0, 1.0]], "seed": 1}
+    multisine = {"type": "multisine", "f_min": 5.0, "f_max": 20.0, "amplitude": 1.0, "period": 2.0, "seed": 1}
+    record = {"type": "record", "file": "x.csv", "high_pass": 4.0}
+    tables = [SineTable(**sine), PsdTable(**psd, duration=3.0), MultisineTable(**multisine), RecordTable(**record)]
+    assert [t.fade for t in tables] == [0.0, pytest.approx(0.3), pytest.approx(0.2), 0.25]

@@ -36,6 +36,11 @@ class Course(Table):
         return None
 
     @property
+    def fade(self) -> float:
+        """s over which motion that it prescribes fades in."""
+        return 0.0
+
+    @property
     def resolving(self) -> float | None:
         """s of the longest flight step, where the highest frequency does not tell it."""
         return None
@@ -108,6 +113,10 @@ class MultisineTable(Course):
     @property
     def repeats(self) -> float:
         return self.period
+
+    @property
+    def fade(self) -> float:
+        return sources.RAMP * self.period
 
     @property
     def random(self) -> int:
@@ -279,6 +288,10 @@ class RecordTable(Course):
     """The values of the file are taken so many times, 9810 for g in mm/s2."""
     high_pass: Positive
     """Hz; below it the record counts as drift."""
+
+    @property
+    def fade(self) -> float:
+        return 1.0 / self.high_pass
 
     def words(self, unit: str, shown: Shown) -> str:
         return f"record {self.file}, above {shown(self.high_pass)} Hz"

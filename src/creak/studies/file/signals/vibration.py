@@ -54,6 +54,10 @@ class PsdTable(Course):
         return self.duration
 
     @property
+    def fade(self) -> float:
+        return sources.RAMP * self.repeats
+
+    @property
     def random(self) -> int:
         return self.seed
 
