@@ -10,6 +10,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from creak.contact.pair import ContactPair
+from creak.contact.surface_to_surface import surface_to_surface
+from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, patch, two_strips, write_strips
@@ -178,3 +181,47 @@ def test_the_bolted_foot_of_a_bracket_is_asked_and_its_tongue_is_a_contact(creak
     loose = bolted_bracket(0.3).replace("*MPC\nBEAM, 2115, 9\nBEAM, 2118, 10\n", "")
     (contact,) = new(creak, tmp_path, loose, "--overwrite")[0]["contacts"]
     assert (contact["question"], contact["start"]) == ("", 0.0), "what only lies on the other knocks as it is"
+
+
+def nastran_plates(z, thickness=2.0, *, offset="", corners="", turned=False):
+    """A plate of 100 x 100 in z = 0 under another one in z, 1 thick; ZOFFS and T1 to T4 of the lower one's elements."""
+    lines = ["SOL 103", "CEND", "SPC=1", "BEGIN BULK"]
+    for first, n, height in ((0, 4, 0.0), (100, 3, z)):
+        for j in range(n + 1):
+            lines += [
+                f"GRID,{first + (n + 1) * j + i + 1},,{100 * i / n:.6g},{100 * j / n:.6g},{height}"
+                for i in range(n + 1)
+            ]
+        for j in range(n):
+            for i in range(n):
+                a = first + (n + 1) * j + i + 1
+                ring = [a, a + 1, a + n + 2, a + n + 1]
+                nodes = ",".join(map(str, ring[::-1] if turned and not first else ring))
+                more = "" if first else f",,{offset},+\n+,,,{corners}" if corners else f",,{offset}" if offset else ""
+                lines.append(f"CQUAD4,{first + n * j + i + 1},{1 if not first else 2},{nodes}{more}")
+    lines += ["MAT1,1,210000.,,.3,7.85-9", f"PSHELL,1,1,{thickness},1,,1", "PSHELL,2,1,1.,1,,1"]
+    return "\n".join([*lines, "SPC1,1,123456,1", "SPC1,1,123456,101", "ENDDATA", ""])
+
+
+@pytest.mark.parametrize(
+    ("deck", "gap", "side"),
+    [
+        (nastran_plates(2.3), 0.8, ""),
+        (nastran_plates(3.0, offset="1.2"), 0.3, ".SPOS"),
+        (nastran_plates(3.0, offset="-1.2", turned=True), 0.3, ".SNEG"),
+        (nastran_plates(7.2, offset="5."), 0.7, ".SPOS"),
+        (nastran_plates(4.3, corners="6.,6.,6.,6."), 0.8, ""),
+    ],
+)
+def test_offset_and_thickness_of_shells_count(creak, tmp_path, deck, gap, side):
+    """The gap is z less half of the upper plate, half of the lower one and its offset; the study takes the side."""
+    (tmp_path / "plates.bdf").write_text(deck, encoding="utf-8")
+    said = creak("new", tmp_path / "plates.bdf", "--json")
+    (contact,) = json.loads(said.out)["contacts"]
+    assert contact["gap"] == pytest.approx(gap, rel=1e-9)
+    text = (tmp_path / "plates.toml").read_text()
+    assert f'"PID_1{side}"' in text
+    study = tomllib.loads(text)["contact"][contact["name"]]
+    pair = ContactPair("c", study["secondary"], study["main"])
+    operator, _ = surface_to_surface(read_model(tmp_path / "plates.bdf"), pair)
+    np.testing.assert_allclose(operator.gap0, gap, rtol=1e-9)

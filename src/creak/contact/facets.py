@@ -276,6 +276,21 @@ def _thickness(
     model: Model, block: ElementBlock, element: IntArray, side: IntArray, name: str, where: str
 ) -> FloatArray:
     """Twice the distance (n,) of a shell's outer surface from the surface of its nodes."""
+    thickness, offset = middles(model, block, element)
+    if not offset.any():
+        return thickness
+    if (side == 0).any():
+        raise InputError(
+            f"surface {name!r} holds shells whose nodes lie off their middle (element {block.ids[element[0]]})",
+            where=where,
+            expected="a side, SPOS or SNEG",
+            fix=f"Say which side touches: {name}.SPOS or {name}.SNEG, or name it in a *SURFACE of an Abaqus deck.",
+        )
+    return thickness + 2.0 * side * offset
+
+
+def middles(model: Model, block: ElementBlock, element: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Thickness (n,) of shells, and how far (n,) their middle lies off the surface of their nodes, along the normal."""
     section: ShellSection | GeneralShell = block.section  # type: ignore[assignment]
     own = block.own.take(element)
     ratio = np.ones(element.size) if own.thickness is None else own.thickness.mean(axis=1)
@@ -285,16 +300,7 @@ def _thickness(
         normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])
         normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
         offset = offset + np.einsum("nx,nx->n", own.arms.mean(axis=1), normal)
-    if not offset.any():
-        return section.thickness * ratio
-    if (side == 0).any():
-        raise InputError(
-            f"surface {name!r} holds shells whose nodes lie off their middle (element {block.ids[element[0]]})",
-            where=where,
-            expected="a side, SPOS or SNEG",
-            fix="Say which side touches, in a *SURFACE of the deck.",
-        )
-    return section.thickness * ratio + 2.0 * side * offset
+    return section.thickness * ratio, offset
 
 
 def _shear_stiffness(section: ShellSection | GeneralShell) -> float:

@@ -175,10 +175,22 @@ def _surfaces(model: Model, n: Near, met: Met, names: tuple[str, str], members: 
     for a, b in orders:
         parts = (n.parts[a], n.parts[b])
         drawn = _drawn(model, met, _pair_name(parts), parts, len(n.elements[a]), len(members[a]))
-        tried.append(_tried(model, replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))))
+        plain = replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))
+        tried.append(_tried(model, plain))
         if not tried[-1].problem:
             return tried[-1]
+        sided = [_tried(model, replace(plain, secondary=s, main=m)) for s, m in _by_side(model, names[a], names[b])]
+        if good := [c for c in sided if not c.problem]:
+            return min(good, key=lambda c: abs((c.start or 0.0) - c.gap))
     return _closed(met, tried[0]) if tried[0].question else tried[0]
+
+
+def _by_side(model: Model, secondary: str, main: str) -> list[tuple[str, str]]:
+    """Both names with the sides of shells whose nodes lie off their middle, where the deck has surfaces of a side."""
+    one, other = (
+        [n, *(s for s in (f"{n}.SPOS", f"{n}.SNEG") if s.upper() in model.surfaces)] for n in (secondary, main)
+    )
+    return [(a, b) for a in one for b in other][1:]
 
 
 def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str]) -> list[Contact]:

@@ -1,8 +1,8 @@
 """Where the skin of a part lies opposite that of another: face on face, the free edge of a shell on a face, two edges.
 
 The distance of surfaces is that of the nodes' surfaces, less what the thickness of either shell reaches into the
-direction between them: half of it along its normal, nothing past its edge. So the gap under the edge of a rib that
-stands on a plate is the distance less half of the plate's thickness alone.
+direction between them: half of it along its normal, with what its middle lies off its nodes, nothing past its edge. So
+the gap under the edge of a rib that stands on a plate is the distance less half of the plate's thickness alone.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Literal
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.facets import middles
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.projection import nearest_points
@@ -46,6 +47,8 @@ class Skin:
     """(n,) number of the element that each facet belongs to, see `element_numbers`."""
     half: FloatArray
     """(n,) half thickness; 0 for faces of solids."""
+    offset: FloatArray
+    """(n,) of the middle from the surface of the nodes, along the normal."""
     solid: BoolArray
     """(n,) whether it is the face of a solid, whose normal looks outward."""
 
@@ -104,35 +107,34 @@ def skin_of(model: Model, part: int) -> Skin:
     first, pieces = element_numbers(model), []
     for row, block in enumerate(model.blocks):
         if block.part == part and (block.kind in SHELL_FACETS or block.kind in FACES):
-            pieces.append(_skin_of_block(block, int(first[row])))
+            pieces.append(_skin_of_block(model, block, int(first[row])))
     if not pieces:
         none = np.zeros(0, dtype=np.int64)
-        return Skin(none.reshape(0, 4), none, np.zeros(0), np.zeros(0, dtype=bool))
-    facets, element, half, solid = (np.concatenate(x) for x in zip(*pieces, strict=True))
+        return Skin(none.reshape(0, 4), none, np.zeros(0), np.zeros(0), np.zeros(0, dtype=bool))
+    facets, element, half, offset, solid = (np.concatenate(x) for x in zip(*pieces, strict=True))
     keep = np.ones(len(facets), dtype=bool)
     rows = np.flatnonzero(solid)
     keep[rows] = False
     keep[rows[free_faces(facets[rows], [facets[rows]])]] = True
-    return Skin(facets[keep], element[keep], half[keep], solid[keep])
+    return Skin(facets[keep], element[keep], half[keep], offset[keep], solid[keep])
 
 
-def _skin_of_block(block: ElementBlock, first: int) -> tuple[IntArray, IntArray, FloatArray, BoolArray]:
+def _skin_of_block(
+    model: Model, block: ElementBlock, first: int
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray, BoolArray]:
     n = block.ids.size
-    if block.kind in SHELL_FACETS:
-        section = block.section
-        thickness = section.thickness if isinstance(section, ShellSection | GeneralShell) else 0.0
-        faces, half, solid = facets_of_shells(block.kind, block.nodes_idx), 0.5 * thickness, False
-    else:
-        faces, half, solid = faces_of(block.kind, block.nodes_idx), 0.0, True
-    m = n * faces.shape[1]
-    number = first + np.repeat(np.arange(n), faces.shape[1])
-    return faces.reshape(-1, 4), number, np.full(m, half), np.full(m, solid)
+    thickness, offset, solid = np.zeros(n), np.zeros(n), block.kind in FACES
+    if isinstance(block.section, ShellSection | GeneralShell):
+        thickness, offset = middles(model, block, np.arange(n))
+    faces = (faces_of if solid else facets_of_shells)(block.kind, block.nodes_idx)
+    of = np.repeat(np.arange(n), faces.shape[1])
+    return faces.reshape(-1, 4), first + of, 0.5 * thickness[of], offset[of], np.full(of.size, solid)
 
 
 def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolArray, side: int) -> Met:
     """Nodes of a skin whose surface lies within the distance of the other's, each with the nearest point of that."""
     coords = model.nodes.coords
-    limit = distance + float(skin.half.max()) + float(other.half.max())
+    limit = distance + sum(float((s.half + np.abs(s.offset)).max()) for s in (skin, other))
     corners = coords[other.facets]
     low, high = corners.min(axis=(0, 1)) - limit, corners.max(axis=(0, 1)) + limit
     rows = np.unique(skin.facets)
@@ -159,7 +161,7 @@ def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolA
     outward = np.where(other.solid[facet], 1.0, np.where(lean < 0.0, -1.0, 1.0))
     toward = np.where(edge[:, None], outward[:, None] * normal, direction)
     apart = np.where(edge, np.einsum("nx,nx->n", x - point, toward), apart)
-    half = other.half[facet] * np.where(edge, 1.0, np.abs(along))
+    half = _reach(other, facet, np.where(edge, outward, along))
     through = edge & (apart < -half)
     toward[through & ~other.solid[facet]] *= -1.0
     apart = np.where(through & ~other.solid[facet], -apart, apart)
@@ -203,10 +205,11 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     at[rows] = np.arange(n)
     facet, corner = np.nonzero(at[skin.facets] >= 0)
     node = at[skin.facets[facet, corner]]
-    cosine = np.abs(np.einsum("nx,nx->n", skin.normals(coords)[facet], direction[node]))
+    toward = np.einsum("nx,nx->n", skin.normals(coords)[facet], direction[node])
+    cosine = np.abs(toward)
     most, half, body = np.zeros(n), np.zeros(n), np.zeros((n, 3))
     np.maximum.at(most, node, np.where(skin.solid[facet], 1.0, cosine))
-    np.maximum.at(half, node, skin.half[facet] * cosine)
+    np.maximum.at(half, node, _reach(skin, facet, -toward))
     np.add.at(body, node, coords[skin.facets[facet]].mean(axis=1) - coords[rows[node]])
     body /= np.maximum(np.linalg.norm(body, axis=1), 1e-300)[:, None]
     edge = free_edges(skin)
@@ -218,6 +221,11 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     crosses = np.abs(np.einsum("nx,nx->n", line, direction[at[ends[:, 0]]])) < ACROSS
     rim[at[ends[crosses, 0]]] = True
     return _Around(most >= FLAT, half, rim, body)
+
+
+def _reach(skin: Skin, facet: IntArray, cosine: FloatArray) -> FloatArray:
+    """(n,) how far facets reach from the surface of their nodes into directions, by the cosine to the normal."""
+    return np.asarray(skin.half[facet] * np.abs(cosine) + skin.offset[facet] * cosine)
 
 
 def _on_rim(model: Model, skin: Skin, facet: IntArray, shape: FloatArray) -> BoolArray:
