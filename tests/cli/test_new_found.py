@@ -225,3 +225,24 @@ def test_offset_and_thickness_of_shells_count(creak, tmp_path, deck, gap, side):
     pair = ContactPair("c", study["secondary"], study["main"])
     operator, _ = surface_to_surface(read_model(tmp_path / "plates.bdf"), pair)
     np.testing.assert_allclose(operator.gap0, gap, rtol=1e-9)
+
+
+@pytest.mark.parametrize(("height", "told"), [(3.1, "0.1 from"), (2.5, "0.5 inside"), (9.0, "")])
+def test_a_rod_of_beams_beside_a_plate_is_told(creak, tmp_path, height, told):
+    """Its radius of 2 and half of the plate's 2 are taken off."""
+    plate = "".join(f"{11 * j + i + 1}, {10 * i}, {10 * j}, 0.\n" for j in range(11) for i in range(11))
+    shells = "".join(
+        f"{10 * j + i + 1}, {11 * j + i + 1}, {11 * j + i + 2}, {11 * j + i + 13}, {11 * j + i + 12}\n"
+        for j in range(10)
+        for i in range(10)
+    )
+    rod = "".join(f"{501 + i}, {10 * i}, 50., {height}\n" for i in range(11))
+    beams = "".join(f"{501 + i}, {501 + i}, {502 + i}\n" for i in range(10))
+    text = (
+        f"*NODE\n{plate}{rod}*ELEMENT, TYPE=S4, ELSET=PLATE\n{shells}*ELEMENT, TYPE=B31, ELSET=ROD\n{beams}"
+        "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., .3\n*DENSITY\n7.85E-9,\n"
+        "*SHELL SECTION, ELSET=PLATE, MATERIAL=STEEL\n2.,\n"
+        "*BEAM SECTION, SECTION=CIRC, ELSET=ROD, MATERIAL=STEEL\n2.\n0., 1., 0.\n*BOUNDARY\n1, 1, 6\n501, 1, 6\n"
+    )
+    found, _ = new(creak, tmp_path, text)
+    assert [told in warning for warning in found["warnings"]] == ([True] if told else [])

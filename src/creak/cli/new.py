@@ -75,6 +75,7 @@ def new(
                 _write(path, proposal_text(found, model, relative, deck.stem, " ".join(missing.split())))
             output.wrote(path, path.with_name(SCHEMA_FILE), *pictures)
         _tell(output, found, path, missing)
+        warnings = [*found.beams, *warnings]
         tell_warnings(output, warnings, set())
         output.result(
             {

@@ -161,7 +161,7 @@ def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolA
     outward = np.where(other.solid[facet], 1.0, np.where(lean < 0.0, -1.0, 1.0))
     toward = np.where(edge[:, None], outward[:, None] * normal, direction)
     apart = np.where(edge, np.einsum("nx,nx->n", x - point, toward), apart)
-    half = _reach(other, facet, np.where(edge, outward, along))
+    half = reach_along(other, facet, np.where(edge, outward, along))
     through = edge & (apart < -half)
     toward[through & ~other.solid[facet]] *= -1.0
     apart = np.where(through & ~other.solid[facet], -apart, apart)
@@ -209,7 +209,7 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     cosine = np.abs(toward)
     most, half, body = np.zeros(n), np.zeros(n), np.zeros((n, 3))
     np.maximum.at(most, node, np.where(skin.solid[facet], 1.0, cosine))
-    np.maximum.at(half, node, _reach(skin, facet, -toward))
+    np.maximum.at(half, node, reach_along(skin, facet, -toward))
     np.add.at(body, node, coords[skin.facets[facet]].mean(axis=1) - coords[rows[node]])
     body /= np.maximum(np.linalg.norm(body, axis=1), 1e-300)[:, None]
     edge = free_edges(skin)
@@ -223,7 +223,7 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     return _Around(most >= FLAT, half, rim, body)
 
 
-def _reach(skin: Skin, facet: IntArray, cosine: FloatArray) -> FloatArray:
+def reach_along(skin: Skin, facet: IntArray, cosine: FloatArray) -> FloatArray:
     """(n,) how far facets reach from the surface of their nodes into directions, by the cosine to the normal."""
     return np.asarray(skin.half[facet] * np.abs(cosine) + skin.offset[facet] * cosine)
 

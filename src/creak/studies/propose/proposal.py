@@ -15,7 +15,8 @@ from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.contacts import Contact, find_contacts
 from creak.studies.propose.joints import joints_of
-from creak.studies.propose.proximity import closest_parts, near_parts
+from creak.studies.propose.proximity import closest_parts, near_beams, near_parts
+from creak.studies.warned import Warned
 from creak.words import listed
 
 REACH = 0.01
@@ -74,6 +75,8 @@ class Proposal:
     outputs: tuple[str, ...]
     joints: tuple[str, ...]
     """What joins parts in the deck, a line each."""
+    beams: tuple[str, ...] = ()
+    """Parts of beams that are near others, a sentence each."""
 
     @property
     def untouched(self) -> str:
@@ -125,6 +128,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         _pairs(model),
         _outputs(model),
         joints_of(model),
+        tuple(Warned(said) for said in near_beams(model, distance)),
     )
 
 

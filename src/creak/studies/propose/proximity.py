@@ -10,12 +10,14 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.model.constraints import tied_nodes
+from creak.model.materials import BeamSection
 from creak.model.mesh import Model
+from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.solid_faces import FACES
-from creak.studies.propose.opposite import Kind, Met, Skin, element_numbers, joined, opposite, skin_of
+from creak.studies.propose.opposite import Kind, Met, Skin, element_numbers, joined, opposite, reach_along, skin_of
 
 LEAST = 0.05
 """A set that covers less than this share of what is near is not taken."""
@@ -75,6 +77,48 @@ def near_parts(model: Model, distance: float, far: float) -> list[Near]:
             pairs = [of_kind("ends", names, [there.of("ends"), back.of("ends")])]
         found += [pair for pair in pairs if pair is not None]
     return sorted(found, key=lambda n: n.gap)
+
+
+def near_beams(model: Model, distance: float) -> list[str]:
+    """Parts of beams alone, which have no skin, whose nodes come within `distance` of a skin: a sentence each."""
+    skins = {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
+    tied, said = tied_nodes(model.constraints, model.nodes.count), list[str]()
+    for i, part in enumerate(model.parts):
+        blocks = [b for b in model.blocks if b.part == i and isinstance(b.section, BeamSection)]
+        if i in skins or not blocks:
+            continue
+        radius = np.full(model.nodes.count, -1.0)
+        for block in blocks:
+            np.maximum.at(radius, block.nodes_idx, block.section.radius)  # type: ignore[union-attr]
+        rows = np.flatnonzero((radius >= 0.0) & ~tied)
+        for j, skin in skins.items():
+            gap = _beside(model, rows, radius[rows], skin, distance)
+            if gap.min(initial=np.inf) <= distance:
+                k = int(gap.argmin())
+                how = f"{gap[k]:.3g} from" if gap[k] > 0.0 else f"{-gap[k]:.3g} inside"
+                said.append(
+                    f"{part.name} is of beams, which have no surface that is looked for: its node "
+                    f"{model.nodes.label(int(rows[k]))} is {how} {model.parts[j].name}. If they may touch, add a "
+                    f'[contact.NAME] with method = "node-to-surface" and its nodes as secondary'
+                )
+    return said
+
+
+def _beside(model: Model, rows: IntArray, radius: FloatArray, skin: Skin, distance: float) -> FloatArray:
+    """(n,) distance of round nodes from a skin, its thickness taken off; inf where it is far."""
+    coords, gap = model.nodes.coords, np.full(rows.size, np.inf)
+    corners, limit = (
+        coords[skin.facets],
+        distance + float(radius.max(initial=0.0) + (skin.half + abs(skin.offset)).max()),
+    )
+    near = nearest_points(coords[rows], corners, skin.facets[:, 2] == skin.facets[:, 3], limit)
+    facet = near.facet[near.found]
+    way = coords[rows[near.found]] - np.einsum("nc,ncx->nx", near.shape[near.found], corners[facet])
+    away = np.linalg.norm(way, axis=1)
+    along = np.einsum("nx,nx->n", skin.normals(coords)[facet], way) / np.maximum(away, 1e-300)
+    behind = skin.solid[facet] & (along < 0.0)
+    gap[near.found] = np.where(behind, -away, away) - reach_along(skin, facet, along) - radius[near.found]
+    return gap
 
 
 def _near(
