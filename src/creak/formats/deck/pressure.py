@@ -3,39 +3,53 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.face_shapes import SQUARE as _AT
+from creak.model.face_shapes import FaceShapes
 from creak.model.steps import PointLoad
 
-_AT = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+_FEW, _MANY = 2, 6
+"""Gauss points along each side of a facet: exact to degree 3, which bilinear faces reach, and 11 (with middle nodes: 3
+of N, 2 of p, 4 of n dA, 1 of a triangle)."""
 
 
 @dataclass(frozen=True)
 class Pressed:
     """Facets under pressure."""
 
-    corners: IntArray
-    """(n, 4) node rows; a triangle repeats its third."""
+    faces: FaceShapes
+    """Facets and the faces that they are parts of."""
     pressure: FloatArray
-    """(n, 4) at the corners, force / length^2, along the normal of the facet."""
+    """(n, w) at the nodes of the face, force / length^2, along the normal of the facet."""
     along: FloatArray
     """(n, 3) direction in which it acts instead, unit vectors; NaN: the normal."""
 
 
 def nodal_forces(pressed: Pressed, coords: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Sorted node rows (k,) and forces (k, 3): integral of h_i p n dA with linear shape functions of each facet.
+    """Sorted node rows (k,) and forces (k, 3): integral of N_k p n dA with the shape functions of the whole face.
 
-    Resultant and moment are those of the pressure. A shell or face with middle nodes has several facets, which bend
-    into one another as its parabolas do; where the pressure changes or ends, forces lie as on a mesh of twice as many
-    linear elements.
+    p = sum N_k p_k. A uniform pressure on a square face with middle nodes gives -1/12 of its force to a corner and 1/3
+    to a middle node, on a triangular one nothing and 1/3. The Gauss rule of each facet is exact, of triangles as
+    quadrilaterals that repeat a corner; with a direction of its own, where the face is flat.
     """
-    forces = np.empty((len(pressed.corners), 4, 3))
-    triangle = pressed.corners[:, 2] == pressed.corners[:, 3]
-    forces[triangle] = _of_triangles(_part(pressed, triangle), coords)
-    forces[~triangle] = _of_quads(_part(pressed, ~triangle), coords)
-    rows, at = np.unique(pressed.corners, return_inverse=True)
+    faces = pressed.faces
+    facet, x = np.arange(len(faces.nodes)), coords[faces.nodes]
+    forces = np.zeros(x.shape)
+    places, weights = np.polynomial.legendre.leggauss(_MANY if faces.sides.any() else _FEW)
+    for (r, of_r), (s, of_s) in product(zip(places, weights, strict=True), repeat=2):
+        along_r, along_s = 1 + r * _AT[:, 0], 1 + s * _AT[:, 1]
+        shape = 0.25 * along_r * along_s
+        slope = 0.25 * np.column_stack([_AT[:, 0] * along_s, _AT[:, 1] * along_r])
+        _, N = faces.at(facet, np.broadcast_to(shape, (facet.size, 4)))
+        tangents = np.einsum("kwr,kwx->rkx", faces.slopes(shape, slope), x)
+        pressure = of_r * of_s * np.einsum("kw,kw->k", N, pressed.pressure)
+        acting = pressure[:, None] * _along(np.cross(tangents[0], tangents[1]), pressed.along)
+        forces += N[:, :, None] * acting[:, None]
+    rows, at = np.unique(faces.nodes, return_inverse=True)
     total = np.zeros((rows.size, 3))
     np.add.at(total, at.reshape(-1), forces.reshape(-1, 3))
     return rows, total
@@ -53,30 +67,6 @@ def point_loads(rows: IntArray, forces: FloatArray, name: str, where: str) -> li
                 value = float(forces[mine, axis].mean())
                 found.append(PointLoad(rows[mine], axis + 1, value, "", name, where, spread=True))
     return found
-
-
-def _part(pressed: Pressed, rows: np.ndarray) -> Pressed:
-    return Pressed(pressed.corners[rows], pressed.pressure[rows], pressed.along[rows])
-
-
-def _of_triangles(pressed: Pressed, coords: FloatArray) -> FloatArray:
-    """(n, 4, 3), nothing at the fourth: A n (p_i + sum p) / 12."""
-    x, p = coords[pressed.corners[:, :3]], pressed.pressure[:, :3]
-    area = 0.5 * np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
-    share = (p + p.sum(axis=1, keepdims=True)) / 12.0
-    return np.pad(share[:, :, None] * _along(area, pressed.along)[:, None], ((0, 0), (0, 1), (0, 0)))
-
-
-def _of_quads(pressed: Pressed, coords: FloatArray) -> FloatArray:
-    """(n, 4, 3), 2 x 2 points."""
-    x, out = coords[pressed.corners], np.zeros((len(pressed.corners), 4, 3))
-    for r, s in _AT / np.sqrt(3.0):
-        h = 0.25 * (1 + r * _AT[:, 0]) * (1 + s * _AT[:, 1])
-        x_r = np.einsum("i,nic->nc", 0.25 * _AT[:, 0] * (1 + s * _AT[:, 1]), x)
-        x_s = np.einsum("i,nic->nc", 0.25 * _AT[:, 1] * (1 + r * _AT[:, 0]), x)
-        acting = (pressed.pressure @ h)[:, None] * _along(np.cross(x_r, x_s), pressed.along)
-        out += h[:, None] * acting[:, None]
-    return out
 
 
 def _along(area: FloatArray, direction: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
+from creak.model.face_shapes import shapes_of
 from creak.model.steps import PointLoad
 
 _FACES = {f"P{k}": f"S{k}" for k in range(1, 7)}
@@ -108,7 +109,9 @@ def pressures_of(block: Block, bodies: Bodies) -> dict[tuple[str, str], list[Poi
             )
         value = to_float(fields[2] if len(fields) > 2 else "", where, "pressure")
         corners, sign = _on_surface(name, bodies, where) if block.name == "DSLOAD" else _on(name, label, bodies, where)
-        pressed = Pressed(corners, np.repeat(sign[:, None] * value, 4, axis=1), np.full((len(corners), 3), np.nan))
+        faces = shapes_of(corners, bodies.elements.with_facets)
+        pressure = np.repeat(sign[:, None] * value, faces.nodes.shape[1], axis=1)
+        pressed = Pressed(faces, pressure, np.full((len(corners), 3), np.nan))
         loads = point_loads(*nodal_forces(pressed, bodies.coords), f"{name} {label}", where)
         found.setdefault((name, label), []).extend(loads)
     return found
