@@ -30,9 +30,9 @@ from creak.contact.pair import (
     turns_of,
 )
 from creak.contact.search import Accept, Projection, project_along, project_twice
+from creak.elements.geometry import gauss_triangle
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
-from creak.model.quadrature import gauss_triangle
 
 QUADRATURE = 10
 """Gauss points per direction: the edges of the main facets cross a secondary facet unseen, so few are not enough."""

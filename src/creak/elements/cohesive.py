@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.geometry import DEGENERATE, in_chunks, require_sound, unit
+from creak.elements.geometry import DEGENERATE, gauss_square, in_chunks, require_sound, unit
 from creak.elements.shells import quad4_geometry
 from creak.elements.shells.common import weighted_gram
 from creak.elements.shells.rigidity import ACROSS
 from creak.elements.solids.common import with_rotations
 from creak.model.materials import AnisotropicMaterial, SolidSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_square
 
 NORMAL, SHEAR = 2, (5, 4)
 """Rows of the elasticity that hold the stiffness per area along the normal, and along both directions of the face."""

@@ -8,12 +8,12 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements import beam2, beam3
+from creak.elements.geometry import gauss_square
 from creak.elements.registry import FORMULATIONS
 from creak.elements.shells import quad4_geometry
 from creak.elements.shells.rigidity import areal_mass
 from creak.model.materials import BeamSection, GeneralShell, ShellSection, Structural, TrussSection
 from creak.model.mesh import ElementBlock, Own
-from creak.model.quadrature import gauss_square
 
 
 def mass_matrices(block: ElementBlock, x: FloatArray, own: Own, form: str) -> FloatArray:

@@ -171,7 +171,7 @@ class Tie:
     nodes_idx: IntArray
     """(k,) main nodes."""
     weights: FloatArray
-    """(k,) shape functions of the facet at the point; they sum to one."""
+    """(k,) shape functions of the face at the point; they sum to one."""
     arm: FloatArray
     """(3,) from the point to the secondary node."""
     rotations: bool = True

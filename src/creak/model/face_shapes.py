@@ -7,6 +7,7 @@ forces than those with which the element carries it: on a square face 1/12 of it
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cache
 
@@ -49,25 +50,28 @@ class FaceShapes:
                 weights[mine] = shapes(place[mine])
         return nodes, weights
 
+    def slopes(self, shape: FloatArray, slope: FloatArray) -> FloatArray:
+        """(n, w, 2) derivatives of the shape functions at one point of each facet by the facet's own two coordinates.
+
+        Parameters
+        ----------
+        shape, slope : (4,) and (4, 2) the facet's own shape functions and their derivatives.
+        """
+        out = np.zeros((*self.nodes.shape, 2))
+        out[:, :FEW] = slope
+        for count, shapes in ((3, _of_triangle), (4, _of_square)):
+            mine = self.sides == count
+            place = np.einsum("c,kcx->kx", shape, self.natural[mine])
+            turn = np.einsum("cr,kcx->kxr", slope, self.natural[mine])
+            out[mine] = np.einsum("kwx,kxr->kwr", _derivatives(shapes, place), turn)[:, : out.shape[1]]
+        return out
+
 
 def face_shapes(kind: str, nodes_idx: IntArray, number: IntArray) -> FaceShapes:
     """Of facets `number` (n,), from 0, of elements of a kind with nodes (n, n_node)."""
     places, natural, sides = _table(kind)
     nodes = np.take_along_axis(nodes_idx, places[number], axis=1)
     return FaceShapes(nodes, natural[number], sides[number])
-
-
-def faces_of_facets(kind: str, nodes_idx: IntArray, corners: IntArray) -> FaceShapes:
-    """The same of the facets with node rows `corners` (n, 4)."""
-    facets = nodes_idx[:, np.array(FACES.get(kind) or SHELL_FACETS[kind])]
-    number = (facets == corners[:, None]).all(axis=2)
-    assert number.any(axis=1).all(), "facets of other elements"
-    return face_shapes(kind, nodes_idx, number.argmax(axis=1))
-
-
-def facets_alone(corners: IntArray) -> FaceShapes:
-    """Facets (n, 4) that are faces themselves."""
-    return FaceShapes(corners, np.zeros((len(corners), 4, 2)), np.zeros(len(corners), dtype=np.int64))
 
 
 def joined(pieces: list[tuple[IntArray, FaceShapes]], n: int) -> FaceShapes:
@@ -78,6 +82,44 @@ def joined(pieces: list[tuple[IntArray, FaceShapes]], n: int) -> FaceShapes:
         nodes[rows, : piece.nodes.shape[1]], nodes[rows, piece.nodes.shape[1] :] = piece.nodes, piece.nodes[:, :1]
         natural[rows], sides[rows] = piece.natural, piece.sides
     return FaceShapes(nodes, natural, sides)
+
+
+def shapes_of(corners: IntArray, elements: Iterable[tuple[str, IntArray]]) -> FaceShapes:
+    """Of facets with corners (n, 4), each of the face of one of the elements (kind, nodes) that has it; a facet that
+    none with middle nodes has is the face itself."""
+    n, wanted = len(corners), np.zeros(int(corners.max(initial=0)) + 2, dtype=np.bool_)
+    wanted[corners] = True
+    pieces = [(np.arange(n), FaceShapes(corners, np.zeros((n, 4, 2)), np.zeros(n, dtype=np.int64)))]
+    key, order = _sorted(corners)
+    for kind, nodes_idx in elements:
+        if kind not in (*FACES, *SHELL_FACETS) or not _table(kind)[2].any():
+            continue
+        near = nodes_idx[wanted[np.minimum(nodes_idx, wanted.size - 1)].any(axis=1)]
+        facets = near[:, np.array(FACES.get(kind) or SHELL_FACETS[kind])]
+        element, number = np.nonzero(wanted[np.minimum(facets, wanted.size - 1)].all(axis=2))
+        its_key, its_order = _sorted(facets[element, number])
+        _, at = np.unique(np.concatenate([its_key, key]), axis=0, return_inverse=True)
+        at = at.reshape(-1)
+        first = np.full(at.max(initial=0) + 1, -1)
+        first[at[: len(its_key)]] = np.arange(len(its_key))
+        row = first[at[len(its_key) :]]
+        mine = np.flatnonzero(row >= 0)
+        row = row[mine]
+        piece = face_shapes(kind, near[element[row]], number[row])
+        natural = np.zeros_like(piece.natural)
+        its = np.take_along_axis(piece.natural, its_order[row][:, :, None], axis=1)
+        np.put_along_axis(natural, order[mine][:, :, None], its, axis=1)
+        triangle = corners[mine, 2] == corners[mine, 3]
+        natural[triangle, 3] = natural[triangle, 2]
+        pieces.append((mine, FaceShapes(piece.nodes, natural, piece.sides)))
+    return joined(pieces, n)
+
+
+def _sorted(corners: IntArray) -> tuple[IntArray, IntArray]:
+    """(n, 4) corners in rising order, -1 for the repeated one of a triangle, and their places."""
+    once = np.where((np.arange(4) == 3) & (corners[:, 3:] == corners[:, 2:3]), -1, corners)
+    order = np.argsort(once, axis=1)
+    return np.take_along_axis(once, order, axis=1), order
 
 
 @cache
@@ -125,3 +167,8 @@ def _of_square(place: FloatArray) -> FloatArray:
     middle = 0.5 * (SQUARE + np.roll(SQUARE, -1, axis=0))
     across = np.where(middle == 0.0, 1.0 - place[:, None, :] ** 2, 1.0 + place[:, None, :] * middle)
     return np.concatenate([corner, 0.5 * across.prod(axis=2)], axis=1)
+
+
+def _derivatives(shapes: Callable[[FloatArray], FloatArray], place: FloatArray) -> FloatArray:
+    """(k, 8, 2) by central differences: exact, as shape functions are of second degree along each coordinate."""
+    return np.stack([0.5 * (shapes(place + step) - shapes(place - step)) for step in np.eye(2)], axis=2)

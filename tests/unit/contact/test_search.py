@@ -7,7 +7,7 @@ import pytest
 
 from creak.contact.facets import Facets
 from creak.contact.search import facet_tree, project_along, project_closest
-from creak.model.face_shapes import facets_alone
+from creak.model.face_shapes import shapes_of
 from creak.model.projection import meet_facets
 from helpers_fem import random_rotation
 
@@ -19,7 +19,7 @@ def facets(x: np.ndarray) -> Facets:
     triangle = (x[:, 2] == x[:, 3]).all(axis=1)
     nodes = np.arange(4 * n).reshape(n, 4)
     nodes[triangle, 3] = nodes[triangle, 2]
-    return Facets(nodes, x, np.zeros(n, dtype=np.int64), one, one, one, one, facets_alone(nodes))
+    return Facets(nodes, x, np.zeros(n, dtype=np.int64), one, one, one, one, shapes_of(nodes, []))
 
 
 def strips(width: np.ndarray, length: float, *, triangles: bool = False) -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck_run
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
-from creak.model.face_shapes import facets_alone
+from creak.model.face_shapes import shapes_of
 from creak.model.steps import StaticLoads
 from helpers_nastran import motion, read, row
 
@@ -41,19 +41,17 @@ def test_resultant_and_moment_of_a_pressure_on_warped_facets():
         (5, 3)
     )
     corners = np.array([[0, 1, 2, 3], [1, 4, 2, 2]])
-    rows, forces = nodal_forces(
-        Pressed(corners, np.full((2, 4), 5.0), np.full((2, 3), np.nan), facets_alone(corners)), coords
-    )
+    rows, forces = nodal_forces(Pressed(shapes_of(corners, []), np.full((2, 4), 5.0), np.full((2, 3), np.nan)), coords)
     x = coords[corners]
     assert forces.sum(axis=0) == pytest.approx(2.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]).sum(axis=0))
     flat = np.array([[0.0, 0, 0], [2, 0, 0], [2, 3, 0], [0, 3, 0]])
     tent = np.array([[0.0, 6.0, 6.0, 0.0]])
-    square, three = np.array([[0, 1, 2, 3]]), np.array([[0, 1, 2, 2]])
-    rows, forces = nodal_forces(Pressed(square, tent, np.full((1, 3), np.nan), facets_alone(square)), flat)
+    rows, forces = nodal_forces(Pressed(shapes_of(np.array([[0, 1, 2, 3]]), []), tent, np.full((1, 3), np.nan)), flat)
     assert forces[:, 2].sum() == pytest.approx(3.0 * 6.0)
     assert forces[:, 2] @ flat[rows, 0] == pytest.approx(18.0 * 4.0 / 3.0), "a third from the heavy side"
-    along = np.array([[1.0, 0.0, 0.0]])
-    triangle = Pressed(three, np.array([[0.0, 6.0, 0.0, 0.0]]), along, facets_alone(three))
+    triangle = Pressed(
+        shapes_of(np.array([[0, 1, 2, 2]]), []), np.array([[0.0, 6.0, 0.0, 0.0]]), np.array([[1.0, 0.0, 0.0]])
+    )
     rows, forces = nodal_forces(triangle, flat)
     assert forces.sum(axis=0) == pytest.approx([6.0, 0.0, 0.0])
     assert forces[:, 0] @ flat[rows, 0] == pytest.approx(6.0 * (0.25 * 0 + 0.5 * 2 + 0.25 * 2))

@@ -149,12 +149,13 @@ def test_facets_tile_the_element_once(kind, n):
 
 
 def test_a_tied_patch_moves_with_the_middle_nodes_of_its_main_shell(tmp_path):
-    """The node lies over the middle of the main shell, in the facet between the middle nodes."""
+    """The node lies over the middle of the main shell: -1/4 of each corner, 1/2 of each middle node."""
     text = SQUARE + "*ELEMENT, TYPE=MASS, ELSET=W\n2, 9\n*MASS, ELSET=W\n1.\n" + SHELL
     text += "*SURFACE, NAME=MAIN\nP, SPOS\n*SURFACE, NAME=ONE, TYPE=NODE\n9,\n*TIE, NAME=T\nONE, MAIN\n"
     (tmp_path / "a.inp").write_text(text)
     (tie,) = read_model(tmp_path / "a.inp").constraints
-    assert set(tie.nodes.tolist()) == {4, 5, 6, 7, 8}
+    assert tie.nodes_idx.tolist() == list(range(8))
+    assert tie.weights == pytest.approx([-0.25] * 4 + [0.5] * 4)
 
 
 def card(name: str, grids: list[int]) -> str:

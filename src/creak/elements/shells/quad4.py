@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.geometry import in_chunks
+from creak.elements.geometry import gauss_square, in_chunks
 from creak.elements.shells.common import mean_normal, shell_mass, stressed_stiffness, weighted_gram, weighted_sum
 from creak.elements.shells.quad4_bending import curvature, layered_shear, sides_of, tied_shear, varying_curvature
 from creak.elements.shells.quad4_geometry import (
@@ -23,7 +23,6 @@ from creak.elements.shells.quad4_membrane import condensed, condensed_load, memb
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_square
 
 DRILLING = 1e-3
 """Drilling stiffness as a share of G t. Up to 1e-3 the pinched hemisphere and a twisted beam of t/L = 1/3750

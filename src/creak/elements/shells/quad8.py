@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.elements.geometry import gauss_square
 from creak.elements.shells import quadratic
 from creak.elements.shells.quad4_geometry import CORNERS
 from creak.elements.shells.quad4_geometry import shape as bilinear
@@ -14,7 +15,6 @@ from creak.elements.shells.quadratic import Shape, shear_tying
 from creak.elements.solids.common import Reference, serendipity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_square
 
 NODES = np.concatenate([CORNERS, 0.5 * (CORNERS + np.roll(CORNERS, -1, axis=0))])
 """(r, s) of the eight nodes."""

@@ -7,12 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.elements.geometry import DEGENERATE, in_chunks, require_sound, rotate_to_global, turn_to_global, unit
+from creak.elements.geometry import (
+    DEGENERATE,
+    gauss_triangle,
+    in_chunks,
+    require_sound,
+    rotate_to_global,
+    turn_to_global,
+    unit,
+)
 from creak.elements.shells.common import mean_normal, shell_mass, stressed_stiffness
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_triangle
 
 MEMBRANE_DOFS = np.array([0, 1, 5, 6, 7, 11, 12, 13, 17])
 """(ux, uy, rz) of the three nodes in local axes."""

@@ -7,12 +7,12 @@ from functools import partial
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.elements.geometry import gauss_triangle
 from creak.elements.shells import quadratic
 from creak.elements.shells.quadratic import Shape, shear_tying
 from creak.elements.solids.common import Reference
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_triangle
 
 NODES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
 """(r, s) of the six nodes."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.elements.geometry import gauss_triangle
 from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
-from creak.model.quadrature import gauss_triangle
 from creak.model.solid_faces import MIDDLES
 
 _SIDES = MIDDLES["wedge15"][:3]

@@ -3,47 +3,53 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.face_shapes import FEW, SQUARE, FaceShapes
-from creak.model.quadrature import gauss_square, gauss_triangle
+from creak.model.face_shapes import SQUARE as _AT
+from creak.model.face_shapes import FaceShapes
 from creak.model.steps import PointLoad
+
+_FEW, _MANY = 2, 6
+"""Gauss points along each side of a facet: exact to degree 3, which bilinear faces reach, and 11 (with middle nodes: 3
+of N, 2 of p, 4 of n dA, 1 of a triangle)."""
 
 
 @dataclass(frozen=True)
 class Pressed:
     """Facets under pressure."""
 
-    corners: IntArray
-    """(n, 4) node rows; a triangle repeats its third."""
+    faces: FaceShapes
+    """Facets and the faces that they are parts of."""
     pressure: FloatArray
-    """(n, 4) at the corners, force / length^2, along the normal of the facet."""
+    """(n, w) at the nodes of the face, force / length^2, along the normal of the facet."""
     along: FloatArray
     """(n, 3) direction in which it acts instead, unit vectors; NaN: the normal."""
-    shapes: FaceShapes
-    """Of the faces that they are parts of."""
 
 
 def nodal_forces(pressed: Pressed, coords: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Sorted node rows (k,) and forces (k, 3): integral of h_i p n dA with the shape functions of each whole face.
+    """Sorted node rows (k,) and forces (k, 3): integral of N_k p n dA with the shape functions of the whole face.
 
-    Pressure is linear on each facet. Where middle nodes lie amid straight sides of a plane face, these are the
-    consistent loads: of a uniform pressure on a square face -1/12 at a corner and 1/3 in the middle of a side, on a
-    triangle 0 and 1/3. Curved faces are as their facets lie.
+    p = sum N_k p_k. A uniform pressure on a square face with middle nodes gives -1/12 of its force to a corner and 1/3
+    to a middle node, on a triangular one nothing and 1/3. The Gauss rule of each facet is exact, of triangles as
+    quadrilaterals that repeat a corner; with a direction of its own, where the face is flat.
     """
-    nodes = pressed.shapes.nodes
-    forces = np.zeros((*nodes.shape, 3))
-    triangle = pressed.corners[:, 2] == pressed.corners[:, 3]
-    for mine, (shapes, slopes, weights) in ((triangle, _triangle()), (~triangle, _square())):
-        facet = np.flatnonzero(mine)
-        x, p, direction = coords[pressed.corners[facet]], pressed.pressure[facet], pressed.along[facet]
-        for h, dh, w in zip(shapes, slopes, weights, strict=True):
-            area = _along(np.cross(*np.einsum("ai,nic->anc", dh, x)), direction)
-            _, whole = pressed.shapes.at(facet, np.broadcast_to(h, (facet.size, FEW)))
-            forces[facet] += whole[:, :, None] * (w * (p @ h)[:, None] * area)[:, None]
-    rows, at = np.unique(nodes, return_inverse=True)
+    faces = pressed.faces
+    facet, x = np.arange(len(faces.nodes)), coords[faces.nodes]
+    forces = np.zeros(x.shape)
+    places, weights = np.polynomial.legendre.leggauss(_MANY if faces.sides.any() else _FEW)
+    for (r, of_r), (s, of_s) in product(zip(places, weights, strict=True), repeat=2):
+        along_r, along_s = 1 + r * _AT[:, 0], 1 + s * _AT[:, 1]
+        shape = 0.25 * along_r * along_s
+        slope = 0.25 * np.column_stack([_AT[:, 0] * along_s, _AT[:, 1] * along_r])
+        _, N = faces.at(facet, np.broadcast_to(shape, (facet.size, 4)))
+        tangents = np.einsum("kwr,kwx->rkx", faces.slopes(shape, slope), x)
+        pressure = of_r * of_s * np.einsum("kw,kw->k", N, pressed.pressure)
+        acting = pressure[:, None] * _along(np.cross(tangents[0], tangents[1]), pressed.along)
+        forces += N[:, :, None] * acting[:, None]
+    rows, at = np.unique(faces.nodes, return_inverse=True)
     total = np.zeros((rows.size, 3))
     np.add.at(total, at.reshape(-1), forces.reshape(-1, 3))
     return rows, total
@@ -61,22 +67,6 @@ def point_loads(rows: IntArray, forces: FloatArray, name: str, where: str) -> li
                 value = float(forces[mine, axis].mean())
                 found.append(PointLoad(rows[mine], axis + 1, value, "", name, where, spread=True))
     return found
-
-
-def _triangle() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Shape functions (q, 4), slopes (q, 2, 4) and weights of six points: exact to degree four."""
-    points, weights = gauss_triangle()
-    shapes = np.column_stack([1.0 - points.sum(axis=1), points, np.zeros(len(points))])
-    slopes = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0]])
-    return shapes, np.broadcast_to(slopes, (len(points), 2, 4)), 0.5 * weights
-
-
-def _square() -> tuple[FloatArray, FloatArray, FloatArray]:
-    """The same of 3 x 3 points: exact to degree five in each direction."""
-    points, weights = gauss_square(3)
-    ends = 1.0 + points[:, None, :] * SQUARE
-    slopes = 0.25 * np.stack([SQUARE[:, 0] * ends[:, :, 1], SQUARE[:, 1] * ends[:, :, 0]], axis=1)
-    return 0.25 * ends.prod(axis=2), slopes, weights
 
 
 def _along(area: FloatArray, direction: FloatArray) -> FloatArray:

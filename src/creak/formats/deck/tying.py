@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.model.constraints import Constraint, Equation, Tie
+from creak.model.face_shapes import FaceShapes
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
 
@@ -28,6 +29,10 @@ class MainSurface:
     """(n,) 0 for faces of solids and for edges."""
     solid: BoolArray
     """(n,) whether it is the face of a solid, whose nodes have no rotations."""
+    shapes: FaceShapes
+    """The whole faces, by whose shape functions tied nodes follow."""
+    places: FloatArray
+    """(n, w, 3) of their nodes."""
 
     @property
     def is_triangle(self) -> BoolArray:
@@ -38,6 +43,13 @@ class MainSurface:
         """Mean length of the edges."""
         length = np.linalg.norm(np.roll(self.coords, -1, axis=1) - self.coords, axis=2)
         return float(length[length > 0.0].mean())
+
+
+def main_surface(
+    shapes: FaceShapes, corners: IntArray, thickness: FloatArray, solid: BoolArray, coords: FloatArray
+) -> MainSurface:
+    """From facets with corners (n, 4), and the places of all nodes."""
+    return MainSurface(corners, coords[corners], thickness, solid, shapes, coords[shapes.nodes])
 
 
 @dataclass(frozen=True)
@@ -97,26 +109,30 @@ def ties_of(name: str, where: str, main: MainSurface, found: Meeting, *, rotatio
     rotations : tie those of nodes on shells and edges, too; nodes of solids have none.
     """
     result: list[Constraint] = []
-    for k in np.flatnonzero(found.tied).tolist():
-        facet, arm, node = int(found.nearest.facet[k]), found.arm[k], int(found.rows[k])
+    tied = np.flatnonzero(found.tied)
+    facets, shape = found.nearest.facet[tied], found.nearest.shape[tied]
+    faces, N = main.shapes.at(facets, shape)
+    moved = np.einsum("nj,njx->nx", shape, main.coords[facets]) - np.einsum("nw,nwx->nx", N, main.places[facets])
+    arms = np.where(np.linalg.norm(moved, axis=1, keepdims=True) < SAME * main.size, 0.0, moved) + found.arm[tied]
+    for k, (facet, arm, node) in enumerate(zip(facets.tolist(), arms, found.rows[tied].tolist(), strict=True)):
         solid = bool(main.solid[facet])
         if solid and arm.any():
-            result += _on_solid(node, main.nodes_idx[facet], main.coords[facet], found.nearest.shape[k], arm, where)
+            result += _on_solid(node, faces[k], main.places[facet], N[k], arm, where)
             continue
-        corners, at = np.unique(main.nodes_idx[facet], return_inverse=True)
-        weights = np.bincount(at, weights=found.nearest.shape[k])
-        used = weights > SAME
+        nodes, at = np.unique(faces[k], return_inverse=True)
+        weights = np.bincount(at, weights=N[k])
+        used = np.abs(weights) > SAME
         share = weights[used] / weights[used].sum()
-        result.append(Tie(name, node, corners[used], share, arm, rotations and not solid, where))
+        result.append(Tie(name, node, nodes[used], share, arm, rotations and not solid, where))
     return result
 
 
 def _on_solid(
     node: int, corners: IntArray, X: FloatArray, shape: FloatArray, arm: FloatArray, where: str
 ) -> Iterator[Equation]:
-    """u = sum_k N_k u_k + omega x arm, omega the rotation of the facet that fits its corners' motion best:
+    """u = sum_k N_k u_k + omega x arm, omega the rotation of the face that fits its nodes' motion best:
 
-    omega = A^-1 sum_k r_k x u_k,  A = sum_k (r_k' r_k I - r_k r_k'),  r_k from the mean of the corners. Rigid motion
+    omega = A^-1 sum_k r_k x u_k,  A = sum_k (r_k' r_k I - r_k r_k'),  r_k from the mean of the nodes. Rigid motion
     is exact.
     """
     own, first, at = np.unique(corners, return_index=True, return_inverse=True)

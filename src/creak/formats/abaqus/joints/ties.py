@@ -17,8 +17,9 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, with_short_names
 from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
+from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
 from creak.model.constraints import Constraint
+from creak.model.face_shapes import shapes_of
 from creak.model.mesh import Nodes
 from creak.model.solid_faces import FACES
 from creak.words import first_few
@@ -158,7 +159,7 @@ def _main_surface(surface: RawSurface, source: _Source, block: Block, where: str
     if surface.edges.size:
         corners = surface.edges[:, [0, 1, 1, 1]]
         n = corners.shape[0]
-        return MainSurface(corners, coords[corners], np.zeros(n), np.zeros(n, dtype=bool))
+        return main_surface(shapes_of(corners, []), corners, np.zeros(n), np.zeros(n, dtype=bool), coords)
     if not surface.element_rows.size:
         raise InputError(
             f"main surface {surface.name!r} of *{block.name} is a surface of nodes",
@@ -169,7 +170,8 @@ def _main_surface(surface: RawSurface, source: _Source, block: Block, where: str
     corners = surface.corners
     rows, solids = surface.element_rows, [t.kind in FACES for t in TYPES]
     solid = np.array(solids)[source.elements.type_idx[rows]]
-    return MainSurface(corners, coords[corners], _thickness(rows, source.assigned), solid)
+    shapes = shapes_of(corners, source.elements.with_facets)
+    return main_surface(shapes, corners, _thickness(rows, source.assigned), solid, coords)
 
 
 def _thickness(element_rows: IntArray, assigned: Assigned) -> FloatArray:

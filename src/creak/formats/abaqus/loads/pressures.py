@@ -9,13 +9,13 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.mesh.elements import TYPES, Elements
+from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.surfaces import IS_SHELL, RawSurface, faces_named, facets_of
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
-from creak.model.face_shapes import FaceShapes, faces_of_facets, joined
+from creak.model.face_shapes import shapes_of
 from creak.model.steps import PointLoad
 
 _FACES = {f"P{k}": f"S{k}" for k in range(1, 7)}
@@ -108,10 +108,10 @@ def pressures_of(block: Block, bodies: Bodies) -> dict[tuple[str, str], list[Poi
                 fix="creak reads gravity and pressure: write others as forces at nodes.",
             )
         value = to_float(fields[2] if len(fields) > 2 else "", where, "pressure")
-        on = _on_surface(name, bodies, where) if block.name == "DSLOAD" else _on(name, label, bodies, where)
-        rows, corners, sign = on
-        values, normal = np.repeat(sign[:, None] * value, 4, axis=1), np.full((len(corners), 3), np.nan)
-        pressed = Pressed(corners, values, normal, _shapes(bodies.elements, rows, corners))
+        corners, sign = _on_surface(name, bodies, where) if block.name == "DSLOAD" else _on(name, label, bodies, where)
+        faces = shapes_of(corners, bodies.elements.with_facets)
+        pressure = np.repeat(sign[:, None] * value, faces.nodes.shape[1], axis=1)
+        pressed = Pressed(faces, pressure, np.full((len(corners), 3), np.nan))
         loads = point_loads(*nodal_forces(pressed, bodies.coords), f"{name} {label}", where)
         found.setdefault((name, label), []).extend(loads)
     return found
@@ -121,23 +121,11 @@ def _label(fields: list[str]) -> str:
     return fields[1].strip().upper() if len(fields) > 1 else ""
 
 
-def _shapes(elements: Elements, rows: IntArray, corners: IntArray) -> FaceShapes:
-    """Of facets (n, 4) of elements (n,)."""
-    kinds = np.array([t.kind for t in TYPES])[elements.type_idx[rows]]
-    pieces = []
-    for kind in np.unique(kinds).tolist():
-        mine = np.flatnonzero(kinds == kind)
-        pieces.append((mine, faces_of_facets(kind, elements.nodes_idx[rows[mine]], corners[mine])))
-    return joined(pieces, len(rows))
-
-
-def _on(name: str, label: str, bodies: Bodies, where: str) -> tuple[IntArray, IntArray, FloatArray]:
-    """Element rows, corners and the sign of the normal along which the pressure acts."""
+def _on(name: str, label: str, bodies: Bodies, where: str) -> tuple[IntArray, FloatArray]:
     rows = bodies.names.find(name, "", where)
     if label in _FACES:
         chosen = faces_named(rows, _FACES[label], where, bodies.elements)
-        rows, _, corners = facets_of(bodies.elements, chosen[:, 0], chosen[:, 1])
-        return rows, corners, -np.ones(len(rows))
+        return facets_of(bodies.elements, chosen[:, 0], chosen[:, 1])[2], -np.ones(len(chosen))
     shell = IS_SHELL[bodies.elements.type_idx[rows]]
     if not shell.all():
         row = int(rows[int(np.argmin(shell))])
@@ -147,11 +135,11 @@ def _on(name: str, label: str, bodies: Bodies, where: str) -> tuple[IntArray, In
             where=where,
             fix="Correct the label.",
         )
-    rows, _, corners = facets_of(bodies.elements, rows, np.zeros_like(rows))
-    return rows, corners, np.ones(len(rows))
+    corners = facets_of(bodies.elements, rows, np.zeros_like(rows))[2]
+    return corners, np.ones(len(corners))
 
 
-def _on_surface(name: str, bodies: Bodies, where: str) -> tuple[IntArray, IntArray, FloatArray]:
+def _on_surface(name: str, bodies: Bodies, where: str) -> tuple[IntArray, FloatArray]:
     surface = bodies.surfaces.get(name)
     if surface is None or not surface.element_rows.size:
         raise InputError(
@@ -168,4 +156,4 @@ def _on_surface(name: str, bodies: Bodies, where: str) -> tuple[IntArray, IntArr
             where=where,
             fix="Name the side in *SURFACE.",
         )
-    return surface.element_rows, surface.corners, np.where(shell, -surface.side, -1.0)
+    return surface.corners, np.where(shell, -surface.side, -1.0)

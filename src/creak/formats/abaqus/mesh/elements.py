@@ -176,6 +176,12 @@ class Elements:
         """(n_elem,) True for elements of these."""
         return np.array([t.kind in kinds for t in TYPES])[self.type_idx]
 
+    @cached_property
+    def with_facets(self) -> list[tuple[str, IntArray]]:
+        """Kind and nodes (n, n_node) of the shells and solids, kind by kind."""
+        wide, rows = {t.kind: t.n_nodes for t in TYPES}, {k: self.of_kinds((k,)) for k in (*SHELL_FACETS, *FACES)}
+        return [(kind, self.nodes_idx[mine, : wide[kind]]) for kind, mine in rows.items() if mine.any()]
+
     def turn(self, nodes: IntArray) -> bool:
         """Whether something other than solids and bars, which have no rotations, is at any of the node rows."""
         return bool(np.isin(self.nodes_idx[~self.of_kinds(ROTATIONLESS)], nodes).any())

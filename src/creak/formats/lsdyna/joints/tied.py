@@ -9,13 +9,14 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.deck.groups import Group
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
+from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
 from creak.formats.lsdyna.mesh.faces import FaceFinder, nodes_of
 from creak.formats.lsdyna.mesh.sets import Segment, Sets
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named, referred
 from creak.model.constraints import Constraint
+from creak.model.face_shapes import shapes_of
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of, free_faces
 
@@ -92,7 +93,8 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
             fix="Exchange the sides: nodes stand first.",
         )
     coords = source.deck.nodes.array
-    main = MainSurface(second.corners, coords[second.corners], second.thickness, np.array(second.solid))
+    shapes = shapes_of(second.corners, source.shapes)
+    main = main_surface(shapes, second.corners, second.thickness, np.array(second.solid), coords)
     found = _meeting(cards, first, main, coords, taken)
     count, shared = int(found.tied.sum()), int(np.isin(first.rows, second.corners).sum())
     if not count and not shared:

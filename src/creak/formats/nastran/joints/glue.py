@@ -9,11 +9,12 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, meet, reach_of, ties_of
+from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
 from creak.formats.nastran.mesh.optistruct import surface_elements
 from creak.formats.nastran.text.bulk_data import Card, id_list
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.constraints import Constraint
+from creak.model.face_shapes import FaceShapes, shapes_of
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
@@ -52,9 +53,10 @@ class _Region:
     thickness: FloatArray
     """(n,)"""
     solid: list[bool]
+    shapes: FaceShapes
 
     def main(self, coords: FloatArray) -> MainSurface:
-        return MainSurface(self.corners, coords[self.corners], self.thickness, np.array(self.solid))
+        return main_surface(self.shapes, self.corners, self.thickness, np.array(self.solid), coords)
 
 
 def read_glue(deck: Deck) -> list[Constraint]:
@@ -258,7 +260,8 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
         thickness += [0.0] * len(free)
         solid += [True] * len(free)
     table = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
-    return _Region(table, np.array(thickness), solid)
+    shapes = shapes_of(table, [(g.kind, nodes) for g, nodes in groups])
+    return _Region(table, np.array(thickness), solid, shapes)
 
 
 def _tied(

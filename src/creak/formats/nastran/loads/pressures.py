@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,14 +13,17 @@ from creak.formats.deck.pressure import Pressed, nodal_forces
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
-from creak.model.face_shapes import FaceShapes, faces_of_facets, facets_alone, joined
+from creak.model.face_shapes import FaceShapes, face_shapes, joined
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS
 from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 CARDS = ("PLOAD", "PLOAD2", "PLOAD4")
 _NORMAL = (np.nan, np.nan, np.nan)
-Facet = tuple[list[int], list[float], Sequence[float], FaceShapes]
-"""Four node rows, pressures at them, direction, the face."""
+Piece = tuple[FaceShapes, FloatArray, Sequence[float]]
+"""Facets (n,), pressures (n, w) at the nodes of their faces, direction."""
+
+_Face = tuple[str, list[int], IntArray]
+"""Kind and nodes of an element, its facets."""
 
 
 def pressure_forces(deck: Deck, cards: Sequence[tuple[Card, float]]) -> tuple[IntArray, FloatArray]:
@@ -33,22 +37,58 @@ def pressure_forces(deck: Deck, cards: Sequence[tuple[Card, float]]) -> tuple[In
         pressure that varies over the face of a solid, or beyond the surface (LDIR, SORL).
     """
     elements = {e: (g.kind, nodes) for g in deck.groups.values() for e, nodes in zip(g.ids, g.nodes, strict=True)}
-    facets: list[Facet] = []
+    with_middles = _with_middles(deck) if any(card.name == "PLOAD" for card, _ in cards) else {}
+    pieces: list[Piece] = []
     for card, factor in cards:
         if card.name == "PLOAD":
-            rows = [deck.grids.row(card.integer(i), card) for i in range(2, 6) if card.text(i)]
-            if len(rows) not in (3, 4):
-                raise InputError(f"PLOAD with {len(rows)} grids", where=card.where, expected="three or four")
-            named = (*rows, rows[2])[:4]
-            facets.append((list(named), [factor * card.real(1)] * 4, _NORMAL, facets_alone(np.array([named]))))
+            pieces.append(_on_grids(deck, card, factor, with_middles))
             continue
         for element in _elements(card, elements):
-            facets += _of_element(deck, card, factor, *elements[element])
+            pieces.append(_of_element(deck, card, factor, *elements[element]))
     coords = np.array([deck.grids.place(row) for row in range(len(deck.grids.ids))])
-    corners = np.array([f[0] for f in facets], dtype=np.int64).reshape(-1, 4)
-    pressure, along = (np.array([f[k] for f in facets], dtype=np.float64) for k in (1, 2))
-    shapes = joined([(np.array([k]), f[3]) for k, f in enumerate(facets)], len(facets))
-    return nodal_forces(Pressed(corners, pressure.reshape(-1, 4), along.reshape(-1, 3), shapes), coords)
+    ends = np.cumsum([0, *(len(faces.nodes) for faces, _, _ in pieces)])
+    rows = [np.arange(a, b) for a, b in pairwise(ends.tolist())]
+    faces = joined([(mine, faces) for mine, (faces, _, _) in zip(rows, pieces, strict=True)], int(ends[-1]))
+    pressure, along = np.zeros(faces.nodes.shape), np.zeros((len(faces.nodes), 3))
+    for mine, (_, given, direction) in zip(rows, pieces, strict=True):
+        pressure[mine, : given.shape[1]], along[mine] = given, direction
+    return nodal_forces(Pressed(faces, pressure, along), coords)
+
+
+def _with_middles(deck: Deck) -> dict[tuple[int, ...], _Face]:
+    """The faces that have middle nodes, by their sorted corners."""
+    found: dict[tuple[int, ...], _Face] = {}
+    for group in deck.groups.values():
+        if group.kind not in (*FACES, *SHELL_FACETS):
+            continue
+        of_face = face_numbers(group.kind) if group.kind in FACES else np.ones(len(SHELL_FACETS[group.kind]))
+        for face in np.unique(of_face):
+            number = np.flatnonzero(of_face == face)
+            whole = face_shapes(
+                group.kind, np.array(group.nodes, dtype=np.int64), np.repeat(number[:1], len(group.ids))
+            )
+            if whole.sides.any():
+                corners = np.sort(whole.nodes[:, : whole.sides[0]], axis=1)
+                found |= {tuple(c): (group.kind, n, number) for c, n in zip(corners.tolist(), group.nodes, strict=True)}
+    return found
+
+
+def _facets(kind: str, nodes: Sequence[int] | IntArray, number: IntArray) -> FaceShapes:
+    """Facets `number` (n,) of one element."""
+    return face_shapes(kind, np.broadcast_to(np.array(nodes, dtype=np.int64), (number.size, len(nodes))), number)
+
+
+def _on_grids(deck: Deck, card: Card, factor: float, with_middles: dict[tuple[int, ...], _Face]) -> Piece:
+    """PLOAD: on the face with middle nodes whose corners its grids are, else on the grids alone."""
+    rows = [deck.grids.row(card.integer(i), card) for i in range(2, 6) if card.text(i)]
+    if len(rows) not in (3, 4):
+        raise InputError(f"PLOAD with {len(rows)} grids", where=card.where, expected="three or four")
+    plain: _Face = ("quad4" if len(rows) == 4 else "tri3", rows, np.zeros(1, dtype=np.int64))
+    pressure, faces = factor * card.real(1), _facets(*with_middles.get(tuple(sorted(rows)), plain))
+    if faces.sides[0]:
+        around = faces.nodes[0, : len(rows)].tolist()
+        pressure *= 1.0 if around[(around.index(rows[0]) + 1) % len(rows)] == rows[1] else -1.0
+    return faces, np.full(faces.nodes.shape, pressure), _NORMAL
 
 
 def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
@@ -72,15 +112,15 @@ def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
     return found
 
 
-def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[int]) -> list[Facet]:
+def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[int]) -> Piece:
     along = _direction(deck, card)
     if kind in SHELL_FACETS:
         n = N_CORNER[kind]
         p = _pressures(card, n)
         p += [0.5 * (p[i] + p[(i + 1) % n]) for i in range(len(nodes) - n)]
-        each = [[nodes[i] for i in f] for f in SHELL_FACETS[kind]]
-        values = [[factor * p[i] for i in f] for f in SHELL_FACETS[kind]]
-        return [(f, v, along, _face_of(kind, nodes, f)) for f, v in zip(each, values, strict=True)]
+        number = np.arange(len(SHELL_FACETS[kind]))
+        places = _facets(kind, range(len(nodes)), number).nodes
+        return _facets(kind, nodes, number), factor * np.array(p)[places], along
     if kind not in FACES or card.name != "PLOAD4":
         raise InputError(
             f"{card.name} {card.text(0)} presses an element without such a surface",
@@ -93,16 +133,12 @@ def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[in
             f"PLOAD4 {card.text(0)} varies over the face of a solid", where=card.where, expected="P1 alone"
         )
     inward = -1.0 if np.isnan(along[0]) else 1.0
-    value = [factor * inward * p[0]] * 4
-    return [(f, value, along, _face_of(kind, nodes, f)) for f in _face(deck, card, kind, nodes)]
+    faces = _facets(kind, nodes, _face(deck, card, kind, nodes))
+    return faces, np.full(faces.nodes.shape, factor * inward * p[0]), along
 
 
-def _face_of(kind: str, nodes: list[int], corners: list[int]) -> FaceShapes:
-    return faces_of_facets(kind, np.array([nodes]), np.array([corners]))
-
-
-def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> list[list[int]]:
-    """Facets of the face that G1 and G3 (on it, at opposite corners; of CTETRA G4, not on it) name."""
+def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> IntArray:
+    """Numbers of the facets of the face that G1 and G3 (on it, at opposite corners; of CTETRA G4, not on it) name."""
     named = [deck.grids.row(card.integer(i), card) for i in (6, 7) if card.text(i)]
     every, number = faces_of(kind, np.array([nodes], dtype=np.int64))[0], face_numbers(kind)
     fits = []
@@ -112,14 +148,14 @@ def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> list[list[int]
         wanted = [True, False] if kind.startswith("tet") else [True] * len(named)
         is_triangle = bool((mine[:, 2] == mine[:, 3]).all())
         if named and inside == wanted[: len(named)] and (len(named) > 1 or is_triangle):
-            fits.append(mine.tolist())
+            fits.append(np.flatnonzero(number == face))
     if len(fits) != 1:
         raise InputError(
             f"G1 and G3 of PLOAD4 {card.text(0)} name {len(fits)} faces of element {card.text(1)}",
             where=card.where,
             expected="a corner of the face and the one opposite (CTETRA: the one that is not on the face)",
         )
-    return list(fits[0])
+    return np.asarray(fits[0], dtype=np.int64)
 
 
 def _pressures(card: Card, n: int) -> list[float]:
