@@ -13,10 +13,11 @@ from itertools import permutations
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.contact.facets import FEATURE
 from creak.model.constraints import tied_nodes
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells, unit
 from creak.model.skin import Skin, skin_of
 
 SLIVER = 0.05
@@ -72,7 +73,7 @@ def crossings(model: Model) -> list[Crossing]:
     @cache
     def side(i: int) -> _Side:
         f = skin.nodes_idx[parts[i]]
-        edge, border = _edges(f, model.nodes.count)
+        edge, border = _edges(f, model.nodes.coords, skin.solid[parts[i]])
         return _Side(edge[~tied[edge].any(axis=1)], f, border, half[parts[i]])
 
     for i, j in permutations(boxes, 2):
@@ -105,12 +106,23 @@ def _box(x: FloatArray) -> tuple[FloatArray, FloatArray]:
     return x.min(axis=0), x.max(axis=0)
 
 
-def _edges(f: IntArray, n_node: int) -> tuple[IntArray, BoolArray]:
+def _edges(f: IntArray, coords: FloatArray, solid: BoolArray) -> tuple[IntArray, BoolArray]:
     """(n_edge, 2) node rows of the edges of facets f (n, 4); (2 n, 6) whether edges 01, 12, 20 of their triangles 012,
-    then 023, are of one facet alone, and whether their corners lie on such an edge."""
+    then 023, are of one facet alone, and whether their corners lie on such an edge.
+
+    So are the edges of solids, where faces turn by more than 45 degrees: what lies in one face meets the other there.
+    """
+    n_node = len(coords)
     a, b = f, np.roll(f, -1, axis=1)
     key, which, count = np.unique(np.minimum(a, b) * n_node + np.maximum(a, b), return_inverse=True, return_counts=True)
-    free = (count[which] == 1).reshape(f.shape) & (a != b)
+    which = which.reshape(f.shape)
+    x = coords[f]
+    normal = unit(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]))
+    total = np.zeros((key.size, 3))
+    np.add.at(total, which, normal[:, None])
+    # Two normals at an angle t add up to 2 cos(t / 2).
+    turns = (count == 2) & ((total**2).sum(axis=1) < 2.0 + 2.0 * FEATURE)
+    free = ((count[which] == 1) | (turns[which] & solid[:, None])) & (a != b)
     on = np.zeros(n_node, dtype=bool)
     on[a[free]], on[b[free]] = True, True
     at, flat, none = on[f], f[:, 2] == f[:, 3], np.zeros(len(f), dtype=bool)

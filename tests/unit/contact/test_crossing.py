@@ -54,3 +54,36 @@ def test_what_is_tied_where_it_passes_is_meant(tmp_path):
 
 def test_strips_that_overlap_in_their_thickness_do_not_pierce(tmp_path):
     assert found(tmp_path, two_strips(gap=-0.2)) == []
+
+
+def blocks(gap, inset=0.0):
+    """A block of 20 x 20 x 10 on one of 30 x 30 x 10, of bricks of 10; inset: moved down into it by so much."""
+    lines, element = [], 0
+    for name, n, x0, z0, first in (("LOW", 3, -5.0, 0.0, 0), ("UPP", 2, 0.0, 10.0 + gap - inset, 1000)):
+        row = {}
+        lines.append("*NODE")
+        for k in range(2):
+            for j in range(n + 1):
+                for i in range(n + 1):
+                    row[i, j, k] = first + len(row) + 1
+                    lines.append(f"{row[i, j, k]}, {x0 + 10 * i}, {x0 + 10 * j}, {z0 + 10 * k}")
+        lines.append(f"*ELEMENT, TYPE=C3D8, ELSET={name}")
+        for j in range(n):
+            for i in range(n):
+                element += 1
+                ring = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)]
+                nodes = [row[a, b, k] for k in range(2) for a, b in ring]
+                lines.append(f"{element}, " + ", ".join(map(str, nodes)))
+        lines.append(f"*SOLID SECTION, ELSET={name}, MATERIAL=M")
+    return "\n".join([*lines, "*MATERIAL, NAME=M", "*ELASTIC", "2000., 0.", "*DENSITY", "1.E-9,", ""])
+
+
+@pytest.mark.parametrize("gap", [0.1, 0.0, -0.01])
+def test_a_block_that_stands_on_a_larger_one_is_not_pierced_by_its_edges(tmp_path, gap):
+    """Edges in the plane between them pass under the side walls of the upper one."""
+    assert found(tmp_path, blocks(gap)) == []
+
+
+def test_a_block_that_stands_in_another_one_is_pierced(tmp_path):
+    (c,) = found(tmp_path, blocks(0.0, inset=4.0))
+    assert {c.part, c.other} == {"LOW", "UPP"}
