@@ -163,8 +163,8 @@ def test_what_hit_harder_before_is_told(places, events, told):
     assert (told in lines) if told else "before that" not in lines
 
 
-def eline(name, risk=False, squeak="no", of="contact"):
-    figures = {"risk": risk, "squeak": squeak}
+def eline(name, risk=False, squeak="no", of="contact", tolerance=0.2):
+    figures = {"risk": risk, "squeak": squeak, "margin": -0.1 if risk else 0.1, "tolerance": tolerance}
     return {"name": name, "linear": None, "contact": None, of: figures}
 
 
@@ -173,6 +173,7 @@ def eline(name, risk=False, squeak="no", of="contact"):
     [
         ([], [], "settled", GREEN, "Nothing rattles or squeaks in 1.00 s"),
         ([], [eline("a"), eline("b", of="linear")], "settled", GREEN, "Nothing rattles or squeaks in 1.00 s"),
+        ([], [eline("rests", True, tolerance=0.0)], "settled", GREEN, "Nothing rattles or squeaks in 1.00 s"),
         (["in_plane"], [], "settled", RED, "The run is quiet in 1.00 s, but limit in_plane fails"),
         (
             ["tolerance", "in_plane"],

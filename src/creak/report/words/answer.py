@@ -228,7 +228,7 @@ def _let_by_tolerances(summary: Mapping[str, Any]) -> str:
     told = {line["name"]: figures for line in lines if (figures := line["contact"] or line["linear"])}
     for does, names in (
         ("squeak", [name for name, f in told.items() if f["squeak"] == YES]),
-        ("touch", [name for name, f in told.items() if f["risk"]]),
+        ("touch", [name for name, f in told.items() if f["risk"] and f["margin"] + f["tolerance"] > 0.0]),
     ):
         if names:
             word = "E-line" if len(names) == 1 else "E-lines"
