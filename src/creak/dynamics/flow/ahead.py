@@ -63,7 +63,7 @@ def compile_short() -> None:
         (advance, (model, scheme, True, desk, 0, 0, True, x, x, block)),
         (press, (model, scheme.laws, None, W, True, gain, h, x, x, desk.share, block.is_near, desk.factor)),
         (book_flow, (model, desk.drive, h, x, x)),
-        (complete, (model, scheme.laws, W, h, x)),
+        (complete, (model, scheme.laws, W, h, desk.steady.force, x)),
     )
 
 

@@ -28,7 +28,6 @@ from creak.dynamics.books import (
     in_channels,
     open_book,
 )
-from creak.dynamics.flow.kicks import held_by_kick
 from creak.dynamics.flow.model import ACCELERATION, DISPLACEMENT, VELOCITY
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, inner_fast, outer
@@ -168,40 +167,49 @@ def book_flow(model, drive, h, now, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def as_springs_saw(laws, h, now, after):  # type: ignore[no-untyped-def]
-    """What the kicks at `now` gave by the motion of springs and dampers, of channels closed before and after it."""
+def as_springs_saw(laws, h, steady, now, after):  # type: ignore[no-untyped-def]
+    """What the kicks at `now` gave by the motion of springs and dampers, of channels closed before and after it.
+
+    steady: (m + 2 f,) forces that go on between the kicks.
+    """
     for i in range(now.gap.size):
         if now.force[i] > 0.0 and now.before[i] < 0.0 and after.gap[i] < 0.0:
             more = 0.5 * (after.gap[i] - now.before[i]) - h * now.rate[i]
-            after.energy[GIVEN] += now.force[i] * more
+            after.energy[GIVEN] += (now.force[i] - steady[i]) * more
             after.energy[CONTACT_DAMPING] -= (now.force[i] - spring_force(laws, i, now.gap[i])) * more
 
 
 @inner
-def complete(model, laws, W, h, x):  # type: ignore[no-untyped-def]
-    """The energy columns of an instant from the works so far; h: the step near contact."""
+def complete(model, laws, W, h, steady, x):  # type: ignore[no-untyped-def]
+    """The energy columns of an instant from the works so far; h: the step near contact; steady: as for `in_contact`."""
     e = x.energy
     kinetic, strain, light = stored(model, x)
     more_kinetic, more_strain = carried(model, x)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = in_contact(model, laws, W, h, x)
+    e[CONTACT] = in_contact(model, laws, W, h, x, steady)
     e[DAMPING] = e[GIVEN] - (kinetic + strain - light)
     balance(e)
 
 
 @inner
-def in_contact(model, laws, W, h, x):  # type: ignore[no-untyped-def]
-    """Energy of the springs in the middle of a kick."""
+def in_contact(model, laws, W, h, x, steady):  # type: ignore[no-untyped-def]
+    """Energy of the springs in the middle of a kick; steady: (m + 2 f,) forces that go on between the kicks (`steady`).
+
+    For these c the scheme keeps T + V - h^2/8 (p - c)' (W (F - c) + 2 a), with a of the motion that c acts on too.
+    """
     energy = in_channels(laws, model.preload, model.gap0, x.gap)
     for i in range(x.gap.size):
-        if x.force[i] != 0.0:
-            energy -= held_by_kick(laws, W, h, x, i)
+        if x.force[i] != 0.0 or steady[i] != 0.0:
+            pull = 2.0 * h * x.drift[i]
+            for j in range(x.force.size):
+                pull += h * h * W[i, j] * (x.force[j] + steady[j])
+            energy -= 0.125 * pull * (spring_force(laws, i, x.gap[i]) - steady[i])
     return energy
 
 
 @outer
-def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
-    """Take the energy of the first instant as given."""
+def begin_books(model, laws, W, h, steady, x):  # type: ignore[no-untyped-def]
+    """Take the energy of the first instant as given; steady: as for `in_contact`."""
     model, laws, x = by_reference(model), by_reference(laws), by_reference(x)
     columns(model, x)
     at_supports(model, x)
@@ -210,6 +218,6 @@ def begin_books(model, laws, W, h, x):  # type: ignore[no-untyped-def]
     e = x.energy
     fill(e, 0.0)
     e[KINETIC], e[STRAIN] = kinetic + more_kinetic, strain + more_strain
-    e[CONTACT] = in_contact(model, laws, W, h, x)
+    e[CONTACT] = in_contact(model, laws, W, h, x, steady)
     e[GIVEN] = kinetic + strain - light
     open_book(e)

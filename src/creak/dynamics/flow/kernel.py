@@ -34,7 +34,6 @@ from creak.dynamics.flow.lasting import PATIENCE, Lasting, follow_swing, hold_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
 from creak.dynamics.flow.motion import (
     band_energies,
-    fly,
     load_step,
     look_closed,
     look_gaps,
@@ -46,6 +45,7 @@ from creak.dynamics.flow.motion import (
     value,
 )
 from creak.dynamics.flow.rows import bends, changes, pieces, restart, write, write_between
+from creak.dynamics.flow.steady import NONE, Steady, book_steady, fly_on, go_on_with, let_go, new_steady
 from creak.dynamics.loads import Loads
 from creak.linalg.by_reference import by_reference
 from creak.linalg.compiled import inner, outer
@@ -92,6 +92,7 @@ class Desk(NamedTuple):
     share: FloatArray
     """(m,)"""
     together: Held
+    steady: Steady
     factor: Kept
     """Of the friction of the last kick."""
 
@@ -102,7 +103,8 @@ def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: boo
     course, drive, D = np.empty((n_support, 6)), np.empty((model.order.size, 4)), np.empty((4, model.p1 - model.p0))
     rubbing = model.rows.shape[0] if model.rows.shape[0] > m else 0
     held = new_held(model, loads, levels, lasts)
-    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_kept(rubbing if rubbing <= MOST else 0))
+    kept = new_kept(rubbing if rubbing <= MOST else 0)
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_steady(model), kept)
 
 
 @inner
@@ -146,6 +148,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
     that the next kick needs.
     """
     laws, P, W, gain, D, course, energy = scheme.laws, scheme.P, scheme.W, scheme.gain, desk.D, desk.course, desk.energy
+    steady = desk.steady
     levels = P.shape[0] - 1
     parts = 1 << levels
     if not model.presses:
@@ -158,7 +161,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
         band_energies(model, scheme.band, D, now, energy)
     while True:
         h = scheme.H / (1 << level)
-        fly(model, P[level], gain, D, now, after, kicked)
+        given = fly_on(model, P[level], gain, D, h, steady, now, after, kicked)
         settle_supports(course, h, after)
         if under_way(block):
             look_near(block, model, now, after, h, not springs)
@@ -172,12 +175,17 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
         level += 1
     if kicked:
         if lessen(model, laws, W, gain, h, now, after, desk.share):
-            fly(model, P[level], gain, D, now, after, kicked)
+            less = let_go(model, laws, W, h, steady, now, after.gap)
+            now.energy[GIVEN] += less
+            after.energy[GIVEN] += less
+            given = fly_on(model, P[level], gain, D, h, steady, now, after, kicked)
             if under_way(block):
                 look_near(block, model, now, after, h, not springs)
             else:
                 look_gaps(model, after)
         book_half(model, laws, W, h, now, desk.share, after.energy)
+        if steady.mark[0] != NONE:
+            book_steady(steady, h, given, now, after)
     if model.damped:
         book_slack(laws, h, now, after, after.energy)
     if level == levels and model.presses:
@@ -192,8 +200,9 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
 def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used):  # type: ignore[no-untyped-def]
     """March from flight step `begin` to `end`; `used` rows of the table are taken (`flow.rows`).
 
-    Channels that press at rest count as lasting from the start. Where only springs press, rates of open channels are
-    looked at when nothing presses any more: half of what is read of the model near contact.
+    Channels that press at rest count as lasting from the start, and where there are any the forces of lasting contact
+    go on between kicks (`flow.steady`). Where only springs press, rates of open channels are looked at when nothing
+    presses any more: half of what is read of the model near contact.
 
     Returns
     -------
@@ -222,12 +231,13 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
     H, laws, W, gain, lasting, light = scheme.H, scheme.laws, scheme.W, scheme.gain, scheme.lasting, scheme.light
     n_x, levels = model.order.size, scheme.P.shape[0] - 1
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
+    steady = desk.steady
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
     restart(cone, time, now, np.bool_(True))
-    held = False
+    held, rested = False, acts(model.preload, 0, model.preload.size)
     if begin == 0 and lasting.tried:
         put(together.line, 0, now.force)
         put(together.middle, 0, now.force)
@@ -283,7 +293,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             if level == levels and not held:
                 put(after.before, 0, now.gap)
                 if not light:
-                    as_springs_saw(laws, h, now, after)
+                    as_springs_saw(laws, h, steady.force, now, after)
             for j in range(n_x):
                 shift(drive[j], h)
             for j in range(course.shape[0]):
@@ -298,19 +308,23 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
                 return NOT_FINITE, step, used, kept, swapped, then
             count = pieces(together, cone, parts >> level) if held else np.int64(1)
             if not written and (edge or changed or count > 1 or bends(cone, time, now, then, after)):
-                complete(model, laws, W, H / parts, now)
+                complete(model, laws, W, H / parts, steady.force, now)
                 write(out.table, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
+            if held and rested:
+                go_on_with(steady, after.force)
+            elif steady.mark[0] != NONE:
+                after.energy[GIVEN] += let_go(model, laws, W, H / parts, steady, after, after.gap)
             if count > 1:
-                complete(model, laws, W, H / parts, after)
+                complete(model, laws, W, H / parts, steady.force, after)
                 used = write_between(laws, together, cone, count, time, h, now, after, out.table, used)
             if over:
                 amend(block, out.table, used, then, after)
             now, after, time, edge = after, now, then, changed
             swapped = not swapped
             written = at == parts
-        complete(model, laws, W, H / parts, now)
+        complete(model, laws, W, H / parts, steady.force, now)
         write(out.table, used, time, now)
         restart(cone, time, now, edge)
         used += 1

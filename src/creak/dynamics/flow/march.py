@@ -44,6 +44,7 @@ from creak.dynamics.flow.resolution import (
     straight,
 )
 from creak.dynamics.flow.rows import new_cone
+from creak.dynamics.flow.steady import NEW, NONE
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import Output, OutputRequest, Recorder
@@ -313,7 +314,10 @@ class FlowRun:
 
     def start(self) -> FlowState:
         x = self._start()
-        begin_books(self.model, self.steps.laws, self.scheme.W, self.steps.h, x)
+        steady = self.desk.steady
+        if self.model.preload.any() and not self.scheme.light:
+            steady.force[:], steady.mark[:] = x.force, NEW if x.force.any() else NONE
+        begin_books(self.model, self.steps.laws, self.scheme.W, self.steps.h, steady.force, x)
         return x
 
     def _start(self) -> FlowState:
