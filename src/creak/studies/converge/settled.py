@@ -256,7 +256,8 @@ def _alike(s: EventStatistics) -> bool:
 def _rate(c: Convergence) -> str:
     length = c.window[1] - c.window[0]
     low, high = rate_interval(len(c.events), length)
-    return f"{len(c.events) / length:.3g} events per second (95 % confidence: {low:.3g} to {high:.3g})"
+    over = "the window" if c.window[0] > 0.0 else "the whole run"
+    return f"{len(c.events) / length:.3g} events per second over {over} (95 % confidence: {low:.3g} to {high:.3g})"
 
 
 def settled_to(e: EventSettling) -> dict[str, float | None]:
