@@ -13,11 +13,11 @@ from itertools import permutations
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.facets import FEATURE
+from creak.contact.facets import FEATURE, middles
 from creak.model.constraints import tied_nodes
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells, unit
+from creak.model.shell_facets import SHELL_FACETS, unit
 from creak.model.skin import Skin, skin_of
 
 SLIVER = 0.05
@@ -141,9 +141,10 @@ def _half(model: Model, skin: Skin) -> FloatArray:
     half = [np.zeros(int(skin.solid.sum()))]
     for block in model.blocks:
         if block.kind in SHELL_FACETS:
-            section = block.section
-            thickness = section.thickness if isinstance(section, ShellSection | GeneralShell) else 0.0
-            half.append(np.full(facets_of_shells(block.kind, block.nodes_idx).size // 4, 0.5 * thickness))
+            n, thickness = block.ids.size, np.zeros(block.ids.size)
+            if isinstance(block.section, ShellSection | GeneralShell):
+                thickness, _ = middles(model, block, np.arange(n))
+            half.append(np.repeat(0.5 * thickness, len(SHELL_FACETS[block.kind])))
     return np.concatenate(half)
 
 

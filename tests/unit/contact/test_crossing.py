@@ -23,6 +23,14 @@ def test_a_rib_through_a_plate(tmp_path):
     assert set(c.nodes) == {"1002", "1003", "1004"}
 
 
+@pytest.mark.parametrize(("thickness", "depth"), [(1.0, [1.5]), (3.0, [0.5]), (5.0, [])])
+def test_the_thickness_of_the_plates_nodes_counts(tmp_path, thickness, depth):
+    """2 mm below the middle, less half of it."""
+    text = rib_on_plate(-2.0, f"*NSET, NSET=OF_PLATE, GENERATE\n1, 25, 1\n*NODAL THICKNESS\nOF_PLATE, {thickness}\n")
+    text = text.replace("ELSET=PLATE, MATERIAL=STEEL", "ELSET=PLATE, MATERIAL=STEEL, NODAL THICKNESS")
+    assert [c.depth for c in found(tmp_path, text)] == pytest.approx(depth)
+
+
 def test_a_rib_with_a_row_of_nodes_in_the_plate(tmp_path):
     """The same from 5 mm below: the second row lies in the middle of the plate, so no single edge pierces it."""
     (c,) = found(tmp_path, rib_on_plate(-5.0))

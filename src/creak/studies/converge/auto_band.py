@@ -21,6 +21,7 @@ from creak.studies.converge.settling import (
     EventSettling,
     Repeat,
     Settling,
+    is_moved,
     limit,
 )
 from creak.studies.file.config import VerificationTable
@@ -53,7 +54,6 @@ GROWTH = BAND**2
 """What a stage costs over the one before it: there are more modes, and they are faster."""
 
 
-PLAIN = Repeat(BASE, "", 0.0)
 Prove = Callable[[ReducedRun, ReferenceModel, Progress], Structure]
 
 
@@ -92,15 +92,15 @@ def settle(
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
-        moved = moved or more.complete or outcome_of(PLAIN, at.run).is_moved_by(outcome_of(PLAIN, again))
+        following = replace(at.setup, raised=at.setup.raised + 1)
+        stage = _stage(following.band.f_max, more, again, more.wall_s - before)
+        moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
         structure = None
         if agree and moved and prove is not None:
             structure = prove(at, reference, progress)
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
-        following = replace(at.setup, raised=at.setup.raised + 1)
-        stages[-1] = replace(stages[-1], same=agree, proven=proven)
-        stages.append(_stage(following.band.f_max, more, again, more.wall_s - before))
+        stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
         enough = agree and moved and proven is not False
         why = "" if enough else _too_much(following.band.f_max, more, reckoned)

@@ -30,6 +30,7 @@ from creak.studies.converge.settling import (
     Followed,
     Outcome,
     Repeat,
+    is_moved,
 )
 from creak.studies.file.config import ReductionTable, TimeTable
 from creak.studies.file.contact_tables import ContactTable
@@ -97,7 +98,7 @@ def converge(
     unlooked = not_looked_at(result.setup.study.config.reduction, result.reduced)
     more = outcomes.get(MORE_MODES)
     none = result.reduced is not None and not result.reduced.complete and not outcomes[BASE].modes
-    if none and more is not None and not more.stopped and not outcomes[BASE].is_moved_by(more):
+    if none and more is not None and not more.stopped and not is_moved(outcomes[BASE].impulse, more.impulse):
         unlooked += (UNEXCITED.format(more.modes),)
     notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact

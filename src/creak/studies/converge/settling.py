@@ -107,6 +107,14 @@ ROUND_OFF = 1e-9
 """Share of an impulse below which it is the same."""
 
 
+def is_moved(impulse: float, other: float) -> bool:
+    """Whether a run with more modes, by its impulse, is not the same to round-off where something presses.
+
+    Modes that neither loads nor channels excite leave it as it is, and say nothing of those above them.
+    """
+    return not impulse or abs(other - impulse) > ROUND_OFF * impulse
+
+
 @dataclass(frozen=True)
 class Outcome:
     """What a run found: its events and the figures of the whole run."""
@@ -136,13 +144,6 @@ class Outcome:
     def force(self) -> float:
         """Largest low-passed force of all events."""
         return max((e.force_place for e in self.events), default=0.0)
-
-    def is_moved_by(self, other: Outcome) -> bool:
-        """Whether another run, of a model with more modes, is not the same to round-off where something presses.
-
-        Modes that neither loads nor channels excite leave it as it is, and say nothing of those above them.
-        """
-        return not self.impulse or abs(other.impulse - self.impulse) > ROUND_OFF * self.impulse
 
 
 @dataclass(frozen=True)

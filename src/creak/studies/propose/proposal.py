@@ -15,7 +15,7 @@ from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.contacts import Contact, find_contacts
 from creak.studies.propose.joints import joints_of
-from creak.studies.propose.proximity import closest_parts, near_beams, near_parts
+from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
 from creak.studies.warned import Warned
 from creak.words import listed
 
@@ -110,7 +110,8 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     far = FAR * REACH * across(model) if distance is None else distance
     distance = REACH * across(model) if distance is None else distance
     progress("look for parts near each other", 0, 1)
-    near = near_parts(model, distance, far)
+    skins = skins_of(model)
+    near = near_parts(model, skins, distance, far)
     progress("look for parts near each other", 1, 1)
     contacts = find_contacts(model, near, distance, progress)
     held = held_dofs(model)
@@ -128,7 +129,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
         _pairs(model),
         _outputs(model),
         joints_of(model),
-        tuple(Warned(said) for said in near_beams(model, distance)),
+        tuple(Warned(said) for said in near_beams(model, skins, distance)),
     )
 
 

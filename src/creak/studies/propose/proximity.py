@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -50,7 +50,12 @@ class Near:
         return int(self.met.nodes[self.met.gap.argmin()])
 
 
-def near_parts(model: Model, distance: float, far: float) -> list[Near]:
+def skins_of(model: Model) -> dict[int, Skin]:
+    """Of each part that has shells or solids, by its number."""
+    return {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
+
+
+def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: float) -> list[Near]:
     """Pairs of parts that come nearer than `distance`, or else than `far`, the nearest first.
 
     Nodes that links or ties hold are left out: nothing rattles there. Parts without shells and solids have no skin.
@@ -60,7 +65,6 @@ def near_parts(model: Model, distance: float, far: float) -> list[Near]:
     ----------
     distance, far : between the surfaces, in the deck's unit of length.
     """
-    skins = {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
     tied = tied_nodes(model.constraints, model.nodes.count)
     found: list[Near] = []
     for i, j in combinations(skins, 2):
@@ -79,9 +83,8 @@ def near_parts(model: Model, distance: float, far: float) -> list[Near]:
     return sorted(found, key=lambda n: n.gap)
 
 
-def near_beams(model: Model, distance: float) -> list[str]:
+def near_beams(model: Model, skins: Mapping[int, Skin], distance: float) -> list[str]:
     """Parts of beams alone, which have no skin, whose nodes come within `distance` of a skin: a sentence each."""
-    skins = {i: s for i in range(len(model.parts)) if (s := skin_of(model, i)).facets.size}
     tied, said = tied_nodes(model.constraints, model.nodes.count), list[str]()
     for i, part in enumerate(model.parts):
         blocks = [b for b in model.blocks if b.part == i and isinstance(b.section, BeamSection)]
@@ -107,10 +110,8 @@ def near_beams(model: Model, distance: float) -> list[str]:
 def _beside(model: Model, rows: IntArray, radius: FloatArray, skin: Skin, distance: float) -> FloatArray:
     """(n,) distance of round nodes from a skin, its thickness taken off; inf where it is far."""
     coords, gap = model.nodes.coords, np.full(rows.size, np.inf)
-    corners, limit = (
-        coords[skin.facets],
-        distance + float(radius.max(initial=0.0) + (skin.half + abs(skin.offset)).max()),
-    )
+    corners, reach = coords[skin.facets], float((skin.half + np.abs(skin.offset)).max())
+    limit = distance + reach + float(radius.max(initial=0.0))
     near = nearest_points(coords[rows], corners, skin.facets[:, 2] == skin.facets[:, 3], limit)
     facet = near.facet[near.found]
     way = coords[rows[near.found]] - np.einsum("nc,ncx->nx", near.shape[near.found], corners[facet])
