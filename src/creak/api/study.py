@@ -184,7 +184,8 @@ def run_setup(
     ----------
     keep : save superelements in their folder, where that is there, for the runs to come.
     checkpoints : from which an unreduced run goes on, and which it writes.
-    first : gets the run before it is repeated and explained, to save it. What fails after it is told as a warning.
+    first : gets a run of more than a minute before it is repeated and explained, to save it. What fails after it is
+        told as a warning.
     runner : workers who reduce the parts into the folder of superelements, with `ignore` as `set_up` had it.
 
     Raises

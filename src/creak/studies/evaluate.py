@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
     from creak.studies.sound.heard import Sound
 
 Changes = Literal["none", "predicted", "checked"]
+LONG = 60.0
+"""Seconds that a run took from which it is written at once; a shorter one is sooner run again than written twice."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +75,7 @@ def evaluate(
     converge, record, changes : as `creak.run` has them.
     checkpoints : from which an unreduced run goes on, and which it writes.
     reference_run : makes the run of the unreduced model, or takes a saved one.
-    first : gets the run as soon as it is there, before anything is told of it: to keep it.
+    first : gets a run that took `LONG` as soon as it is there, before anything is told of it: to keep it.
 
     Raises
     ------
@@ -88,7 +91,9 @@ def evaluate(
     options: dict[str, Any] = {"record": record, "checkpoints": checkpoints}
     raising = partial(settle, prove=prove, store=store)
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
+    begun = time.perf_counter()
     found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else raising)
+    is_long = time.perf_counter() - begun >= LONG
 
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat
@@ -105,7 +110,7 @@ def evaluate(
         settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
         converge = settles and found.stopped is None and found.gaps.presses
     main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
-    if first is not None and (converge or changes != "none"):
+    if first is not None and is_long and (converge or changes != "none"):
         save = first
         attempted("a first copy of the results", lambda: save(Evaluation(found, findings_of(found))), None, notes)
     progress("sound", 0, 1)

@@ -69,8 +69,12 @@ def test_a_run_is_kept_before_it_is_repeated(setup, tmp_path, monkeypatch):
     seen = []
     keep = tmp_path / "out"
     monkeypatch.setattr(
-        "creak.studies.converge.repeats.converge", lambda *_: seen.append(sorted(os.listdir(keep))) or None
+        "creak.studies.converge.repeats.converge",
+        lambda *_: seen.append(sorted(os.listdir(keep)) if keep.exists() else None),
     )
+    creak.run_setup(setup, converge=True, first=lambda so_far: so_far.save(keep))
+    assert seen.pop() is None, "a short run is sooner run again than written twice"
+    monkeypatch.setattr("creak.studies.evaluate.LONG", 0.0)
     result = creak.run_setup(setup, converge=True, first=lambda so_far: so_far.save(keep))
     assert seen == [["results.h5", "summary.json"]]
     assert creak.open_result(keep).summary["runs"]["reduced"]["events"] == result.summary["runs"]["reduced"]["events"]
