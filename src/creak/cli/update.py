@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
+from creak.cli.correlation import tell
 from creak.cli.modes import LengthName
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
@@ -146,8 +147,7 @@ def _print_ranking(output: Output, found: Sensitivities) -> None:
     if len(rows) > 1:
         output.table("What each number would mend alone, and its largest slope d(ln f)/d(ln p)", rows)
     output.say(sensitivity_sentence(found))
-    for note in found.before.notes:
-        output.say(f"note: {note}")
+    tell(output, found.before.notes)
 
 
 def _print(output: Output, found: ModelUpdate) -> None:
@@ -158,5 +158,4 @@ def _print(output: Output, found: ModelUpdate) -> None:
     output.say(update_sentence(found))
     for note in update_notes(found):
         output.warn(note)
-    for note in (*gained_note(found), *found.after.notes):
-        output.say(f"note: {note}")
+    tell(output, (*gained_note(found), *found.after.notes))

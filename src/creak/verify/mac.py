@@ -16,6 +16,8 @@ BAND = 0.15
 """A reduced mode can pair with a reference mode within this relative distance."""
 ALIKE = 0.6
 """MAC from which a measured mode and one of a model can be a pair: from random shapes at 20 sensors none comes near."""
+APART = 0.5
+"""Square of the cosine of two shapes within a subspace from which they are one measured twice."""
 OCTAVES, PER_OCTAVE = 1.0, 0.1
 """How far their frequencies may be apart, and what an octave between them costs in MAC: at few sensors a mode far above
 looks like one below."""
@@ -86,6 +88,50 @@ def pair_measured(matrix: FloatArray, freq_test: FloatArray, freq_model: FloatAr
     ratio = np.divide(freq_model, freq_test[:, None], out=np.ones(matrix.shape), where=known)
     octaves = np.abs(np.log2(np.where(known, ratio, 1.0)))
     return _partners(matrix - PER_OCTAVE * octaves, known & (matrix >= ALIKE) & (octaves <= OCTAVES))
+
+
+def turned_twins(test: FloatArray, model: FloatArray, freq_test: FloatArray, freq_model: FloatArray) -> FloatArray:
+    """(n_model, n_model) orthogonal: how modes of one frequency are to be combined to look as they were measured.
+
+    Modes nearer to each other than `CLOSE` have no shapes of their own: any orthogonal combination of mass-normalised
+    ones is as good. Wanted are those nearest to the measured shapes that lie in their subspace with a share of `ALIKE`
+    or more: the polar factor of the coefficients of these (Schoenemann, Psychometrika 31, 1966, orthogonal Procrustes).
+
+    Parameters
+    ----------
+    test : (n_channel, n_test). model : (n_channel, n_model). freq_test, freq_model : Hz, those of the model rising.
+    """
+    turn = np.eye(freq_model.size)
+    starts = np.flatnonzero(np.diff(freq_model, prepend=-np.inf) > CLOSE * freq_model)
+    for group in np.split(np.arange(freq_model.size), starts[1:]):
+        if group.size < 2 or freq_model[group[0]] <= 0.0:
+            continue
+        wanted = _directions_in(model[:, group], test[:, _within_octaves(freq_test, freq_model[group[0]])])
+        if wanted.size:
+            u, _, v = np.linalg.svd(wanted)
+            few = wanted.shape[1]
+            turn[np.ix_(group, group)] = np.hstack([u[:, :few] @ v, u[:, few:]])
+    return turn
+
+
+def _within_octaves(freq_test: FloatArray, f: float) -> BoolArray:
+    positive = freq_test > 0.0
+    octaves = np.abs(np.log2(np.where(positive, freq_test, 1.0) / f))
+    return np.asarray(positive & (octaves <= OCTAVES))
+
+
+def _directions_in(space: FloatArray, shapes: FloatArray) -> FloatArray:
+    """(n, at most n) coefficients of size 1 of the shapes that a space of n columns holds, those it holds best; of two
+    that are alike one."""
+    c = np.linalg.lstsq(space, shapes, rcond=None)[0]
+    size, inside = (shapes**2).sum(axis=0), ((space @ c) ** 2).sum(axis=0)
+    share = np.divide(inside, size, out=np.zeros(size.size), where=size > 0.0)
+    c = np.divide(c, np.linalg.norm(c, axis=0), out=np.zeros_like(c), where=np.linalg.norm(c, axis=0) > 0.0)
+    kept: list[int] = []
+    for k in np.argsort(-share, kind="stable").tolist():
+        if share[k] >= ALIKE and len(kept) < len(c) and np.all((c[:, kept].T @ c[:, k]) ** 2 < APART):
+            kept.append(k)
+    return np.asarray(c[:, kept])
 
 
 def _partners(score: FloatArray, allowed: BoolArray) -> IntArray:

@@ -11,6 +11,8 @@ from creak.arrays import FloatArray
 
 ALIKE = 1e-9
 """Round-off of MAC."""
+GOOD_MAC, GOOD_HZ = 0.9, 0.05
+"""What fits: MAC from here on, and frequencies no farther apart than this share."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,16 @@ class ModePair:
     def difference(self) -> float:
         """f_model / f_test - 1"""
         return self.frequency_model / self.frequency_test - 1.0
+
+    @property
+    def fits(self) -> bool:
+        """Whether shape and frequency do."""
+        return does_fit(self.mac, self.frequency_test, self.frequency_model)
+
+
+def does_fit(mac: float, frequency_test: float, frequency_model: float) -> bool:
+    """Whether shape and frequency of a pair are alike."""
+    return mac >= GOOD_MAC and abs(frequency_model / frequency_test - 1.0) <= GOOD_HZ
 
 
 @dataclass(frozen=True)

@@ -200,7 +200,7 @@ def test_units_in_the_head_of_a_table_are_read_or_refused(tmp_path):
 
 def test_high_damping_is_told(tmp_path):
     found = read(tmp_path, "frequency_hz,damping,sensor,direction,value\n10,.439,A,x,1\n", "csv")
-    assert found.notes == ("damping of 44 % of critical: is the column in per cent?",)
+    assert found.notes == ("damping of 44 % of critical: is it per cent that the file has?",)
 
 
 @pytest.mark.parametrize("form", ["universal", "table"])

@@ -15,7 +15,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows, separator_of
 from creak.formats.measured.csv_rows import number as number_of
-from creak.formats.measured.modes import PER_METRE, MeasuredModes
+from creak.formats.measured.modes import PER_METRE, MeasuredModes, high_damping
 
 PLACE = ("x", "y", "z")
 NEEDED = ("frequency_hz", "sensor", "direction")
@@ -31,8 +31,6 @@ UNITS = {
 SHAPES = ("value", "real", "imag")
 """Columns whose unit does not matter."""
 AXIS = re.compile(r"([+-]?)([xyz])([+-]?)", re.IGNORECASE)
-HIGH = 0.2
-"""Damping above this share of critical is seldom of a mode."""
 
 
 @dataclass(frozen=True)
@@ -78,8 +76,6 @@ def read_csv_modes(path: Path) -> MeasuredModes:
     _complete(path, shapes, list(channels), modes)
     order = np.argsort(frequencies, kind="stable")
     kept = [first[c] for c in channels]
-    odd = damping[damping > HIGH]
-    notes = [f"damping of {100.0 * odd.max():.0f} % of critical: is the column in per cent?"] if odd.size else []
     return MeasuredModes(
         path,
         frequencies[order],
@@ -89,7 +85,7 @@ def read_csv_modes(path: Path) -> MeasuredModes:
         np.array([r.place for r in kept]),
         np.array([r.direction for r in kept]),
         rows[1],
-        notes=tuple(notes),
+        notes=tuple(high_damping(damping)),
     )
 
 

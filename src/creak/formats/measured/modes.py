@@ -13,6 +13,16 @@ PER_METRE = {name: 1.0 / LENGTHS[name] for name in ("mm", "m", "in")}
 """Units of length that files of tests are in -> how many are in 1 m."""
 
 
+HIGH = 0.2
+"""Damping above this share of critical is seldom of a mode."""
+
+
+def high_damping(damping: FloatArray) -> list[str]:
+    """The question about damping that is too high for a mode; none where it is not."""
+    odd = damping[damping > HIGH]
+    return [f"damping of {100.0 * odd.max():.0f} % of critical: is it per cent that the file has?"] if odd.size else []
+
+
 class Measured(Protocol):
     """What sensors measured, whatever it is. A channel is one direction at one point."""
 

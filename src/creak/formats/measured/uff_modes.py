@@ -14,7 +14,7 @@ import numpy as np
 
 from creak.arrays import ComplexArray
 from creak.errors import InputError
-from creak.formats.measured.modes import MeasuredModes
+from creak.formats.measured.modes import MeasuredModes, high_damping
 from creak.formats.measured.uff_points import read_points, require_ended
 from creak.formats.measured.uff_sets import DataSet, data_sets
 
@@ -79,6 +79,7 @@ def uff_modes(path: Path, sets: list[DataSet]) -> MeasuredModes:
     rows, axes = np.nonzero(moved)
     if not rows.size:
         raise InputError("nothing moves in any mode", where=path, fix="Export the mode shapes again.")
+    notes += high_damping(np.array([m.damping for m in modes]))
     at = read_points(sets, path, notes)
     places, turned = (np.stack([f(node) for node in nodes]) for f in (at.place, at.axes))
     return MeasuredModes(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from creak.report.tables.run import Table
-from creak.report.words.correlation import fits, frf_fits, frf_rows, pair_rows
+from creak.report.words.correlation import frf_fits, frf_rows, pair_rows
 from creak.report.words.records import record_rows
 from creak.studies.findings.beside_records import RecordFits
 from creak.studies.models.frfs import FrfFit
@@ -15,7 +15,7 @@ OFF = "missed"
 
 def pair_table(found: ModeFit) -> Table:
     """A row for each measured mode."""
-    rows, good = pair_rows(found), {p.test for p in found.pairs if fits(p)}
+    rows, good = pair_rows(found), {p.test for p in found.pairs if p.fits}
     return Table(rows[0], rows[1:], flags=["" if k in good else OFF for k in range(len(rows) - 1)])
 
 

@@ -8,12 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from creak.report.words.correlation import GOOD_DB, GOOD_FRAC, GOOD_HZ, GOOD_MAC, fits, frf_fits
+from creak.report.words.correlation import GOOD_DB, GOOD_FRAC, frf_fits
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.studies.converge.settling import SETTLED, UNREDUCED
 from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import event_statistics
 from creak.verify import nrmse
+from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
 from creak.verify.statistics import Distance, EventStatistics
 
@@ -51,7 +52,7 @@ def against_tests(result: Findings) -> Iterator[Check]:
     """Measured modes and functions that fit the model."""
     for test in result.tests:
         if test.modes is not None:
-            count, good = test.modes.frequencies_test.size, sum(map(fits, test.modes.pairs))
+            count, good = test.modes.frequencies_test.size, sum(p.fits for p in test.modes.pairs)
             near = f"frequency within {100.0 * GOOD_HZ:g}{THIN}%"
             bar = f"{near}; one channel tells no shape" if test.modes.of_one_channel else f"MAC {GOOD_MAC:g}, {near}"
             yield Check(f"Measured modes, {test.name}", bar, f"{good} of {count}", good == count)

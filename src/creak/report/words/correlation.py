@@ -7,11 +7,9 @@ import math
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.report.words.text import NONE, fixed, number, plural
 from creak.studies.models.frfs import FrfFit, FrfPair
-from creak.verify.mode_fit import ModeFit, ModePair
+from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC, ModeFit, ModePair
 from creak.words import first_few
 
-GOOD_MAC, GOOD_HZ = 0.9, 0.05
-"""What fits: MAC from here on, and frequencies no farther apart than this share."""
 GOOD_FRAC, GOOD_DB, GOOD_DEGREES = 0.8, 3.0, 30.0
 """The same of a function: FRAC, and level and phase of the factor between test and model."""
 SHORT = {RECEPTANCE: "x/F", MOBILITY: "v/F", ACCELERANCE: "a/F"}
@@ -19,21 +17,16 @@ NAMED = 6
 """Modes that a sentence names."""
 
 
-def fits(p: ModePair) -> bool:
-    """Whether shape and frequency of a pair fit."""
-    return p.mac >= GOOD_MAC and abs(p.difference) <= GOOD_HZ
-
-
 def sentence(found: ModeFit) -> str:
     """What fits and what does not."""
-    count, good = found.frequencies_test.size, sum(map(fits, found.pairs))
+    count, good = found.frequencies_test.size, sum(p.fits for p in found.pairs)
     near = f"frequency within {100.0 * GOOD_HZ:g} %"
     if found.of_one_channel:
         blind = "at one channel MAC is 1 of any two shapes, so the shapes are not compared"
         said = f"{good} of {plural(count, 'measured mode')} have a partner by frequency alone ({near}): {blind}"
     else:
         said = f"{good} of {plural(count, 'measured mode')} fit (MAC of {GOOD_MAC:g} or more, {near})"
-    off = [_off(p) for p in found.pairs if not fits(p)]
+    off = [_off(p) for p in found.pairs if not p.fits]
     alone = [f"{found.frequencies_test[k]:g} Hz" for k in found.alone_test]
     extra = [f"{found.frequencies_model[k]:.6g} Hz" for k in found.alone_model]
     parts = [said]

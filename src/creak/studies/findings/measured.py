@@ -28,7 +28,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
-from creak.studies.warned import attempted
+from creak.studies.warned import Warned, attempted
 from creak.verify.mode_fit import ModeFit
 from creak.verify.records import Course
 
@@ -66,6 +66,7 @@ def beside_tests(
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
         modes = attempted(what, partial(_modes, structure, s.modal, test), None, notes)
+        notes += [Warned(f"{what}: {n}") for n in (() if modes is None else modes.notes) if isinstance(n, Warned)]
         frfs = attempted(what, partial(_frfs, *of_frfs, test), None, notes)
         records = None
         if main is not None:
@@ -98,7 +99,7 @@ def _frfs(
 ) -> FrfFit | None:
     if test.frfs is None:
         return None
-    top, damping = max(float(f.freq[-1]) for f in test.frfs[0].functions), (modal, "damping is that of the study")
+    top, damping = max(float(f.freq[-1]) for f in test.frfs[0].functions), (modal, ["damping is that of the study"])
     return fit_frfs(structure(), *test.frfs, top, damping, reduced=reduced, units=units, progress=progress)
 
 

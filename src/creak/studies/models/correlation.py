@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -25,6 +25,8 @@ REAL = 0.9
 """Phase collinearity below which a mode is told to be complex."""
 EXACT = 1e-5
 """Share of the model's size up to which a sensor is at its node: files have six digits."""
+OWN = 0.99
+"""Of a mode in what stands for it, up to which others of its frequency are told to be in it."""
 TWINS = 0.9
 """MAC between two modes of one set from which the sensors cannot tell them apart."""
 
@@ -110,6 +112,7 @@ def correlate(
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
     fit, both = fit_modes(found, measured, sensors)
+    found = replace(found, shapes=found.shapes @ both.turn)
     auto = mac_matrix(both.model[:, found.rigid :], both.model[:, found.rigid :])
     return Correlation(
         **{f.name: getattr(fit, f.name) for f in fields(fit)},
@@ -136,8 +139,8 @@ def fit_modes(
     auto = mac_matrix(both.test, both.test)
     damping = model_damping(found) if modal is None else shares_at(modal, (2.0 * np.pi * freq) ** 2)
     pairs = tuple(_pair(measured, both, freq, damping, k, j) for k, j in enumerate(both.partner.tolist()) if j >= 0)
-    told = sensor_notes(found.model, measured, sensors), _shape_notes(measured, both.collinearity, auto)
-    notes = (*measured.notes, *told[0], *told[1])
+    told = sensor_notes(found.model, measured, sensors), _shape_notes(measured, both, auto, freq)
+    notes = (*both.doubts, *measured.notes, *told[0], *told[1])
     figures = measured.frequencies, measured.damping, freq, found.rigid, both.mac, auto, both.collinearity
     return ModeFit(*figures, pairs, notes), both
 
@@ -189,9 +192,15 @@ def sensor_notes(model: Model, measured: Measured, sensors: Sensors) -> Iterator
         yield f"lengths of the test are taken times {sensors.scale:.6g}"
 
 
-def _shape_notes(measured: MeasuredModes, collinearity: FloatArray, auto: FloatArray) -> Iterator[str]:
-    for k in np.flatnonzero(collinearity < REAL).tolist():
-        yield f"mode at {measured.frequencies[k]:g} Hz is complex: phase collinearity {collinearity[k]:.2f}"
+def _shape_notes(measured: MeasuredModes, both: PairedShapes, auto: FloatArray, freq: FloatArray) -> Iterator[str]:
+    for k in np.flatnonzero(both.collinearity < REAL).tolist():
+        yield f"mode at {measured.frequencies[k]:g} Hz is complex: phase collinearity {both.collinearity[k]:.2f}"
+    turned = np.flatnonzero(np.abs(both.turn.diagonal()) < OWN)
+    if turned.size:
+        yield (
+            f"modes {', '.join(str(k + 1) for k in turned.tolist())} of the model, near {freq[turned[0]]:.6g} Hz, are "
+            "combined as the test has them: modes of one frequency have no shapes of their own"
+        )
     twins = np.argwhere(np.triu(auto, 1) >= TWINS)
     if len(twins):
         i, j = twins[0].tolist()

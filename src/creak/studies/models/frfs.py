@@ -21,7 +21,7 @@ from creak.reduction.modal import ModalDamping, ModalShares, shares_at
 from creak.reduction.transfer_modes import TransferModel, modal_transfer, receptances, transfer_model
 from creak.studies.models.correlation import Correlation, WithModes, sensor_notes
 from creak.studies.models.deck_modes import DeckModes
-from creak.studies.prepare.measured_damping import channel_rows, damping_note, damping_shares
+from creak.studies.prepare.measured_damping import channel_rows, damping_notes, damping_shares
 from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.unit_check import likely_units
 from creak.verify.mac import frac
@@ -139,12 +139,12 @@ def compare_frfs(
     InputError : the sensors are not on the model, or supports hold one; no function has two frequencies up to `top`.
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
-    shares, told = _measured_damping(modes), "damping is that of the deck"
-    if shares is not None:
-        told = damping_note(shares, measured.path)
+    shares, said = _measured_damping(modes), ["damping is that of the deck"]
+    if shares is not None and modes is not None:
+        said = damping_notes(shares, modes.measured, [p.fits for p in modes.pairs])
     elif found.damped is None:
-        told = "neither test nor deck tells damping: the functions of the model have none"
-    fit = fit_frfs(found, measured, sensors, top, (shares, told), units=units, test_units=test_units, progress=progress)
+        said = ["neither test nor deck tells damping: the functions of the model have none"]
+    fit = fit_frfs(found, measured, sensors, top, (shares, said), units=units, test_units=test_units, progress=progress)
     return FrfComparison(fit.pairs, fit.error, fit.notes, measured=measured, sensors=sensors)
 
 
@@ -153,7 +153,7 @@ def fit_frfs(
     measured: MeasuredFrfs,
     sensors: Sensors,
     top: float,
-    damping: tuple[ModalDamping | None, str],
+    damping: tuple[ModalDamping | None, Sequence[str]],
     *,
     reduced: System | None = None,
     units: str = "mm-t-s",
@@ -176,7 +176,7 @@ def fit_frfs(
         raise InputError(
             f"no function has two frequencies between 0 and {top:g} Hz", where=measured.path, fix="Raise --f-max."
         )
-    shares, told = damping
+    shares, said = damping
     damped = None if shares is not None else found.damped
     rows = _rows(found, measured, sensors)
     response, reference = (np.array([getattr(f, end) for f in kept]) for end in ("response", "reference"))
@@ -197,7 +197,7 @@ def fit_frfs(
     notes = (
         *measured.notes,
         *sensor_notes(found.model, measured, sensors),
-        told,
+        *said,
         *_unit_notes(kept, test_units),
         *_level_notes(pairs),
     )

@@ -25,7 +25,7 @@ from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.measured_damping import ABOVE, shapes_at
 from creak.studies.prepare.sensors import Sensors
 from creak.studies.prepare.structure import Structure, modes_up_to
-from creak.verify.mac import mac_matrix, pair_measured
+from creak.verify.mac import mac_matrix, pair_measured, turned_twins
 from creak.verify.real_modes import real_shapes
 
 STEP = 1e-3
@@ -136,7 +136,8 @@ def partners(case: UpdateCase, sensors: Sensors, trial: Trial, tests: Sequence[i
     """
     freq = trial.found.frequencies
     shapes = shapes_at(trial.joined.system, case.measured, sensors, trial.found.shapes)
-    matrix = mac_matrix(real_shapes(case.measured.shapes), shapes)
+    test = real_shapes(case.measured.shapes)
+    matrix = mac_matrix(test, shapes @ turned_twins(test, shapes, case.measured.frequencies, freq))
     partner = pair_measured(matrix, case.measured.frequencies, freq)
     most_like = np.where(freq > 0.0, matrix, -1.0).argmax(axis=1)
     return np.where(partner >= 0, partner, most_like)[list(tests)]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +16,17 @@ from creak.assembly.part import Rayleigh, loose_system
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
-from creak.formats.measured.modes import Measured, MeasuredModes
+from creak.formats.measured.modes import Measured, MeasuredModes, high_damping
 from creak.model.dofs import TRANSLATIONS, dofs_of, node_dofs
 from creak.reduction.modal import ModalShares
+from creak.studies.prepare.sensor_doubts import sensor_doubts
 from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.structure import Structure, modes_up_to
-from creak.verify.mac import mac_matrix, pair_measured
+from creak.studies.warned import Warned
+from creak.verify.mac import mac_matrix, pair_measured, turned_twins
+from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC, does_fit
 from creak.verify.real_modes import phase_collinearity, real_shapes
+from creak.verify.turned_sensors import Channels
 
 ABOVE = 1.3
 """Modes of the model are sought up to this multiple of the highest measured frequency."""
@@ -46,6 +51,10 @@ class PairedShapes:
     """(n_test,) column of the partner, -1 for none."""
     collinearity: FloatArray
     """(n_test,) modal phase collinearity, 1: real."""
+    turn: FloatArray
+    """(n_model, n_model) how modes of one frequency were combined (`turned_twins`)."""
+    doubts: tuple[str, ...] = ()
+    """What about the sensors or the frequencies looks wrong."""
 
 
 def pair_shapes(
@@ -65,10 +74,17 @@ def pair_shapes(
     _require_real(measured, collinearity)
     test, model = real_shapes(measured.shapes), shapes_at(system, measured, sensors, shapes)
     _require_motion(measured, model[:, freq > 0.0])
+    turn = turned_twins(test, model, measured.frequencies, freq)
+    shapes, model = shapes @ turn, model @ turn
     matrix = mac_matrix(test, model)
     partner = pair_measured(matrix, measured.frequencies, freq)
-    _require_pairs(measured, matrix[:, freq > 0.0], partner)
-    return PairedShapes(test, model, matrix, partner, collinearity)
+    axes = (replace(measured, directions=np.tile(axis, (len(measured.sensors), 1))) for axis in np.eye(3))
+    motion = np.stack([shapes_at(system, along, sensors, shapes) for along in axes], axis=1)
+    doubts = tuple(
+        sensor_doubts(Channels(test, motion, measured.directions, measured.sensors, measured.frequencies, freq))
+    )
+    _require_pairs(measured, matrix[:, freq > 0.0], partner, doubts)
+    return PairedShapes(test, model, matrix, partner, collinearity, turn, doubts)
 
 
 def shapes_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:
@@ -106,16 +122,29 @@ def damping_shares(measured: MeasuredModes, partner: IntArray, freq: FloatArray)
     return ModalShares(at, zeta, float(zeta.mean()))
 
 
-def damping_note(shares: ModalShares, path: Path) -> str:
-    """What was taken."""
-    return (
-        f"damping is measured: {shares.freq.size} modes of the model have that of their partners in {path.name}, all "
-        f"others its mean, {100.0 * shares.other:.3g} % of critical"
+def damping_notes(shares: ModalShares, measured: MeasuredModes, fits: Sequence[bool]) -> list[str]:
+    """What was taken, what of it does not fit, and what the file says of it.
+
+    Parameters
+    ----------
+    fits : of each pair, whether shape and frequency do.
+    """
+    told = (
+        f"damping is measured: {shares.freq.size} modes of the model have that of their partners in "
+        f"{measured.path.name}, all others its mean, {100.0 * shares.other:.3g} % of critical"
     )
+    count, alone, off = measured.frequencies.size, measured.frequencies.size - len(fits), len(fits) - sum(fits)
+    if alone or off:
+        told = Warned(
+            f"{told}: of its {count} modes {alone} have no partner, and {off} have one that does not fit (MAC below "
+            f"{GOOD_MAC:g}, or frequency more than {100.0 * GOOD_HZ:g} % off); creak modes --test shows which"
+        )
+    odd = high_damping(measured.damping)
+    return [told, *(Warned(note) if note in odd else note for note in measured.notes)]
 
 
-def measured_damping(structure: Structure, path: Path, units: str, where: str) -> tuple[ModalShares, str]:
-    """The damping that a structure takes from the modes of a test, and a note about it.
+def measured_damping(structure: Structure, path: Path, units: str, where: str) -> tuple[ModalShares, list[str]]:
+    """The damping that a structure takes from the modes of a test, and notes about it.
 
     Modes of the structure, contact left out, are paired with the measured ones by MAC.
 
@@ -141,11 +170,13 @@ def measured_damping(structure: Structure, path: Path, units: str, where: str) -
     system = structure.joined([structure.part(k) for k in range(len(structure.model.parts))], loose)
     found = modes_up_to(system, ABOVE * float(measured.frequencies.max()))
     freq = np.array(found.frequencies)
-    partner = pair_shapes(measured, sensors, system, found.shapes, freq).partner
-    shares = damping_shares(measured, partner, freq)
+    both = pair_shapes(measured, sensors, system, found.shapes, freq)
+    shares = damping_shares(measured, both.partner, freq)
     if shares is None:
         raise _no_damping(path, where, "no mode in it that has a partner in the model has damping")
-    return shares, damping_note(shares, path)
+    paired = [(k, j) for k, j in enumerate(both.partner.tolist()) if j >= 0]
+    fits = [does_fit(float(both.mac[k, j]), float(measured.frequencies[k]), float(freq[j])) for k, j in paired]
+    return shares, [*damping_notes(shares, measured, fits), *both.doubts]
 
 
 def _no_damping(path: Path, where: str, what: str) -> InputError:
@@ -187,13 +218,16 @@ def _direction(measured: MeasuredModes) -> str:
     return " ".join(f"{x:.3g}" for x in measured.directions[0].tolist())
 
 
-def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray) -> None:
+def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray, doubts: tuple[str, ...]) -> None:
     if (partner >= 0).any():
         return
-    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else "the model has none in reach"
+    top = measured.frequencies.max()
+    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else f"the model has none up to {ABOVE * top:.4g} Hz"
+    asked = "Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?"
+    unit = "" if matrix.size else f" Are its frequencies in Hz? The highest is {top:.4g}."
     raise InputError(
         f"none of the {partner.size} measured modes has a partner among the model's: {best}",
         where=measured.path,
         expected="modes of the same structure, within an octave of the model's",
-        fix="Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?",
+        fix=" ".join(f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts) or asked + unit,
     )

@@ -292,7 +292,7 @@ def set_up_model(
         linear = Structure(model, driven, rayleigh, override, superelements, None)
         test, where = places.sibling(c.damping.from_test), places.where("damping", "from_test")
         modal, said = measured_damping(linear, test, c.model.units, where)
-        notes.append(said)
+        notes += said
     elines = make_elines(model, study.lines, contacts)
     kept = output_nodes(model, c.output.node_sets, pairs, [test.nodes_idx for test in tests], places)
     notes += unmoved_warnings(model, kept, driven, superelements)

@@ -17,8 +17,10 @@ from creak.report.words.correlation import sentence
 from creak.studies.models.correlation import correlate
 from creak.studies.models.deck_modes import deck_modes
 from creak.studies.prepare.sensors import read_sensor_map
+from helpers_decks import STEEL, patch
 from helpers_modal import (
     COUNT,
+    SHELL,
     complex_mode,
     csv_text,
     data_set,
@@ -311,6 +313,57 @@ def test_what_the_model_cannot_do_is_no_round_off_that_fits(tmp_path, directions
     c = correlate(every, read_measured_modes(path))
     assert np.delete(c.mac, 4, axis=1).max() == 0.0
     assert [(p.test, p.model) for p in c.pairs] == [(4, 4)]
+
+
+def test_what_looks_wrong_is_named(strip, tmp_path):
+    """Sensors mounted head down, and frequencies that are not in Hz, are asked about and left as they are."""
+    found, t = strip
+    path = tmp_path / "t.csv"
+    shapes = t.shapes.copy()
+    shapes[:, [2, 5]] *= -1.0
+    path.write_text(csv_text(replace(t, shapes=shapes), ("z",)))
+    told = correlate(found, read_measured_modes(path)).notes[0]
+    assert f"sensors that look reversed: {t.labels[2]} (z), {t.labels[5]} (z)" in told
+    path.write_text(csv_text(replace(t, shapes=t.shapes[..., [1, 0, 2]])))
+    told = correlate(found, read_measured_modes(path)).notes[0]
+    assert "the axes of all sensors look turned, x being y and y being x: so the mean MAC" in told
+    for factor, unit in ((2.0 * np.pi, "rad/s"), (60.0, "1/min")):
+        path.write_text(csv_text(replace(t, frequencies=t.frequencies * factor)))
+        with pytest.raises(InputError, match=f"look as if they were in {unit}.*, 6 of its 6 modes fit, as Hz 0"):
+            correlate(found, read_measured_modes(path))
+    path.write_text(csv_text(t))
+    assert "look" not in " ".join(correlate(found, read_measured_modes(path)).notes)
+
+
+def square_deck(folder):
+    """A plate of 100 x 100 x 1 mm, clamped all round."""
+    path, n = folder / "square.inp", 9
+    quads = patch(1, "S", (0.0, 0.0, 0.0), (100.0, 0.0, 0.0), (0.0, 100.0, 0.0), (8, 8), 1)
+    edge = [1 + i + n * j for i in range(n) for j in range(n) if i in (0, 8) or j in (0, 8)]
+    held = "".join(f"{k}, 1, 6\n" for k in edge)
+    path.write_text(f"*HEADING\nsquare\n{quads}{STEEL}{SHELL.replace('ROOT_S, 1, 6', held.strip())}")
+    return path
+
+
+def test_modes_of_one_frequency_are_combined_as_the_test_has_them(tmp_path):
+    """A square plate's double mode, measured turned in its plane by 30 and by 45 degrees."""
+    deck = square_deck(tmp_path)
+    found = deck_modes(deck, count=6)
+    f = found.frequencies
+    k = next(k for k in range(5) if f[k + 1] < f[k] * 1.001)
+    for angle in (30.0, 45.0):
+        c, s = np.cos(np.radians(angle)), np.sin(np.radians(angle))
+        shapes = found.shapes.copy()
+        shapes[:, [k, k + 1]] = shapes[:, [k, k + 1]] @ [[c, -s], [s, c]]
+        path = tmp_path / "turned.unv"
+        write_uff(path, found.model, f, replace(found, shapes=shapes).translations())
+        got = correlate(found, read_measured_modes(path))
+        assert len(got.pairs) == 6
+        assert max(1.0 - p.mac for p in got.pairs) <= SIX_DIGITS
+        assert f"modes {k + 1}, {k + 2} of the model, near" in " ".join(got.notes)
+        motion = np.array(list(got.found.translations()))[[k, k + 1]].reshape(2, -1)
+        wanted = np.array(list(replace(found, shapes=shapes).translations()))[[k, k + 1]].reshape(2, -1)
+        np.testing.assert_allclose(np.abs(motion @ wanted.T) / (wanted**2).sum(axis=1), np.eye(2), atol=1e-4)
 
 
 def test_one_channel_tells_no_shape(strip, tmp_path):

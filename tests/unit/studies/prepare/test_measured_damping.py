@@ -17,6 +17,7 @@ from creak.studies.models.deck_modes import model_modes
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
+from creak.studies.warned import warnings_of
 from helpers_decks import STUDY, write_strips
 from helpers_modal import Test, csv_text, normal_mode, points_15
 
@@ -98,6 +99,25 @@ def test_one_measured_damping_of_all_modes_is_modal_damping(tmp_path):
         for line in ("damping.modal = 0.02", 'damping.from_test = "modes.unv"')
     ]
     assert found[1] == pytest.approx(found[0], abs=1e-9 * np.abs(found[0]).max())
+
+
+def test_what_does_not_fit_is_told(tmp_path):
+    """Pairs whose shapes or frequencies are others, modes without a partner, and damping in per cent are warned of."""
+    t = strips_test(tmp_path)
+    write(tmp_path, t)
+    assert not warnings_of(set_up(study_of(tmp_path, 'damping.from_test = "modes.unv"')).notes)
+    moved = replace(t, frequencies=t.frequencies * 1.5)
+    write(tmp_path, moved)
+    told = set_up(study_of(tmp_path, 'damping.from_test = "modes.unv"')).notes
+    assert any("of its 3 modes 0 have no partner, and 3 have one that does not fit" in w for w in warnings_of(told))
+    lost = t.shapes.copy()
+    lost[1] = np.random.default_rng(1).normal(size=lost[1].shape)
+    write(tmp_path, replace(t, shapes=lost))
+    told = set_up(study_of(tmp_path, 'damping.from_test = "modes.unv"')).notes
+    assert any("of its 3 modes 1 have no partner, and 0 have" in w for w in warnings_of(told))
+    write(tmp_path, replace(t, damping=np.full(3, 0.5)))
+    told = set_up(study_of(tmp_path, 'damping.from_test = "modes.unv"')).notes
+    assert "damping of 50 % of critical: is it per cent that the file has?" in warnings_of(told)
 
 
 def test_a_table_is_read_too(tmp_path):
