@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from creak.studies.file.reader import read_study
@@ -120,6 +121,25 @@ def test_vibration_in_other_units_is_told(tmp_path, kind, amplitude, told):
     found = [text for text in warned(tmp_path, study) if "accelerates by" in text]
     assert len(found) == told
     assert all("are its amounts in mm and s, as [model] units = 'mm-t-s' says?" in text for text in found)
+
+
+@pytest.mark.parametrize(
+    ("kind", "signal", "away"),
+    [
+        ("acceleration", 'type = "sine", frequency = 20.0, amplitude = 5000.0', 5000.0 / (40.0 * np.pi)),
+        ("velocity", 'type = "sine", frequency = 20.0, amplitude = 40.0', 2.0 * 40.0 / (40.0 * np.pi)),
+        ("acceleration", 'type = "multisine", f_min = 20.0, f_max = 20.0, amplitude = 5000.0, period = 1.0', None),
+        ("displacement", 'type = "sine", frequency = 20.0, amplitude = 0.3', None),
+    ],
+)
+def test_a_vibration_that_carries_its_supports_away_is_told(tmp_path, kind, signal, away):
+    """From rest the integrals of A sin(w t) go A / w (t - sin(w t) / w) away, and A / w (1 - cos(w t)): at t = 1 s."""
+    other = STUDY.replace('kind = "displacement"', f'kind = "{kind}"').replace("periods = 2", "end = 1.0")
+    study = "\n".join(f"signal = {{ {signal} }}" if "signal =" in line else line for line in other.splitlines())
+    found = [text for text in warned(tmp_path, study) if "carries its nodes" in text]
+    assert [text.split(" mm away", 1)[0] for text in found] == (
+        [] if away is None else [f"[excitation.root] carries its nodes {away:.3g}"]
+    )
 
 
 def test_a_model_without_damping_is_told(tmp_path):

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from creak.assembly.coupling import Driven
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
+from creak.model.constraints import held_labels
+from creak.model.dofs import dofs_of
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving, Touching
+from creak.studies.file.signals.course import PeriodicTable, SineTable
+from creak.studies.file.signals.vibration import SweepTable
+from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import SYSTEMS, across
 from creak.studies.warned import Warned
 from creak.words import percent
@@ -18,6 +24,9 @@ ROUGH = 1e-6
 """m: clearances below this are less than the roughness of surfaces."""
 WEAK, HARD = 0.02, 1e4
 """m/s^2: peaks of 2 mg and 1000 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
+
+CARRIED = 0.5
+"""Mean of a motion over its vibration above which it goes away: 1 of a velocity sin(w t) from rest."""
 
 
 def clearance_warnings(model: Model, touching: Touching) -> list[str]:
@@ -64,5 +73,32 @@ def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
             found.append(
                 f"[excitation.{name}] accelerates by {'up to' if peak > HARD else 'no more than'} {peak:.2g} m/s2: are "
                 f"its amounts in {system.words[0]} and s, as [model] units = {driving.units!r} says?"
+            )
+    return [Warned(text) for text in found]
+
+
+def drift_warnings(model: Model, driving: Driving, driven: Driven, loads: Loads) -> list[str]:
+    """Supports that a vibration from rest carries away from what stays where it is.
+
+    The integral of A sin(w t) from rest has the mean A / w: a velocity of this kind moves its nodes by A / w to another
+    place, an acceleration drives them away at that speed. Where all supports go the same way, it changes nothing.
+    """
+    length, found = SYSTEMS[driving.units].words[0], []
+    held = dofs_of(np.setdiff1d(held_labels(model.fixed), driven.every))
+    dofs = [other.dof for other in driving.moving.values()]
+    for j, (name, t) in enumerate(driving.moving.items()):
+        if t.kind == "displacement" or not isinstance(t.signal, SineTable | SweepTable | PeriodicTable):
+            continue
+        u = loads.support[0, :, j]
+        line = np.polynomial.Polynomial.fit(loads.time, u, 1)
+        away, vibration = float(np.abs(u).max()), float(np.abs(u - line(loads.time)).max())
+        others = [k for k, dof in enumerate(dofs) if dof == t.dof]
+        apart = np.ptp(loads.support[0][:, others], axis=1).max() > vibration
+        if abs(u.mean()) > CARRIED * vibration and (apart or (held == DOFS.index(t.dof) + 1).any()):
+            unit = length if t.dof in ("x", "y", "z") else "rad"
+            found.append(
+                f"[excitation.{name}] carries its nodes {away:.3g} {unit} away, beside a vibration of {vibration:.3g}, "
+                f"and others stay: from rest, the {t.kind} of a {t.signal.type} keeps a mean. Give its displacement, "
+                "or take a multisine, which is faded in and has none; one line will do, with f_min = f_max"
             )
     return [Warned(text) for text in found]

@@ -33,7 +33,7 @@ from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
-from creak.studies.prepare.amount_check import clearance_warnings, motion_warnings
+from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
@@ -266,6 +266,7 @@ def set_up_model(
     loads = sample_loads(model, driving, time, store)
     notes += [*designed, *banded, *unfollowed, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
+    notes += drift_warnings(model, driving, driven, loads)
     plays = [*plays_of(touching), *clips]
     notes += [Warned(text) for p, where in plays for text in crossed(model, p, where)]
     connectors = join([play_channels(model, p, where) for p, where in plays])
