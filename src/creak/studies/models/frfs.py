@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,7 @@ from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import channel_rows, damping_notes, damping_shares
 from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.unit_check import likely_units
+from creak.studies.warned import Warned
 from creak.verify.mac import frac
 
 ALIKE = 0.8
@@ -36,6 +38,8 @@ FACTORS = {
 }
 NEAR = 0.05
 """Relative difference up to which a factor is one of these."""
+LEVEL, PHASE = 6.0, 45.0
+"""dB and degrees that damping makes of a function that is the same."""
 OPPOSITE = 150.0
 """Degrees from which two functions have opposite signs."""
 
@@ -200,6 +204,7 @@ def fit_frfs(
         *said,
         *_unit_notes(kept, test_units),
         *_level_notes(pairs),
+        *_course_notes(pairs),
     )
     return FrfFit(pairs, modal.error, notes, () if small is None else pairs_of(small))
 
@@ -292,3 +297,33 @@ def _level_notes(pairs: Sequence[FrfPair]) -> Iterator[str]:
     if turned:
         more = f" and {len(turned) - 1} more" if len(turned) > 1 else ""
         yield f"test and model have opposite signs at {turned[0]}{more}: is the sign of the direction right?"
+
+
+def _course_notes(pairs: Sequence[FrfPair]) -> Iterator[Warned]:
+    """As what else most functions would be those of the model, where as they are told they are not."""
+    most = 0.5 * len(pairs)
+    if sum(map(_is_alike, pairs)) > most:
+        return
+    ways: dict[str, Callable[[FrfPair], ComplexArray]] = {"are conjugate": lambda p: p.measured.values.conj()}
+    for other, (name, _) in QUANTITIES.items():
+        if other != (told := pairs[0].measured.order):
+            ways[f"are {name}, not {QUANTITIES[told][0]}"] = partial(_differentiated, times=told - other)
+    for what, way in ways.items():
+        alike = sum(_is_alike(_pair(replace(p.measured, values=way(p)), p.model)) for p in pairs)
+        if alike > most:
+            yield Warned(
+                f"{alike} of {len(pairs)} functions of the test would be those of the model if they {what}: check how "
+                "they were written"
+            )
+
+
+def _is_alike(p: FrfPair) -> bool:
+    """Whether course, level and phase are the same, whatever the damping."""
+    return p.frac >= ALIKE and abs(p.level) <= LEVEL and abs(p.phase) <= PHASE
+
+
+def _differentiated(p: FrfPair, times: int) -> ComplexArray:
+    """The measured function so many times differentiated in time, 0 at 0 Hz."""
+    moving = p.measured.freq > 0.0
+    omega = 2j * np.pi * np.where(moving, p.measured.freq, 1.0)
+    return np.asarray(np.where(moving, p.measured.values * omega**times, 0.0))

@@ -189,6 +189,23 @@ def test_a_wrong_unit_is_told(deck, tmp_path, factor, words):
     assert any(words in note for note in found.notes)
 
 
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        (lambda h: h, ""),
+        (lambda h: -3.0 * h, ""),
+        (np.conj, "are conjugate"),
+        (lambda h: h / (2j * np.pi * FREQ), "are mobility, not accelerance"),
+        (lambda h: h / (2j * np.pi * FREQ) ** 2, "are receptance, not accelerance"),
+    ],
+)
+def test_another_convention_or_quantity_is_asked_about(deck, tmp_path, written, words):
+    exact = receptance(2, 3) * (2j * np.pi * FREQ) ** 2
+    found = beside(deck, tmp_path, units(1.0), points(1e-3), function(written(exact), (2, 1), (3, 1), quantity=12))
+    told = [note for note in found.notes if "functions of the test would be" in note]
+    assert [f"those of the model if they {words}: check" in note for note in told] == ([True] if words else [])
+
+
 def test_directions_are_those_of_the_frames(deck, tmp_path):
     """Motion along y of a frame whose y is the deck's x."""
     axes = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, 0.0]])
