@@ -17,6 +17,7 @@ from creak.report.words.text import as_sentence, number
 from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
 from creak.studies.models.beside_test import BesideTest
 from creak.studies.models.update import ModelUpdate
+from creak.studies.warned import plain_notes, warnings_of
 from creak.version import version
 
 
@@ -46,11 +47,12 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
     all_good = not any(flag for table in (pairs, functions) if table is not None for flag in table.flags)
     title = Path(found.found.model.source).name
     parameters = changes = None
-    notes = list(found.notes)
+    notes = [*([] if update is None else gained_note(update)), *plain_notes(found.notes)]
+    doubts = warnings_of(found.notes)
     if update is not None:
         parameters, changes = (Table(rows[0], rows[1:]) for rows in (parameter_rows(update), mode_rows(update)))
         sentences, title = [update_sentence(update), *sentences], update.study.path.name
-        notes = [*update_notes(update), *gained_note(update), *notes]
+        doubts = [*update_notes(update), *doubts]
     text = (
         page_templates("creak.report")
         .get_template("correlation.html.j2")
@@ -66,6 +68,7 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
             functions=functions,
             choices=choices,
             error=None if frfs is None else number(frfs.error, 2),
+            doubts=[as_sentence(doubt) for doubt in doubts],
             notes=[as_sentence(note) for note in notes],
             figures=drawn,
             specs=script_json({name: figure.spec for name, figure in drawn.items()}),
