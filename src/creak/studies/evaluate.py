@@ -16,6 +16,7 @@ from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.job import ReferenceRun, StudyResult, run_study
 from creak.studies.warned import Warned, attempted
@@ -116,7 +117,10 @@ def evaluate(
     progress("sound", 0, 1)
     places = [] if main is None else [p.channels for p in find_places(found, main)]
     silence: Sound | str = "none: it could not be computed"
-    sound = attempted("sound", lambda: hear(found, places), silence, notes)
+    if odd := other_units(setup.model, setup.study.config.model.units):
+        sound: Sound | str = f"none: {odd}, so nothing is known in Pa"
+    else:
+        sound = attempted("sound", lambda: hear(found, places), silence, notes)
     progress("sound", 1, 1)
     convergence = None
     if converge:

@@ -72,6 +72,24 @@ def test_the_light(told, light):
     assert answer_lines(told)[0].startswith(light.upper())
 
 
+def test_figures_in_other_units_are_told_first_and_judge_nothing():
+    """A force of 2 in a deck in inches is 8.9 N: neither word nor colour may go by it."""
+    odd = "the deck looks to be in in-lbf-s, not in mm-t-s as the study says"
+    for force in (0.05, 2.0, 50.0):
+        told = summary([place(force=force)]) | {"other_units": odd}
+        assert answer(told).light == AMBER
+        assert (
+            answer(told).headline
+            == f"T{odd[1:]}, so no figure is in the unit beside it. 1 place rattles; worst is rib 1"
+        )
+        first = " ".join(answer_lines(told)[:2])
+        assert first.startswith("AMBER: The deck looks to be in in-lbf-s")
+        assert not any(word in first for word in ("soft", "moderate", "hard", "sone", " N"))
+        assert odd in answer(told).why
+    failed = summary([place()], limits=[limit([("rib 1", 7.0)])]) | {"other_units": odd}
+    assert answer(failed).light == RED
+
+
 def test_the_words_say_whose_they_are():
     assert "creak's own words" in answer(summary([place()])).why
     assert answer(summary([place()], limits=[limit()])).why == "limit force = 5 N holds everywhere"

@@ -78,6 +78,15 @@ def test_what_drives_something_else_closes_no_gap(tmp_path):
         assert result.summary["runs"]["reduced"]["verdict"] == "unsettled"
 
 
+def test_a_page_of_a_deck_in_other_units_says_so_first(tmp_path):
+    """Steel in GPa and kg/mm^3, as decks in mm, kg and ms have it; the light and the headline go by no figure."""
+    deck = small.plates().replace("210000., 0.3", "210., 0.3").replace("7.85e-9", "7.85e-6")
+    found = run(tmp_path, exact(small.study_text(reference=False)), deck, converge=False)
+    odd = "he deck looks to be in mm-kg-ms, not in mm-t-s as the study says"
+    assert found.summary["other_units"] == f"t{odd}"
+    assert re.search(rf'<p class="answer (amber|red)" id="answer">T{odd}, so no figure is in', found.page(0.0))
+
+
 @pytest.mark.parametrize("margin", ["5.0", "0.01"])
 def test_gaps_that_move_and_stay_open_are_an_answer(tmp_path, margin):
     text = exact(small.study_text(amplitude=0.001, reference=False)).replace("margin = 5.0", f"margin = {margin}")

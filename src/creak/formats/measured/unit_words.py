@@ -19,6 +19,17 @@ MOTIONS = {
 """Label of a unit -> what it counts, and what it is in m and s."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
 PASCALS = {"pa": 1.0, "": 1.0}
+ANGLES = {"rad": 1.0, "deg": math.pi / 180.0}
+TURNS = {
+    **{name: (RECEPTANCE, size) for name, size in ANGLES.items()},
+    **{f"{name}/s": (MOBILITY, size) for name, size in ANGLES.items()},
+    **{f"{name}/s^2": (ACCELERANCE, size) for name, size in ANGLES.items()},
+    "rpm": (MOBILITY, math.pi / 30.0),
+}
+"""As `MOTIONS`, of rotations, in rad and s."""
+MOMENTS = {f"{force}{arm}": n * LENGTHS[arm] for force, n in NEWTONS.items() for arm in ("m", "mm", "in", "ft")}
+MOMENTS |= {f"{arm}lbf": POUND * LENGTHS[arm] for arm in ("in", "ft")}
+"""Label of a unit, without the sign of the product -> N m."""
 SAME = 1e-3
 """Relative difference up to which two factors are one."""
 
@@ -28,6 +39,7 @@ IN_BRACKETS = re.compile(r"\(((?:[^()]|\([^()]*\))*)\)\s*$")
 NONE = "none"
 """What universal files write where there is no unit."""
 WORDS = {r"sec(ond)?s?": "s", r"minutes?": "min", r"milli(?=s)": "m", r"micro(?=s)": "u", "hertz": "hz", "/s/s": "/s^2"}
+WORDS |= {r"deg(ree)?s?|°": "deg", r"radians?": "rad"}
 
 
 def plain_unit(unit: str) -> str:

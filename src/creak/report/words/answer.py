@@ -195,6 +195,11 @@ def word_of(value: float, words: Sequence[tuple[float, str]]) -> str:
 
 
 def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, before: str) -> str:
+    odd, said = summary.get("other_units"), _said(summary, places, seconds, before)
+    return f"{odd[:1].upper()}{odd[1:]}, so no figure is in the unit beside it. {said}" if odd else said
+
+
+def _said(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, before: str) -> str:
     if summary["stopped"]:
         return f"The run stopped early, and tells only of its beginning: {summary['stopped']}"
     if summary["unanswered"]:
@@ -210,7 +215,8 @@ def _headline(summary: Mapping[str, Any], places: Sequence[Place], seconds: floa
     heard = _how_loud(worst.n5, worst.n_max) if worst.n5 is not None else ""
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
-    return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}: {how}"
+    last = "" if summary.get("other_units") else f": {how}"
+    return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}{last}"
 
 
 def _though_quiet(summary: Mapping[str, Any]) -> list[str]:
@@ -254,6 +260,8 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     for wrong, light in (("failed", RED), ("missing", AMBER)):
         if text := next((text for text, one in zip(said, limits, strict=True) if one[wrong]), ""):
             return light, text
+    if odd := summary.get("other_units"):
+        return AMBER, f"nothing in N or sone: {odd}"
     if not places and good == GREEN and _lately(summary, run):
         return AMBER, "something hits shortly before what is counted: a longer run tells whether it comes back"
     if not places and (told := _let_by_tolerances(summary)):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import codecs
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.measured.csv_rows import csv_rows, number, separator_of
 from creak.formats.measured.files import chosen_channel, is_measured
-from creak.formats.measured.unit_words import SECONDS, scale_of
+from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
 from creak.model.magnitude import LARGEST, computable
 
 
@@ -51,13 +51,17 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
     InputError : no such file or channel; cut short; a value that is no finite number; times that do not increase.
     """
     if is_measured(path):
-        found = chosen_channel(path, int(channel) if channel is not None and channel.isdigit() else channel, where)
+        found = chosen_channel(path, _name_or_number(channel), where)
         if not np.isfinite(found.values).all() or np.abs(found.values).max(initial=0.0) > LARGEST:
             raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
         return found.time, found.values
     if channel is None:
         return read_table(path, where)
     return table_column(path, *read_header(path, where, "table"), channel)
+
+
+def _name_or_number(channel: str | None) -> str | int | None:
+    return int(channel) if channel is not None and channel.isdigit() else channel
 
 
 def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tuple[FloatArray, FloatArray]:
@@ -74,13 +78,26 @@ def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tup
     k = header.index(channel.lower(), 1)
     narrow = [(i, [row[0], row[k]] if k < len(row) else [row[0]]) for i, row in rows]
     time, values = _increasing(path, narrow, (header[0], channel))
-    return _seconds(path, header[0]) * time, values
+    return head_of_axis(path, header[0], SECONDS, "the times")[1] * time, values
 
 
-def _seconds(path: Path, head: str) -> float:
-    """What the unit in the head of a column of times, `time [ms]`, is in s; 1 without one."""
-    _, _, unit = head.replace("(", "[").replace(")", "]").partition("[")
-    return scale_of(unit, SECONDS, "the times", f"{path}:1")
+def signal_unit(path: Path, channel: str | None, where: str) -> str:
+    """The unit that a file tells of a course in time; empty where it tells none. Parameters and errors as
+    `read_signal`; of a CSV file the head of the column tells it."""
+    if is_measured(path):
+        return chosen_channel(path, _name_or_number(channel), where).unit
+    return "" if channel is None else name_and_unit(channel)[1]
+
+
+def head_of_axis(path: Path, head: str, table: Mapping[str, float], what: str) -> tuple[str, float]:
+    """Name of a first column, `time [ms]`, and what its unit is in the first one of a table; 1 without one.
+
+    Raises
+    ------
+    InputError : as `scale_of`.
+    """
+    name, _, unit = head.replace("(", "[").replace(")", "]").partition("[")
+    return name.strip(), scale_of(unit, table, what, f"{path}:1")
 
 
 Rows = list[tuple[int, list[str]]]

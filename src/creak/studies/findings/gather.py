@@ -39,6 +39,7 @@ from creak.studies.findings.tree import (
     Note,
 )
 from creak.studies.prepare.static_loads import static_gravity
+from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
@@ -95,6 +96,7 @@ def findings_of(
         window=result.window,
         said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
         unanswered=unanswered(result),
+        other_units=other_units(s.model, s.study.config.model.units),
         provenance=tuple(provenance(result)),
         stopped=result.stopped,
     )

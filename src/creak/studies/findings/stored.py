@@ -22,7 +22,7 @@ from creak.studies.run.compared import compare_events
 from creak.verify.matching import EventMatch
 
 T = TypeVar("T")
-VERSION = 13
+VERSION = 14
 """Of the group `findings`; another one cannot be read."""
 
 

@@ -63,6 +63,7 @@ def summary_of(findings: Findings) -> dict[str, Any]:
         ],
         "notes": [note.text for note in f.said],
         "unanswered": why,
+        "other_units": f.other_units,
         "warnings": [why, *warnings] if why else warnings,
         "stopped": f.stopped,
     }

@@ -300,6 +300,8 @@ class Findings:
     said: tuple[Note, ...]
     unanswered: str | None
     """Why the runs say nothing of rattle; None: they do."""
+    other_units: str | None
+    """Why figures are not in the units that they are labelled with; None: nothing says so."""
     provenance: tuple[tuple[str, str], ...]
     """Name and value: files with their digests, versions, machine."""
     stopped: str | None = None

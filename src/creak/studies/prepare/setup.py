@@ -33,7 +33,7 @@ from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
-from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
+from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, file_unit_notes, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
@@ -253,7 +253,7 @@ def set_up_model(
     """
     places, driving, touching = study.places, study.driving, study.touching
     model, clips, designed = designed_model(study, model, ignore)
-    amounts = clearance_warnings(model, touching)
+    amounts = [*clearance_warnings(model, touching), *file_unit_notes(driving)]
     contacts, notes = contact_channels(model, touching, store)
     study, banded = with_bandwidth(study, model, contacts)
     study, unfollowed = with_flight_steps(study)

@@ -162,6 +162,17 @@ def check_units(model: Model, units: str, places: Places) -> None:
     )
 
 
+def other_units(model: Model, units: str) -> str | None:
+    """That most of the deck is in another system than the study says, in a sentence; None: it is not.
+
+    Its figures fit together, but none of them is in the unit that it is labelled with.
+    """
+    declared = SYSTEMS[units]
+    odd, share = _odd(_by_material(model), declared)
+    other = _system_of(max(odd, key=lambda m: m.volume), declared) if share > HALF else None
+    return None if other is None else f"the deck looks to be in {other.name}, not in {units} as the study says"
+
+
 def guessed_units(model: Model) -> list[UnitSystem]:
     """Systems in which materials and size are plausible, the ones a study can name first; empty without materials."""
     known = materials(model)

@@ -22,14 +22,14 @@ from creak.formats.measured.uff_frfs import FREQUENCY, FRF, UNKNOWN
 from creak.formats.measured.uff_functions import COMPLEX, MeasuredFunction, functions
 from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import data_sets
-from creak.formats.measured.unit_words import SAME, plain_unit
+from creak.formats.measured.unit_words import HERTZ, SAME, plain_unit
 from creak.formats.wav import read_wav
 from creak.sound.between_lines import Lines
 from creak.sound.forced import smooth
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import across_third
 from creak.studies.file.sound_tables import TransferTable
-from creak.studies.file.tables import read_header, row_numbers
+from creak.studies.file.tables import head_of_axis, read_header, row_numbers
 from creak.studies.warned import Warned
 
 COLUMNS = (("real", "imag"), ("amplitude", "phase"), ("amplitude",))
@@ -175,8 +175,9 @@ def _check(found: _Response, path: Path) -> None:
 
 def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
     header, rows = read_header(path, where, "table")
-    columns = next((c for c in COLUMNS if header == ["frequency", *c]), None)
-    if columns is None:
+    axis, hertz = head_of_axis(path, header[0], HERTZ, "the frequencies") if header else ("", 1.0)
+    columns = next((c for c in COLUMNS if header[1:] == [*c]), None)
+    if axis != "frequency" or columns is None:
         raise InputError(
             f"the table starts with {','.join(header) or 'nothing'}",
             where=f"{path}:1",
@@ -186,7 +187,7 @@ def _tabulated(_: TransferTable, path: Path, where: str) -> _Response:
     values = np.array([row_numbers(path, *row, header) for row in rows]).reshape(-1, len(header))
     rows = [row for row, f in zip(rows, values[:, 0], strict=True) if f != 0.0]
     values = values[values[:, 0] != 0.0]  # a source that does not move tells nothing
-    freq, first, second = values[:, 0], values[:, 1], values[:, -1]
+    freq, first, second = hertz * values[:, 0], values[:, 1], values[:, -1]
     if columns == ("real", "imag"):
         return _Response(freq, first + 1j * second, phase=True)
     if (first < 0.0).any():

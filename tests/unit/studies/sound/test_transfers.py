@@ -166,6 +166,20 @@ def test_amplitudes_alone_are_late_as_in_the_open_and_nothing_is_known_outside(t
     assert (between < louder).all()
 
 
+@pytest.mark.parametrize("head", ["frequency [kHz]", "Frequency (kHz)", "frequency[khz]"])
+def test_frequencies_of_a_table_are_in_the_unit_of_its_head(tmp_path, head):
+    found = []
+    for name, first, unit in (("a.csv", "frequency", 1.0), ("b.csv", head, 1e-3)):
+        rows = [f"{unit * f!r},{0.5 + f / 1e3!r},{-f / 2e3!r}" for f in (100.0, 400.0, 1000.0)]
+        (tmp_path / name).write_text("\n".join([f"{first},real,imag", *rows]))
+        found.append(transfer_of(TransferTable(file=name), tmp_path / name, 0, AWAY, ""))
+    np.testing.assert_allclose(found[1].freq, [100.0, 400.0, 1000.0])
+    np.testing.assert_allclose(found[1].ratio, found[0].ratio)
+    (tmp_path / "c.csv").write_text("frequency [mm],real,imag\n1,1,1\n2,1,1\n")
+    with pytest.raises(creak.InputError, match="the frequencies are in mm; expected one of Hz, kHz"):
+        transfer_of(TransferTable(file="c.csv"), tmp_path / "c.csv", 0, AWAY, "")
+
+
 def test_between_measured_frequencies_it_stays_between_what_was_measured(tmp_path):
     """A spline made 3600 of amplitudes about 1 where the last stood far off. A row at 0 Hz says nothing."""
     freq = np.concatenate([np.arange(0.0, 1001.0, 10.0), [4000.0, 10_000.0]])
