@@ -83,7 +83,8 @@ def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
         if t.dof not in ("x", "y", "z") or not (t.signal.stated or isinstance(t.signal, RecordTable | TableTable)):
             continue
         peak = system.length * _peak(t, loads.support[2, :, j])
-        if peak > HARD or (t.kind == "acceleration" and 0.0 < peak < WEAK):
+        given = t.kind == "acceleration" or isinstance(t.signal, RecordTable)
+        if peak > HARD or (given and 0.0 < peak < WEAK):
             found.append(
                 f"[excitation.{name}] accelerates by {'up to' if peak > HARD else 'no more than'} {peak:.2g} m/s2: are "
                 f"its amounts in {system.words[0]} and s, as [model] units = {driving.units!r} says?"

@@ -152,6 +152,15 @@ def test_records_and_tables_are_judged_as_a_sine_of_their_amount(tmp_path, type_
     assert [words in text for text in found] == ([True] if words else [])
 
 
+@pytest.mark.parametrize("kind", ["displacement", "velocity", "acceleration"])
+def test_a_weak_record_is_told_whatever_it_moves(tmp_path, kind):
+    rows = [f"{t!r},{3.0 * math.sin(200.0 * t)!r}" for t in (np.arange(2001) / 2000.0).tolist()]
+    (tmp_path / "road.csv").write_text("\n".join(["time,value", *rows]))
+    study = study_of(kind, 'type = "record", file = "road.csv", high_pass = 5')
+    said = warnings_of(set_up(read_study(write_strips(tmp_path, study=study))).notes)
+    assert any("accelerates by no more than 0.003 m/s2" in text for text in said)
+
+
 def test_a_corner_of_a_displacement_by_points_is_no_amount(tmp_path):
     """0.2 mm within 0.1 ms: 4e4 m/s^2 and more at the points, of a motion that moves next to nothing."""
     signal = 'type = "table", values = [[0, 0], [0.1, 0], [0.1001, 0.2], [0.2, 0.2], [0.3, 0.2]]'
