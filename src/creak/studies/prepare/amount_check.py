@@ -35,7 +35,7 @@ WEAK, HARD = 0.02, 1e4
 CARRIED = 0.5
 """Mean of a motion over its vibration above which it goes away: 1 of a velocity sin(w t) from rest."""
 ORDERS = {"displacement": RECEPTANCE, "velocity": MOBILITY, "acceleration": ACCELERANCE}
-LOUDER = 5.0
+LOUDER = 4.0
 """How many times what was measured a record may be taken, or a part of it, without it looking like a wrong unit."""
 KNOWN = {*MOTIONS, *TURNS, *NEWTONS, *MOMENTS, *PASCALS}
 """Labels of units, of whatever they count."""
