@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
@@ -42,10 +43,23 @@ class Fit:
     """(n,) stopped at a bound: where it would go is not known, and the others hold for it there."""
 
     @property
+    def spare(self) -> int:
+        """Data beyond those that the parameters take."""
+        return self.residuals.size - int((~self.on_bound).sum())
+
+    @property
     def scatter(self) -> float:
         """Standard deviation of the residuals, sqrt(r'r / (m - n)), not below 1: what was stated or what was found."""
-        spare = self.residuals.size - int((~self.on_bound).sum())
-        return max(1.0, float(np.sqrt(self.residuals @ self.residuals / spare))) if spare > 0 else 1.0
+        size = float(self.residuals @ self.residuals)
+        return max(1.0, math.sqrt(size / self.spare)) if self.spare > 0 else 1.0
+
+    @property
+    def quantile(self) -> float:
+        """Half the width of 95 % in standard deviations: of the normal distribution where the scatter is the stated
+        one, else of Student's t with the degrees of freedom that it was found from (Draper and Smith, 1998, 1.4)."""
+        from scipy.special import stdtrit  # see `signals.spectra.low_pass`
+
+        return Z95 if self.scatter == 1.0 else float(stdtrit(self.spare, 0.975))
 
     @cached_property
     def _svd(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -63,7 +77,7 @@ class Fit:
     @property
     def half_width(self) -> FloatArray:
         """(n,) half of the 95 % interval of each parameter; nan at a bound."""
-        return np.asarray(Z95 * np.sqrt(np.diag(self.covariance)))
+        return np.asarray(self.quantile * np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> FloatArray:
@@ -78,7 +92,7 @@ class Fit:
         The directions are right singular vectors of J, with parameters at a bound: it may be why they are there.
         """
         _, s, Vt = np.linalg.svd(self.jacobian, full_matrices=False)
-        wide = Z95 * self.scatter > width * s
+        wide = self.quantile * self.scatter > width * s
         return [np.flatnonzero(np.abs(v) >= LARGE) for v in Vt[wide]]
 
     @property

@@ -19,7 +19,7 @@ from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.modes import Measured, MeasuredModes, high_damping
 from creak.model.dofs import TRANSLATIONS, dofs_of, node_dofs
 from creak.reduction.modal import ModalShares
-from creak.studies.prepare.sensor_doubts import sensor_doubts
+from creak.studies.prepare.sensor_doubts import sensor_doubts, twin_doubts
 from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.studies.warned import Warned
@@ -78,13 +78,21 @@ def pair_shapes(
     shapes, model = shapes @ turn, model @ turn
     matrix = mac_matrix(test, model)
     partner = pair_measured(matrix, measured.frequencies, freq)
-    axes = (replace(measured, directions=np.tile(axis, (len(measured.sensors), 1))) for axis in np.eye(3))
-    motion = np.stack([shapes_at(system, along, sensors, shapes) for along in axes], axis=1)
-    doubts = tuple(
-        sensor_doubts(Channels(test, motion, measured.directions, measured.sensors, measured.frequencies, freq))
-    )
+    motion = _motion_at(system, measured, sensors, shapes)
+    found = Channels(test, motion, measured.directions, measured.sensors, measured.frequencies, freq)
+    doubts = tuple(sensor_doubts(found))
+    has_twin = sensors.twins_idx >= 0
+    if has_twin.any():
+        other = replace(sensors, nodes_idx=np.where(has_twin, sensors.twins_idx, sensors.nodes_idx))
+        doubts += tuple(twin_doubts(found, _motion_at(system, measured, other, shapes), sensors.choices))
     _require_pairs(measured, matrix[:, freq > 0.0], partner, doubts)
     return PairedShapes(test, model, matrix, partner, collinearity, turn, doubts)
+
+
+def _motion_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:
+    """(n_channel, 3, n_mode) motion at the nodes of all channels along x, y and z."""
+    axes = (replace(measured, directions=np.tile(axis, (len(measured.sensors), 1))) for axis in np.eye(3))
+    return np.stack([shapes_at(system, along, sensors, shapes) for along in axes], axis=1)
 
 
 def shapes_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +19,8 @@ SOME, MOST_OF = 0.2, 0.6
 """Shares of the measured modes that fit: up to the one those in Hz do not, from the other on those in a unit do."""
 STRAIGHT = 0.999
 """Cosine from which a direction is told as an axis."""
+ONE = 1e-3
+"""Of the largest motion at any sensor in a mode: what two nodes that move as one may differ by."""
 NAMED = 6
 """Channels and sensors that are named."""
 
@@ -40,6 +42,30 @@ def sensor_doubts(found: Channels) -> Iterator[Warned]:
             f"{'; '.join(_ways(turned, found))}: so the mean MAC of the modes would be {turned.after:.2f}, as the file "
             f"says it is {turned.before:.2f}: check how the sensors were mounted and numbered; nothing was changed"
         )
+
+
+def twin_doubts(found: Channels, other: FloatArray, choices: Sequence[str]) -> Iterator[Warned]:
+    """A sentence about sensors that may be on another part than they were put on, where the two move otherwise.
+
+    Parameters
+    ----------
+    other : (n_channel, 3, n_model) as `found.motion`, at the other node. choices : (n_channel,) words for both nodes.
+    """
+    size, apart = np.abs(found.motion).max(axis=(0, 1)), np.abs(other - found.motion).max(axis=1)
+    doubted = dict.fromkeys(found.sensors[k] for k in np.flatnonzero((apart > ONE * size).any(axis=1)).tolist())
+    if not doubted:
+        return
+    rows = {sensor: np.array([name == sensor for name in found.sensors]) for sensor in doubted}
+    best, as_it_is = found, found.mean_mac
+    for here in rows.values():
+        tried = replace(best, motion=np.where(here[:, None, None], other, best.motion))
+        best = tried if tried.mean_mac > best.mean_mac else best
+    named = (f"{sensor} ({choices[int(here.argmax())]})" for sensor, here in rows.items())
+    yield Warned(
+        f"sensors that lie at nodes of two parts, of which the first was taken: {first_few(named, len(rows), NAMED)}: "
+        f"the mean MAC is {as_it_is:.2f}, and {best.mean_mac:.2f} with the better choices: name their nodes in a table "
+        "sensor,node (--sensors)"
+    )
 
 
 def _unit(found: Channels) -> tuple[str, float] | None:

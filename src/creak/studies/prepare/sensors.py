@@ -47,6 +47,10 @@ class Sensors:
     """(n_channel,) `BY_LABEL`, `BY_PLACE` or `BY_MAP`."""
     scale: float
     """Length of the model in one of the test."""
+    twins_idx: IntArray
+    """(n_channel,) node of another part that is as near to a sensor as the one it was put on; -1: there is none."""
+    choices: tuple[str, ...]
+    """(n_channel,) `66 or 1009`: the node that was taken and its twin; empty where there is none."""
 
 
 def locate(model: Model, measured: Measured, units: str, test_units: str | None, mapped: Mapping[str, int]) -> Sensors:
@@ -93,7 +97,10 @@ def locate(model: Model, measured: Measured, units: str, test_units: str | None,
     distance = np.where(known, np.linalg.norm(points - model.nodes.coords[rows], axis=1), 0.0)
     how = np.where(by_map, BY_MAP, np.where(by_label, BY_LABEL, BY_PLACE)).tolist()
     shown = np.where((known & ~by_map)[:, None], points, model.nodes.coords[rows])
-    return Sensors(rows, shown, distance, tuple(how), scale)
+    twins = np.where(by_place, _twins(model, used, points, nearest, off + SAME * size, by_place), -1)
+    name = model.nodes.label
+    choices = (f"{name(a)} or {name(b)}" if b >= 0 else "" for a, b in zip(rows.tolist(), twins.tolist(), strict=True))
+    return Sensors(rows, shown, distance, tuple(how), scale, twins, tuple(choices))
 
 
 def read_sensor_map(path: Path | None, model: Model, measured: Measured) -> dict[str, int]:
@@ -142,6 +149,24 @@ def _nearest(model: Model, used: IntArray, points: FloatArray, known: BoolArray)
     if known.any():
         off[known], at[known] = cKDTree(model.nodes.coords[used]).query(points[known])
     return used[at], off
+
+
+def _twins(
+    model: Model, used: IntArray, points: FloatArray, nearest: IntArray, within: FloatArray, known: BoolArray
+) -> IntArray:
+    """(n,) a node within so much of a point, of another part than its nearest; -1: there is none."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    part = np.full(model.nodes.count, -1)
+    for k, one in enumerate(model.parts):
+        part[one.nodes_idx] = k
+    twins, where = np.full(len(points), -1, dtype=np.int64), np.flatnonzero(known)
+    around = cKDTree(model.nodes.coords[used]).query_ball_point(points[where], within[where])
+    for k, near in zip(where.tolist(), around, strict=True):
+        others = used[near][part[used[near]] != part[nearest[k]]]
+        if others.size:
+            twins[k] = others[np.linalg.norm(model.nodes.coords[others] - points[k], axis=1).argmin()]
+    return twins
 
 
 def _reach(model: Model, nodes_idx: IntArray, size: float) -> FloatArray:

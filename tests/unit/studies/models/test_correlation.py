@@ -21,6 +21,7 @@ from helpers_decks import STEEL, patch
 from helpers_modal import (
     COUNT,
     SHELL,
+    Test,
     complex_mode,
     csv_text,
     data_set,
@@ -364,6 +365,36 @@ def test_modes_of_one_frequency_are_combined_as_the_test_has_them(tmp_path):
         motion = np.array(list(got.found.translations()))[[k, k + 1]].reshape(2, -1)
         wanted = np.array(list(replace(found, shapes=shapes).translations()))[[k, k + 1]].reshape(2, -1)
         np.testing.assert_allclose(np.abs(motion @ wanted.T) / (wanted**2).sum(axis=1), np.eye(2), atol=1e-4)
+
+
+def test_sensors_at_nodes_of_two_parts_are_named(tmp_path):
+    """Two strips end to end, each clamped at its far end, their nodes at the seam not joined: labels tell them apart."""
+    deck = tmp_path / "seam.inp"
+    one, other = (
+        patch(k, "S", (x, 0.0, 0.0), (60.0, 0.0, 0.0), (0.0, 20.0, 0.0), (6, 2), k) for k, x in ((1, 0.0), (101, 60.0))
+    )
+    held = "1, 1, 6\n8, 1, 6\n15, 1, 6\n107, 1, 6\n114, 1, 6\n121, 1, 6"
+    deck.write_text(f"*HEADING\nseam\n{one}{other}{STEEL}{SHELL.replace('ROOT_S, 1, 6', held)}")
+    found = deck_modes(deck, count=6)
+    labels = [4, 7, 11, 14, 18, 21, 101, 104, 108, 111, 115, 118]
+    rows = [int(np.flatnonzero(found.model.nodes.ids == label)[0]) for label in labels]
+    shapes = np.stack([u[rows] for u in found.translations()])
+    t = Test(labels, found.model.nodes.coords[rows], shapes, np.array(found.frequencies), np.full(6, 0.01))
+    path = tmp_path / "t.unv"
+    path.write_text(points_15(t) + every_mode(t))
+    c = correlate(found, read_measured_modes(path))
+    assert max(1.0 - p.mac for p in c.pairs) <= SIX_DIGITS
+    assert "two parts" not in " ".join(c.notes)
+    path.write_text(points_15(renumbered(t, 5000)) + every_mode(renumbered(t, 5000)))
+    measured = read_measured_modes(path)
+    try:
+        told = " ".join(correlate(found, measured).notes)
+    except InputError as error:
+        told = str(error)
+    assert "ensors that lie at nodes of two parts, of which the first was taken" in told
+    assert ", and 1.00 with the better choices: name their nodes" in told
+    for label, twin in ((7, 101), (14, 108), (21, 115)):
+        assert f"{5000 + label} ({label} or {twin})" in told or f"{5000 + label} ({twin} or {label})" in told
 
 
 def test_one_channel_tells_no_shape(strip, tmp_path):
