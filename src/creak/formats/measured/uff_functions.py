@@ -20,7 +20,7 @@ from creak.formats.measured.channel import Channel
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import BINARY, DataSet, data_sets
-from creak.formats.measured.unit_words import HERTZ, NEWTONS, SECONDS, plain_unit, scale_of, unit_named
+from creak.formats.measured.unit_words import BARE, HERTZ, MOTIONS, NEWTONS, SECONDS, plain_unit, scale_of, unit_named
 from creak.model.units import LENGTHS
 
 FUNCTION = "58"
@@ -197,6 +197,14 @@ def _channel(f: MeasuredFunction, told: tuple[float, float] | None) -> Channel:
         )
     if not f.step > 0.0:
         raise _short(f.of)
+    kind, counts = f.ordinate.kind, MOTIONS.get(plain_unit(f.ordinate.unit))
+    if kind in ORDERS and counts is not None and counts[0] != ORDERS[kind]:
+        raise InputError(
+            f"a function of kind {kind} in {f.ordinate.unit}",
+            where=f.of.where(8),
+            expected="a kind and a unit of one quantity: displacement (8), velocity (11) or acceleration (12)",
+            fix="Correct the unit, or the kind.",
+        )
     node, direction = f.response
     positive, scale = (node, abs(direction)), f.scale()
     title = f.title if f.title not in ("", "NONE") else _place(positive)
@@ -210,12 +218,14 @@ def _is_bare(axis: Axis) -> bool:
 
 
 def _unit(axis: Axis, told: tuple[float, float] | None) -> str:
-    """The label of an ordinate; where it has none, the unit of its kind by data set 164."""
-    if told is None or not _is_bare(axis):
+    """The label of an ordinate; where it has none, the unit of its kind by data set 164, or one of `BARE`."""
+    if not _is_bare(axis):
         return axis.unit
     if axis.kind in FORCES:
-        return unit_named(1.0 / told[1], NEWTONS, "N")
-    return unit_named(1.0 / told[0], LENGTHS, "m") + PER_SECOND[ORDERS[axis.kind]]
+        return "" if told is None else unit_named(1.0 / told[1], NEWTONS, "N")
+    if told is not None:
+        return unit_named(1.0 / told[0], LENGTHS, "m") + PER_SECOND[ORDERS[axis.kind]]
+    return next((word for word, order in BARE.items() if order == ORDERS[axis.kind]), "")
 
 
 def _function(one: DataSet) -> MeasuredFunction:

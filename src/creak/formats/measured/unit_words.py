@@ -17,6 +17,8 @@ MOTIONS = {
     "g": (ACCELERANCE, GRAVITY),
 }
 """Label of a unit -> what it counts, and what it is in m and s."""
+BARE = {"length/s": MOBILITY, "length/s^2": ACCELERANCE}
+"""What stands for the unit of a velocity or an acceleration, in the length of the run, where a file tells none."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
 PASCALS = {"pa": 1.0, "": 1.0}
 ANGLES = {"rad": 1.0, "deg": math.pi / 180.0}

@@ -15,7 +15,7 @@ from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
 from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
-from creak.formats.measured.unit_words import MOTIONS, NEWTONS, PASCALS, plain_unit
+from creak.formats.measured.unit_words import BARE, MOTIONS, NEWTONS, PASCALS, plain_unit
 from creak.model.units import UNITS
 from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
@@ -244,7 +244,7 @@ def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple
     unit, values = plain_unit(channel.unit), channel.values
     if not unit:
         return Course(channel.time, values), False
-    order, size = MOTIONS.get(unit, (None, 1.0))
+    order, size = MOTIONS.get(unit, (BARE.get(unit), 1.0 / UNITS[h.units].per_metre))
     if c.kind == "force" and unit in NEWTONS:
         return Course(channel.time, NEWTONS[unit] * values), False
     if c.kind != "force" and order == RECEPTANCE:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -95,6 +96,31 @@ def test_units_and_signs_are_those_of_the_file(results, run, tmp_path):
     assert [p.name for p in found.pairs] == [f"{name} Z", "tip force"]
     assert found.shift == pytest.approx(0.0, abs=1e-9)
     assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0, 1.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["", "mm/s^2"])
+def test_the_kind_of_a_function_tells_what_it_is(results, run, tmp_path, unit):
+    """An acceleration without a unit is one in lengths of the run; a velocity is told, and so is a kind against its unit."""
+    u, n = run.displacement[:, 0, 2], run.time.size
+    omega = 2.0 * np.pi * np.fft.rfftfreq(n, run.time[1] - run.time[0])
+    a, label = np.fft.irfft(-(omega**2) * np.fft.rfft(u), n), int(run.node_ids[0])
+
+    def written(kind, unit, values):
+        write_functions(tmp_path / "t.unv", [Function("NONE", label, 3, DISPLACEMENT, "", unit, run.time, values)])
+        text = re.sub(r"    -1\n   164\n.*?    -1\n", "", (tmp_path / "t.unv").read_text(), flags=re.DOTALL)
+        (tmp_path / "test.unv").write_text(text.replace(f"\n{DISPLACEMENT:10d}    1", f"\n{kind:10d}    1"))
+
+    written(12, unit, a)
+    (pair,) = creak.compare_records(results, tmp_path / "test.unv").pairs
+    assert pair.fit.fit > 0.999
+    for kind, label_of, words in (
+        (11, "", "is in length/s; expected a length or an acceleration"),
+        (12, "mm", "a function of kind 12 in mm; expected a kind and a unit of one quantity"),
+        (8, "m/s^2", "a function of kind 8 in m/s\\^2; expected a kind and a unit of one quantity"),
+    ):
+        written(kind, label_of, u)
+        with pytest.raises(InputError, match=words):
+            creak.compare_records(results, tmp_path / "test.unv")
 
 
 def test_what_creak_wrote_of_the_run_is_the_run(results, run, tmp_path):
