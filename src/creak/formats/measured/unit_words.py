@@ -32,6 +32,14 @@ TURNS = {
 MOMENTS = {f"{force}{arm}": n * LENGTHS[arm] for force, n in NEWTONS.items() for arm in ("m", "mm", "in", "ft")}
 MOMENTS |= {f"{arm}lbf": POUND * LENGTHS[arm] for arm in ("in", "ft")}
 """Label of a unit, without the sign of the product -> N m."""
+FACTORS = {
+    1000.0: "metres and millimetres",
+    GRAVITY: "g and m/s^2",
+    LENGTHS["in"] / LENGTHS["mm"]: "inches and millimetres",
+    POUND: "lbf and N",
+}
+NEAR = 0.05
+"""Relative difference up to which a factor is one of these."""
 SAME = 1e-3
 """Relative difference up to which two factors are one."""
 
@@ -42,6 +50,12 @@ NONE = "none"
 """What universal files write where there is no unit."""
 WORDS = {r"sec(ond)?s?": "s", r"minutes?": "min", r"milli(?=s)": "m", r"micro(?=s)": "u", "hertz": "hz", "/s/s": "/s^2"}
 WORDS |= {r"deg(ree)?s?|°": "deg", r"radians?": "rad"}
+
+
+def mixed_up(ratio: float) -> list[tuple[float, str]]:
+    """Factors that units make which a ratio between two levels, or its inverse, is near to, and the units."""
+    size = max(ratio, 1.0 / ratio) if ratio > 0.0 else 1.0
+    return [(factor, what) for factor, what in FACTORS.items() if abs(size / factor - 1.0) <= NEAR]
 
 
 def plain_unit(unit: str) -> str:

@@ -15,14 +15,17 @@ from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
 from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
-from creak.formats.measured.unit_words import BARE, MOTIONS, NEWTONS, PASCALS, plain_unit
+from creak.formats.measured.unit_words import BARE, MOTIONS, NEWTONS, PASCALS, mixed_up, plain_unit
 from creak.model.units import UNITS
 from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
 from creak.studies.prepare.measurements import OF_CONTACT, TABLES, record_channels
+from creak.studies.warned import Warned
 from creak.verify.records import Course, Kind, RecordFit, fitted, shift_between
 from creak.words import first_few
 
+SAME_COURSE = 0.95
+"""Correlation from which a difference in level is looked for a reason."""
 ALIKE = 0.5
 """Correlation below which the shift in time means little."""
 SLOW = 3.0
@@ -159,9 +162,19 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
     known = [p.fit.correlation for p in pairs if np.isfinite(p.fit.correlation)]
     alike = float(np.mean(known)) if known else 0.0
     notes.insert(0, f"{shift:+.6g} s are added to the times of the test, where the mean correlation is {alike:.2f}")
+    notes += [text for p in pairs for text in _level_question(p)]
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
     return RecordFits(histories.run, shift, tuple(pairs), tuple(notes))
+
+
+def _level_question(p: RecordPair) -> Iterator[Warned]:
+    """Which units may be mixed up where two courses are one but for a factor."""
+    test, model = float(p.fit.test.std()), float(p.fit.model.std())
+    if abs(p.fit.correlation) >= SAME_COURSE and test > 0.0:
+        for factor, what in mixed_up(model / test):
+            times = f"{factor:g}" if model > test else f"1/{factor:g}"
+            yield Warned(f"{p.name} of the run is {times} times that of the test: are {what} mixed up?")
 
 
 def _nothing_computed(names: Sequence[str], known: Sequence[str], test: Path) -> InputError:

@@ -15,8 +15,8 @@ from creak.arrays import ComplexArray
 from creak.assembly.system import System, to_dense
 from creak.errors import InputError
 from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
+from creak.formats.measured.unit_words import mixed_up
 from creak.linalg.diagonal import Diagonal
-from creak.model.units import GRAVITY, LENGTHS, POUND
 from creak.progress import Progress, silent
 from creak.reduction.modal import ModalDamping, ModalShares, shares_at
 from creak.reduction.transfer_modes import TransferModel, modal_transfer, receptances, transfer_model
@@ -30,14 +30,6 @@ from creak.verify.mac import frac
 
 ALIKE = 0.8
 """FRAC from which a difference in level or sign is looked for a reason."""
-FACTORS = {
-    1000.0: "metres and millimetres",
-    GRAVITY: "g and m/s^2",
-    LENGTHS["in"] / LENGTHS["mm"]: "inches and millimetres",
-    POUND: "lbf and N",
-}
-NEAR = 0.05
-"""Relative difference up to which a factor is one of these."""
 LEVEL, PHASE = 6.0, 45.0
 """dB and degrees that damping makes of a function that is the same."""
 OPPOSITE = 150.0
@@ -288,11 +280,9 @@ def _level_notes(pairs: Sequence[FrfPair]) -> Iterator[str]:
     alike = [p for p in pairs if p.frac >= ALIKE]
     if alike:
         level = float(np.median([p.level for p in alike]))
-        ratio = 10.0 ** (abs(level) / 20.0)
-        for factor, what in FACTORS.items():
-            if abs(ratio / factor - 1.0) <= NEAR:
-                side = "above" if level > 0.0 else "below"
-                yield f"the model is {abs(level):.1f} dB {side} the test, a factor of {factor:g}: are {what} mixed up?"
+        side = "above" if level > 0.0 else "below"
+        for factor, what in mixed_up(10.0 ** (level / 20.0)):
+            yield f"the model is {abs(level):.1f} dB {side} the test, a factor of {factor:g}: are {what} mixed up?"
     turned = [p.measured.name for p in alike if abs(p.phase) >= OPPOSITE]
     if turned:
         more = f" and {len(turned) - 1} more" if len(turned) > 1 else ""

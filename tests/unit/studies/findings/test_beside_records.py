@@ -98,6 +98,13 @@ def test_units_and_signs_are_those_of_the_file(results, run, tmp_path):
     assert [p.fit.fit for p in found.pairs] == pytest.approx([1.0, 1.0], abs=1e-9)
 
 
+@pytest.mark.parametrize(("factor", "words"), [(1e-3, "1000 times"), (25.4, "1/25.4 times"), (3.0, "")])
+def test_a_level_that_units_make_is_asked_about(results, run, tmp_path, factor, words):
+    test = table(tmp_path / "test.csv", run.time, **{f"{run.node_names[0]} Z": factor * run.displacement[:, 0, 2]})
+    told = [note for note in creak.compare_records(results, test).notes if "mixed up" in note]
+    assert [f"Z of the run is {words} that of the test" in note for note in told] == ([True] if words else [])
+
+
 @pytest.mark.parametrize("unit", ["", "mm/s^2"])
 def test_the_kind_of_a_function_tells_what_it_is(results, run, tmp_path, unit):
     """An acceleration without a unit is one in lengths of the run; a velocity is told, and so is a kind against its unit."""
