@@ -20,6 +20,7 @@ from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError, shortened
 from creak.given import of_kind, whole
 from creak.signals import sources
+from creak.signals.between_samples import even_step
 from creak.signals.sources import Motion, Signal
 from creak.studies.run.integrate import simulate_settled
 
@@ -201,6 +202,12 @@ def _check_course(signal: Signal, name: str) -> None:
         time, value = (np.asarray(x, dtype=np.float64) for x in (signal.time, signal.value))
         if time.ndim != 1 or time.shape != value.shape or not (np.diff(time) > 0.0).all():
             raise InputError(f"{name}: times that do not rise, or values of another number", expected="rising times")
+        if isinstance(signal, sources.Record) and (time.size < 2 or even_step(time) is None):
+            raise InputError(
+                f"{name}: a record with {'uneven times' if time.size > 1 else f'{time.size} sample(s)'}",
+                expected="two or more samples, evenly spaced",
+                fix="Resample the record.",
+            )
 
 
 def _samples(what: Any, t: FloatArray, n_label: int) -> FloatArray:

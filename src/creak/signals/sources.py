@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.signals.between_samples import between_samples
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
@@ -102,6 +103,11 @@ class Record:
     value: FloatArray
     high_pass: float
 
+    @property
+    def step(self) -> float:
+        """s, of the whole record: single times are rounded."""
+        return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
 
 Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic | RandomVibration | SineSweep | HalfSine
 
@@ -125,6 +131,8 @@ def force(signal: Signal, t: FloatArray) -> FloatArray:
         return np.full_like(t, signal.amplitude)
     if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
         return signal.derivative(t, 0)
+    if isinstance(signal, Record):
+        return between_samples(signal.value[None], (t - signal.time[0]) / signal.step)[0]
     return np.interp(t, signal.time, signal.value)
 
 
@@ -230,13 +238,9 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
 
 def _record_motion(record: Record, t: FloatArray) -> Motion:
     """Faded in from the record's beginning, or from t = 0 where that is later; faded out at its end where t goes on."""
-    from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
-
-    step = float(record.time[1] - record.time[0])
-    u, v, a = integrate_twice(record.value, step, record.high_pass)
-    first, last = float(record.time[0]), float(record.time[-1])
-    at = np.clip(t, first, last)
-    motion = Motion(*(CubicSpline(record.time, x)(at) for x in (u, v, a)))
+    first, last, step = float(record.time[0]), float(record.time[-1]), record.step
+    integrals = np.stack(integrate_twice(record.value, step, record.high_pass))
+    motion = Motion(*between_samples(integrals, (t - first) / step))
     motion = faded_in(motion, t - max(first, 0.0), 1.0 / record.high_pass)
     if not (t > last + 1.001 * step).any():  # the last sample stands for a step
         return motion

@@ -129,6 +129,14 @@ WRONG = {
         lambda: creak.make_loads(DRIVEN, LOADS.time, motion={"b": FALLING}),
         "motion 'b': times that do not rise",
     ),
+    "a record that is uneven": (
+        lambda: loads(forces=[(0, creak.Record(np.array([0.0, 1.0, 3.0]), np.zeros(3), 0.1))]),
+        "a force: a record with uneven times; expected two or more samples, evenly spaced",
+    ),
+    "a record of one sample": (
+        lambda: loads(forces=[(0, creak.Record(np.zeros(1), np.zeros(1), 0.1))]),
+        "a force: a record with 1 sample",
+    ),
     "no lines": (
         lambda: loads(forces=[(0, creak.Multisine(1.0, 0.5, 1.0))]),
         "a multisine without a line from 1 to 0.5 Hz",

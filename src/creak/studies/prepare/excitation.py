@@ -21,6 +21,7 @@ from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
+from creak.signals.between_samples import even_step
 from creak.signals.vibration import RandomVibration
 from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.case import Course, Driving
@@ -28,7 +29,7 @@ from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
-from creak.studies.file.tables import read_signal, read_table
+from creak.studies.file.tables import read_header, read_signal, read_table
 from creak.studies.solved import solved
 
 MOTIONS = {
@@ -36,8 +37,6 @@ MOTIONS = {
     "velocity": sources.velocity_motion,
     "acceleration": sources.acceleration_motion,
 }
-EVEN = 1e-6
-"""Relative spread of the sampling interval that a record may have."""
 POWER = 0.99
 """Share of a sampled load's power below its highest frequency."""
 START = 11.0
@@ -284,18 +283,29 @@ def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Sign
     value = s.factor * value
     if not isinstance(s, RecordTable):
         return sources.Table(time, value, s.rounding)
-    step = np.diff(time)
-    if np.ptp(step) > EVEN * step.mean():
-        raise InputError(
-            f"{s.file}: sampled every {step.min():.6g} to {step.max():.6g} s",
-            where=where,
-            expected="even sampling",
-            fix="Resample the record.",
-        )
-    nyquist = 0.5 / float(step.mean())
+    if time.size < 2:
+        raise InputError(f"{s.file}: a record of {time.size} sample(s)", where=where, expected="two or more")
+    step = even_step(time)
+    if step is None:
+        raise _uneven(driving.places.sibling(s.file), time, where)
+    nyquist = 0.5 / step
     if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
         raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
     return sources.Record(time, value, s.high_pass)
+
+
+def _uneven(path: Path, time: FloatArray, where: str) -> InputError:
+    """Of a record in a table; those of other files are even."""
+    between = np.diff(time)
+    usual = float(np.median(between))
+    row = int(np.abs(between - usual).argmax()) + 1
+    line = read_header(path, where, "table")[1][row][0]
+    return InputError(
+        f"the time {time[row]:.9g} s comes {between[row - 1]:.6g} s after that before it, others {usual:.6g} s",
+        where=f"{path}:{line}",
+        expected="even sampling",
+        fix="Resample the record.",
+    )
 
 
 def _squared(unit: str, units: str) -> float:

@@ -21,6 +21,7 @@ from creak.formats.measured.modes import Measured, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.unit_words import name_and_unit, plain_unit
 from creak.formats.wav import read_wav
 from creak.model.mesh import Model
+from creak.signals.between_samples import even_step
 from creak.studies.design.named_nodes import node_labels
 from creak.studies.file.places import Places
 from creak.studies.file.tables import Rows, header_of, read_header, read_lines, table_column
@@ -140,8 +141,8 @@ def record_channels(path: Path) -> Iterator[Channel]:
 
 
 def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channel]:
-    """Each column of a table that was read, over the first one, evenly sampled: by a short interval (the quantile
-    `SHORT` of all), at `PER_ROW` instants for each row at most.
+    """Each column of a table that was read, over the first one, evenly sampled: as it is, or where its rows are uneven
+    by a short interval (the quantile `SHORT` of all), at `PER_ROW` instants for each row at most.
 
     Raises
     ------
@@ -152,6 +153,9 @@ def table_channels(path: Path, header: list[str], rows: Rows) -> Iterator[Channe
     for column in header[1:]:
         time, values = table_column(path, header, rows, column)
         name, unit = name_and_unit(column)
+        if (even := even_step(time)) is not None:
+            yield Channel(_plain(name), unit, float(time[0]), even, values)
+            continue
         most = PER_ROW * (time.size - 1)
         step = max(float(np.quantile(np.diff(time), SHORT)), float(time[-1] - time[0]) / most)
         at = time[0] + step * np.arange(min(int((time[-1] - time[0]) / step + 0.5), most) + 1)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
 from creak.errors import InputError
 from creak.formats.measured.csv_rows import number, separator_of
 from creak.formats.measured.unit_words import name_and_unit
+from creak.signals.sources import Record, acceleration_motion
 from creak.studies.file.reader import read_study
 from creak.studies.file.tables import read_signal, read_table
 from creak.studies.prepare.measurements import record_channels
@@ -88,3 +91,25 @@ def test_cells_and_heads():
     assert separator_of("alone") == ","
     assert number(" −1,5e3") == -1500.0
     assert np.isnan(number("1.234,5"))
+
+
+@pytest.mark.parametrize(("rate", "decimals"), [(2048, 5), (2048, 6), (2048, 9), (25_600, 6), (3000, 12)])
+def test_rows_whose_times_are_rounded_are_even(tmp_path, rate, decimals):
+    """A record has the rate that its whole span gives, and a test its own samples; less a row the record is refused,
+    and the row after the gap is named."""
+    values = np.arange(4000) % 5.0
+    rows = [f"{k / rate:.{decimals}f},{value:g}" for k, value in enumerate(values)]
+    path = tmp_path / "push.csv"
+    path.write_text("\n".join(["time,value", *rows]), encoding="utf-8")
+    record = 'signal = { type = "record", file = "push.csv", high_pass = 7 }'
+    text = re.sub(r"signal = .*", record, STUDY).replace("periods = 2", "end = 0.15")
+    study = read_study(write_strips(tmp_path, study=text))
+    loads = set_up(study).loads
+    whole = acceleration_motion(Record(np.arange(4000) / rate, values, 7.0), loads.time)
+    assert loads.support[2, :, 0] == pytest.approx(whole.acceleration, abs=0.02)
+    (channel,) = record_channels(path)
+    assert channel.values.tolist() == values.tolist()
+    assert channel.step == pytest.approx(1.0 / rate, rel=1e-5)
+    path.write_text("\n".join(["time,value", *rows[:3990], *rows[3991:]]), encoding="utf-8")
+    with pytest.raises(InputError, match=r"push\.csv:3992: the time"):
+        set_up(study)
