@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -22,7 +23,9 @@ from creak.model.mesh import Model
 from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
 from creak.signals.between_samples import even_step
-from creak.signals.vibration import RandomVibration
+from creak.signals.curves import SmoothStep
+from creak.signals.spread import resolved
+from creak.signals.vibration import HalfSine, RandomVibration
 from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.case import Course, Driving
 from creak.studies.file.excitation_tables import ExcitationTable
@@ -37,6 +40,8 @@ MOTIONS = {
     "velocity": sources.velocity_motion,
     "acceleration": sources.acceleration_motion,
 }
+SUDDEN = (sources.Table, SmoothStep, HalfSine)
+"""Signals that may change within less than a step; a step itself does so at t = 0 alone."""
 POWER = 0.99
 """Share of a sampled load's power below its highest frequency."""
 START = 11.0
@@ -224,11 +229,14 @@ def _reach(x: FloatArray, step: float) -> float:
     return float(np.fft.rfftfreq(x.size, step)[np.searchsorted(total, POWER * total[-1])])
 
 
-def sample_loads(model: Model, driving: Driving, time: FloatArray, store: Path | None = None) -> Loads:
+def sample_loads(
+    model: Model, driving: Driving, time: FloatArray, store: Path | None = None, *, exact: bool = False
+) -> Loads:
     """All excitations at the steps.
 
     Parameters
     ----------
+    exact : of a march without scheme, which knows no more of them: what changes faster is spread (`signals.spread`).
     store : folder of saved superelements, beside which sampled signals are kept.
 
     Raises
@@ -238,34 +246,39 @@ def sample_loads(model: Model, driving: Driving, time: FloatArray, store: Path |
     moving, forced = driving.moving, driving.forcing
     support = np.zeros((3, time.size, len(driven_dofs(model, driving).names)))
     for j, (name, table) in enumerate(moving.items()):
-        support[:, :, j] = _sampled(driving, name, table, time, store)
+        support[:, :, j] = _sampled(driving, name, table, time, store, exact)
     force = np.zeros((time.size, len(forced)))
     labels = []
     for j, (name, table) in enumerate(forced.items()):
         nodes = model.node_set(table.node_set, where=driving.places.where("excitation", name, "node_set"))
-        force[:, j] = _sampled(driving, name, table, time, store)[0]
+        force[:, j] = _sampled(driving, name, table, time, store, exact)[0]
         labels.append(labels_of(nodes, DOFS.index(table.dof) + 1))
     return Loads(time, support, force, tuple(labels))
 
 
 def loads_over(model: Model, driving: Driving, course: Course, parts: int | None = None) -> Loads:
     """The excitations over a run, `sample_loads` on its `time_axis`."""
-    return sample_loads(model, driving, time_axis(driving, course, parts))
+    return sample_loads(model, driving, time_axis(driving, course, parts), exact=course.time.exact)
 
 
-def _sampled(driving: Driving, name: str, table: ExcitationTable, time: FloatArray, store: Path | None) -> FloatArray:
+def _sampled(
+    driving: Driving, name: str, table: ExcitationTable, time: FloatArray, store: Path | None, exact: bool
+) -> FloatArray:
     """(3, n_time) prescribed motion and its derivatives, or (1, n_time) force."""
     signal = _signal(driving, name, table)
+    exact = exact and isinstance(signal, SUDDEN)
 
     def make() -> dict[str, FloatArray]:
         if table.kind == "force":
-            return {"rows": sources.force(signal, time)[None]}
-        motion = MOTIONS[table.kind](signal, time)
+            by_impulse = partial(sources.acceleration_motion, signal)
+            return {"rows": (resolved(by_impulse, time).acceleration if exact else sources.force(signal, time))[None]}
+        motion_of = partial(MOTIONS[table.kind], signal)
+        motion = resolved(motion_of, time) if exact else motion_of(time)
         return {"rows": np.stack([motion.displacement, motion.velocity, motion.acceleration])}
 
     if store is None or time.size < WORTH_KEEPING:
         return make()["rows"]
-    made_from = [digest([signal, table.kind, time])]
+    made_from = [digest([signal, table.kind, time, exact])]
     return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 

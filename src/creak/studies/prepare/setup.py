@@ -263,7 +263,7 @@ def set_up_model(
     time = time_axis(driving, course)
     driven = driven_dofs(model, driving)
     check_driven(model, driving, driven)
-    loads = sample_loads(model, driving, time, store)
+    loads = sample_loads(model, driving, time, store, exact=c.time.exact)
     notes += [*designed, *banded, *unfollowed, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     notes += drift_warnings(model, driving, driven, loads)
