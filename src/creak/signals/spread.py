@@ -1,4 +1,4 @@
-"""Courses that change within less than a step, spread over two steps so that samples of them hold their impulse."""
+"""Courses that change within less than a step, spread over one so that samples of them hold their impulse."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from creak.signals.sources import Motion
 
 MotionOf = Callable[[FloatArray], Motion]
 CELLS = 8
-"""Pieces of a step into which the triangle is cut."""
+"""Pieces into which a step is cut."""
 LOST = 0.02
 """Of the range of a velocity: what its accelerations at the samples may miss of it in a step."""
 SAMPLES = 3
@@ -23,7 +23,7 @@ def resolved(motion_of: MotionOf, t: FloatArray) -> Motion:
 
     Accelerations count by a rule of cubics, 3/8 h (a_0 + 3 a_1 + 3 a_2 + a_3) = v_3 - v_0. A rise of velocity within
     less than a step is missed by it, or counts many times, as samples fall. Where more than `LOST` is, the motion is
-    averaged by a triangle of two steps, by which any samples have the right sum; it comes no earlier than it was.
+    averaged over a step, by which any samples have the right sum; what begins at t = 0 comes half a step later.
     """
     motion = motion_of(t)
     n = (t.size - 1) // SAMPLES
@@ -32,7 +32,7 @@ def resolved(motion_of: MotionOf, t: FloatArray) -> Motion:
     step = SAMPLES * float(t[1] - t[0])
     found = _averaged(motion_of, t, step)
     moves_early = abs(found.velocity[0] - motion.velocity[0]) > LOST * float(np.ptp(motion.velocity))
-    return _averaged(motion_of, t - step, step) if moves_early else found
+    return _averaged(motion_of, t - 0.5 * step, step) if moves_early else found
 
 
 def _lost(motion: Motion, t: FloatArray, steps: int) -> float:
@@ -44,16 +44,15 @@ def _lost(motion: Motion, t: FloatArray, steps: int) -> float:
 
 
 def _averaged(motion_of: MotionOf, t: FloatArray, step: float) -> Motion:
-    """sum_i w_i of means over cells around t + i step / CELLS, w a triangle: means of derivatives are differences."""
-    cell = step / CELLS
-    weights = np.bartlett(2 * CELLS + 1)[1:-1] / CELLS
-    out = [np.zeros(t.size) for _ in range(3)]
-    for i, w in enumerate(weights.tolist(), start=1 - CELLS):
-        before, at, after = (_from_rest(motion_of, t + i * cell + d) for d in (-0.5 * cell, 0.0, 0.5 * cell))
-        out[0] += w * (before.displacement + 4.0 * at.displacement + after.displacement) / 6.0
-        out[1] += w * (after.displacement - before.displacement) / cell
-        out[2] += w * (after.velocity - before.velocity) / cell
-    return Motion(*out)
+    """Means over a step around t: those of derivatives are differences, that of the displacement is Simpson's."""
+    ends = [_from_rest(motion_of, t + d) for d in (-0.5 * step, 0.5 * step)]
+    cut = np.linspace(-0.5, 0.5, 2 * CELLS + 1)
+    weights = np.array([1.0, *[4.0, 2.0] * (CELLS - 1), 4.0, 1.0]) / (6.0 * CELLS)
+    mean = np.zeros(t.size)
+    for w, d in zip(weights.tolist(), (cut * step).tolist(), strict=True):
+        mean += w * _from_rest(motion_of, t + d).displacement
+    differences = ((getattr(ends[1], x) - getattr(ends[0], x)) / step for x in ("displacement", "velocity"))
+    return Motion(mean, *differences)
 
 
 def _from_rest(motion_of: MotionOf, t: FloatArray) -> Motion:

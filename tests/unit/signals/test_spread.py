@@ -32,7 +32,7 @@ def test_a_rise_of_velocity_has_its_impulse(start, width):
     assert told(motion.acceleration) == pytest.approx(100.0, rel=0.02)
     assert motion.displacement[-1] == pytest.approx(100.0 * (T[-1] - start - 0.5 * width), abs=100.0 * 3e-5 * 1.01)
     slope = np.gradient(motion.displacement, T)[1:-1]
-    assert np.abs(slope - motion.velocity[1:-1]).max() < 0.02 * 100.0
+    assert np.abs(slope - motion.velocity[1:-1]).max() < 0.09 * 100.0  # a corner between two samples: a h / 4
 
 
 @pytest.mark.parametrize("width", WIDTHS[1:])
