@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from creak.cli.details import tell_warnings
+from creak.cli.details import tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
 from creak.cli.run import results_name
 from creak.errors import InputError
@@ -79,8 +79,7 @@ def _with_test(results: Path, test: Path, page: Path, output: Output) -> None:
     found = compare_records(results, test)
     output.table(f"{test.name} over the {found.run} run of {results.name}", record_rows(found))
     output.say(record_sentence(found))
-    for note in found.notes:
-        output.say(f"note: {note}")
+    tell_notes(output, found.notes, set())
     if missing_for_report():
         output.warn(no_report_text())
     else:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from creak.cli.details import tell_notes
 from creak.cli.output import Output
 from creak.errors import InputError
 
@@ -63,15 +63,4 @@ def print_beside(output: Output, found: BesideTest) -> None:
     if found.frfs is not None:
         output.table(f"Functions of {found.frfs.measured.path.name} and of the model", frf_rows(found.frfs))
         output.say(frf_sentence(found.frfs))
-    tell(output, found.notes)
-
-
-def tell(output: Output, notes: Iterable[str]) -> None:
-    """Notes, those that warn as warnings."""
-    from creak.studies.warned import Warned
-
-    for note in notes:
-        if isinstance(note, Warned):
-            output.warn(note)
-        else:
-            output.say(f"note: {note}")
+    tell_notes(output, found.notes, set())

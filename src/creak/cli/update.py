@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from creak.cli.correlation import tell
+from creak.cli.details import tell_notes
 from creak.cli.modes import LengthName
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
@@ -147,7 +147,7 @@ def _print_ranking(output: Output, found: Sensitivities) -> None:
     if len(rows) > 1:
         output.table("What each number would mend alone, and its largest slope d(ln f)/d(ln p)", rows)
     output.say(sensitivity_sentence(found))
-    tell(output, found.before.notes)
+    tell_notes(output, found.before.notes, set())
 
 
 def _print(output: Output, found: ModelUpdate) -> None:
@@ -158,4 +158,4 @@ def _print(output: Output, found: ModelUpdate) -> None:
     output.say(update_sentence(found))
     for note in update_notes(found):
         output.warn(note)
-    tell(output, (*gained_note(found), *found.after.notes))
+    tell_notes(output, [*gained_note(found), *found.after.notes], set())
