@@ -14,7 +14,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.measured.modes import RECEPTANCE, MeasuredFrf, MeasuredFrfs
-from creak.formats.measured.uff_functions import COMPLEX, FORCES, ORDERS, MeasuredFunction, functions
+from creak.formats.measured.uff_functions import COMPLEX, FORCES, ORDERS, MeasuredFunction, functions, require_of_kind
 from creak.formats.measured.uff_modes import MODE
 from creak.formats.measured.uff_points import Points, read_points, require_ended
 from creak.formats.measured.uff_sets import DataSet
@@ -148,13 +148,8 @@ def _units(f: MeasuredFunction, told: tuple[float, float] | None, notes: list[st
             fix="Export it with the kind of its ordinate.",
         )
     order = ORDERS.get(f.ordinate.kind, RECEPTANCE if motion is None else motion[0])
-    if motion is not None and motion[0] != order:
-        raise InputError(
-            f"a frequency response of kind {f.ordinate.kind} in {f.ordinate.unit}",
-            where=f.of.where(8),
-            expected="a kind and a unit of one quantity",
-            fix="Correct the unit, or the kind.",
-        )
+    if motion is not None:
+        require_of_kind(f, motion[0], "a frequency response")
     odd = [label for label, known in zip(_words(f), (motion, force), strict=True) if label and known is None]
     if told is None and (odd or (motion is None and force not in (None, 1.0))):
         raise InputError(

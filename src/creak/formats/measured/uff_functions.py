@@ -20,7 +20,16 @@ from creak.formats.measured.channel import Channel
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import BINARY, DataSet, data_sets
-from creak.formats.measured.unit_words import BARE, HERTZ, MOTIONS, NEWTONS, SECONDS, plain_unit, scale_of, unit_named
+from creak.formats.measured.unit_words import (
+    HERTZ,
+    MOTIONS,
+    NEWTONS,
+    PER_SECOND,
+    SECONDS,
+    plain_unit,
+    scale_of,
+    unit_named,
+)
 from creak.model.units import LENGTHS
 
 FUNCTION = "58"
@@ -35,7 +44,6 @@ TIME = 17
 ORDERS = {8: RECEPTANCE, 11: MOBILITY, 12: ACCELERANCE}
 FORCES = (9, 13)
 """Kinds of ordinate: motion, and how often a receptance is differentiated to be it; forces."""
-PER_SECOND = {RECEPTANCE: "", MOBILITY: "/s", ACCELERANCE: "/s^2"}
 AXES = {1: "X", 2: "Y", 3: "Z", 4: "RX", 5: "RY", 6: "RZ", 0: ""}
 
 
@@ -197,19 +205,30 @@ def _channel(f: MeasuredFunction, told: tuple[float, float] | None) -> Channel:
         )
     if not f.step > 0.0:
         raise _short(f.of)
-    kind, counts = f.ordinate.kind, MOTIONS.get(plain_unit(f.ordinate.unit))
-    if kind in ORDERS and counts is not None and counts[0] != ORDERS[kind]:
-        raise InputError(
-            f"a function of kind {kind} in {f.ordinate.unit}",
-            where=f.of.where(8),
-            expected="a kind and a unit of one quantity: displacement (8), velocity (11) or acceleration (12)",
-            fix="Correct the unit, or the kind.",
-        )
+    counts = MOTIONS.get(plain_unit(f.ordinate.unit))
+    if counts is not None:
+        require_of_kind(f, counts[0], "a function")
     node, direction = f.response
     positive, scale = (node, abs(direction)), f.scale()
     title = f.title if f.title not in ("", "NONE") else _place(positive)
     values = -f.values()[1] if direction < 0 else f.values()[1]
     return Channel(title, _unit(f.ordinate, told), scale * f.start, scale * f.step, values, positive)
+
+
+def require_of_kind(f: MeasuredFunction, counts: int, what: str) -> None:
+    """Check that the unit of an ordinate, which counts one of `ORDERS`, is of its kind, where it has one.
+
+    Raises
+    ------
+    InputError : it is of another.
+    """
+    if ORDERS.get(f.ordinate.kind, counts) != counts:
+        raise InputError(
+            f"{what} of kind {f.ordinate.kind} in {f.ordinate.unit}",
+            where=f.of.where(8),
+            expected="a kind and a unit of one quantity: displacement (8), velocity (11) or acceleration (12)",
+            fix="Correct the unit, or the kind.",
+        )
 
 
 def _is_bare(axis: Axis) -> bool:
@@ -223,9 +242,10 @@ def _unit(axis: Axis, told: tuple[float, float] | None) -> str:
         return axis.unit
     if axis.kind in FORCES:
         return "" if told is None else unit_named(1.0 / told[1], NEWTONS, "N")
+    by = PER_SECOND[ORDERS[axis.kind]]
     if told is not None:
-        return unit_named(1.0 / told[0], LENGTHS, "m") + PER_SECOND[ORDERS[axis.kind]]
-    return next((word for word, order in BARE.items() if order == ORDERS[axis.kind]), "")
+        return unit_named(1.0 / told[0], LENGTHS, "m") + by
+    return f"length{by}" if by else ""
 
 
 def _function(one: DataSet) -> MeasuredFunction:

@@ -10,24 +10,18 @@ from creak.errors import InputError
 from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.model.units import GRAVITY, LENGTHS, POUND
 
-MOTIONS = {
-    **{name: (RECEPTANCE, m) for name, m in LENGTHS.items()},
-    **{f"{name}/s": (MOBILITY, m) for name, m in LENGTHS.items()},
-    **{f"{name}/s^2": (ACCELERANCE, m) for name, m in LENGTHS.items()},
-    "g": (ACCELERANCE, GRAVITY),
-}
+PER_SECOND = {RECEPTANCE: "", MOBILITY: "/s", ACCELERANCE: "/s^2"}
+"""What a motion counts -> what follows its unit of length."""
+MOTIONS = {f"{name}{by}": (of, m) for of, by in PER_SECOND.items() for name, m in LENGTHS.items()}
+MOTIONS |= {"g": (ACCELERANCE, GRAVITY)}
 """Label of a unit -> what it counts, and what it is in m and s."""
-BARE = {"length/s": MOBILITY, "length/s^2": ACCELERANCE}
+BARE = {f"length{by}": of for of, by in PER_SECOND.items() if of != RECEPTANCE}
 """What stands for the unit of a velocity or an acceleration, in the length of the run, where a file tells none."""
 NEWTONS = {"n": 1.0, "kn": 1e3, "lbf": POUND, "lb": POUND}
 PASCALS = {"pa": 1.0, "": 1.0}
 ANGLES = {"rad": 1.0, "deg": math.pi / 180.0}
-TURNS = {
-    **{name: (RECEPTANCE, size) for name, size in ANGLES.items()},
-    **{f"{name}/s": (MOBILITY, size) for name, size in ANGLES.items()},
-    **{f"{name}/s^2": (ACCELERANCE, size) for name, size in ANGLES.items()},
-    "rpm": (MOBILITY, math.pi / 30.0),
-}
+TURNS = {f"{name}{by}": (of, size) for of, by in PER_SECOND.items() for name, size in ANGLES.items()}
+TURNS |= {"rpm": (MOBILITY, math.pi / 30.0)}
 """As `MOTIONS`, of rotations, in rad and s."""
 MOMENTS = {f"{force}{arm}": n * LENGTHS[arm] for force, n in NEWTONS.items() for arm in ("m", "mm", "in", "ft")}
 MOMENTS |= {f"{arm}lbf": POUND * LENGTHS[arm] for arm in ("in", "ft")}

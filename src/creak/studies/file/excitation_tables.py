@@ -33,6 +33,8 @@ SignalTable = Annotated[
     Field(discriminator="type"),
 ]
 
+Kind = Literal["displacement", "velocity", "acceleration", "force"]
+
 
 class ExcitationTable(Table):
     """[excitation.NAME]"""
@@ -41,10 +43,15 @@ class ExcitationTable(Table):
     """All nodes of this set get the same signal."""
     dof: Dof
     """Direction of the motion or force."""
-    kind: Literal["displacement", "velocity", "acceleration", "force"] = "displacement"
+    kind: Kind = "displacement"
     """length, length/time, length/time^2, or force on each node."""
     signal: SignalTable
     """The course in time."""
+
+    @property
+    def values_of(self) -> Kind:
+        """What the values of the signal count: `kind`, but a record of motion is one of acceleration."""
+        return "acceleration" if isinstance(self.signal, RecordTable) and self.kind != "force" else self.kind
 
     @model_validator(mode="after")
     def _fits(self) -> ExcitationTable:

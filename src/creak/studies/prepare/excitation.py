@@ -24,7 +24,6 @@ from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
 from creak.signals.between_samples import even_step
 from creak.signals.curves import SmoothStep
-from creak.signals.spread import resolved
 from creak.signals.vibration import HalfSine, RandomVibration
 from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.case import Course, Driving
@@ -33,6 +32,7 @@ from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_header, read_signal, read_table
+from creak.studies.prepare.spread import resolved
 from creak.studies.solved import solved
 
 MOTIONS = {
@@ -216,8 +216,7 @@ def excitation_of(driving: Driving, loads: Loads, otherwise: float) -> Excitatio
 def _loads_of(driving: Driving, loads: Loads) -> Iterator[FloatArray]:
     """(n_time,) of each excitation that moves something, then of each force."""
     for j, table in enumerate(driving.moving.values()):
-        given = table.kind == "acceleration" or isinstance(table.signal, RecordTable)
-        yield loads.support[2 if given else 1, :, j]
+        yield loads.support[2 if table.values_of == "acceleration" else 1, :, j]
     yield from loads.force.T
 
 
@@ -236,7 +235,7 @@ def sample_loads(
 
     Parameters
     ----------
-    exact : of a march without scheme, which knows no more of them: what changes faster is spread (`signals.spread`).
+    exact : of a march without scheme, which knows no more of them: what changes faster is spread (`spread`).
     store : folder of saved superelements, beside which sampled signals are kept.
 
     Raises

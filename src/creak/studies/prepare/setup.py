@@ -33,7 +33,7 @@ from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
-from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, file_unit_notes, motion_warnings
+from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
@@ -46,6 +46,7 @@ from creak.studies.prepare.excitation import (
     time_axis,
 )
 from creak.studies.prepare.exterior import Exterior, Watch
+from creak.studies.prepare.file_units import file_unit_notes
 from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping

@@ -9,9 +9,9 @@ import pytest
 
 import creak
 from creak.signals.sources import Table, acceleration_motion, velocity_motion
-from creak.signals.spread import resolved
 from creak.signals.vibration import HalfSine
 from creak.studies.file.reader import read_study
+from creak.studies.prepare.spread import resolved
 
 T = np.arange(3001) * 1e-5
 """A thousand steps of 3e-5 s."""

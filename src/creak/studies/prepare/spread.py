@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.dynamics.flow.march import SAMPLES
 from creak.signals.sources import Motion
 
 MotionOf = Callable[[FloatArray], Motion]
@@ -14,8 +15,6 @@ CELLS = 8
 """Pieces into which a step is cut."""
 LOST = 0.02
 """Of the range of a velocity: what its accelerations at the samples may miss of it in a step."""
-SAMPLES = 3
-"""Intervals of a step between whose samples the march puts a cubic."""
 
 
 def resolved(motion_of: MotionOf, t: FloatArray) -> Motion:
@@ -37,22 +36,21 @@ def resolved(motion_of: MotionOf, t: FloatArray) -> Motion:
 
 def _lost(motion: Motion, t: FloatArray, steps: int) -> float:
     """Largest change of the velocity in a step that its accelerations do not tell."""
-    end = SAMPLES * steps
-    v, a, h = motion.velocity, motion.acceleration, float(t[1] - t[0])
-    told = 0.375 * h * (a[0:end:3] + 3.0 * a[1:end:3] + 3.0 * a[2:end:3] + a[3 : end + 1 : 3])
-    return float(np.abs(v[3 : end + 1 : 3] - v[0:end:3] - told).max())
+    ends = SAMPLES * np.arange(steps + 1)
+    v, a, h = motion.velocity[ends], motion.acceleration, float(t[1] - t[0])
+    told = 0.375 * h * (a[ends[:-1]] + 3.0 * a[ends[:-1] + 1] + 3.0 * a[ends[:-1] + 2] + a[ends[1:]])
+    return float(np.abs(np.diff(v) - told).max())
 
 
 def _averaged(motion_of: MotionOf, t: FloatArray, step: float) -> Motion:
     """Means over a step around t: those of derivatives are differences, that of the displacement is Simpson's."""
-    ends = [_from_rest(motion_of, t + d) for d in (-0.5 * step, 0.5 * step)]
-    cut = np.linspace(-0.5, 0.5, 2 * CELLS + 1)
-    weights = np.array([1.0, *[4.0, 2.0] * (CELLS - 1), 4.0, 1.0]) / (6.0 * CELLS)
-    mean = np.zeros(t.size)
-    for w, d in zip(weights.tolist(), (cut * step).tolist(), strict=True):
+    first, last = (_from_rest(motion_of, t + d) for d in (-0.5 * step, 0.5 * step))
+    weights, within = [4.0, 2.0] * (CELLS - 1) + [4.0], np.linspace(-0.5, 0.5, 2 * CELLS + 1)[1:-1] * step
+    mean = first.displacement + last.displacement
+    for w, d in zip(weights, within.tolist(), strict=True):
         mean += w * _from_rest(motion_of, t + d).displacement
-    differences = ((getattr(ends[1], x) - getattr(ends[0], x)) / step for x in ("displacement", "velocity"))
-    return Motion(mean, *differences)
+    moved, faster = (getattr(last, x) - getattr(first, x) for x in ("displacement", "velocity"))
+    return Motion(mean / (6.0 * CELLS), moved / step, faster / step)
 
 
 def _from_rest(motion_of: MotionOf, t: FloatArray) -> Motion:
