@@ -56,6 +56,14 @@ class Channels:
         """(n_channel, n_model) along the directions."""
         return np.asarray(np.einsum("ci,cim->cm", self.directions, self.motion))
 
+    @property
+    def rows(self) -> dict[str, IntArray]:
+        """Sensor -> its channels."""
+        found: dict[str, list[int]] = {}
+        for k, name in enumerate(self.sensors):
+            found.setdefault(name, []).append(k)
+        return {name: np.array(channels) for name, channels in found.items()}
+
     def partners(self, mac: FloatArray) -> IntArray:
         """(n_test,)"""
         return pair_measured(mac, self.freq_test, self.freq_model)
@@ -149,7 +157,7 @@ def _single(found: Channels) -> tuple[dict[str, IntArray], tuple[tuple[str, str]
         return {}, (), found
     x, model = _of_size_one(found.test[:, partner >= 0]), found.model[:, columns]
     motion = found.motion[:, :, columns] * (np.sign((x * model).sum(axis=0)) / np.linalg.norm(model, axis=0))
-    rows = {name: np.flatnonzero([s == name for s in found.sensors]) for name in dict.fromkeys(found.sensors)}
+    rows = found.rows
     least = MOVES * columns.size / len(rows)
 
     def cosine(name: str, turn: IntArray, node_of: str) -> float:

@@ -112,7 +112,10 @@ def correlate(
     """
     sensors = locate(found.model, measured, units, test_units, mapped or {})
     fit, both = fit_modes(found, measured, sensors)
-    found = replace(found, shapes=found.shapes @ both.turn)
+    if (turned := (both.turn != np.eye(len(both.turn))).any(axis=0)).any():
+        shapes = found.shapes.copy()
+        shapes[:, turned] = shapes[:, turned] @ both.turn[np.ix_(turned, turned)]
+        found = replace(found, shapes=shapes)
     auto = mac_matrix(both.model[:, found.rigid :], both.model[:, found.rigid :])
     return Correlation(
         **{f.name: getattr(fit, f.name) for f in fields(fit)},

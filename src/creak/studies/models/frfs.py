@@ -295,8 +295,9 @@ def _course_notes(pairs: Sequence[FrfPair]) -> Iterator[Warned]:
     if sum(map(_is_alike, pairs)) > most:
         return
     ways: dict[str, Callable[[FrfPair], ComplexArray]] = {"are conjugate": lambda p: p.measured.values.conj()}
+    told = pairs[0].measured.order
     for other, (name, _) in QUANTITIES.items():
-        if other != (told := pairs[0].measured.order):
+        if other != told:
             ways[f"are {name}, not {QUANTITIES[told][0]}"] = partial(_differentiated, times=told - other)
     for what, way in ways.items():
         alike = sum(_is_alike(_pair(replace(p.measured, values=way(p)), p.model)) for p in pairs)

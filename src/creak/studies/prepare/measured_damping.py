@@ -75,16 +75,16 @@ def pair_shapes(
     test, model = real_shapes(measured.shapes), shapes_at(system, measured, sensors, shapes)
     _require_motion(measured, model[:, freq > 0.0])
     turn = turned_twins(test, model, measured.frequencies, freq)
-    shapes, model = shapes @ turn, model @ turn
+    model = model @ turn
     matrix = mac_matrix(test, model)
     partner = pair_measured(matrix, measured.frequencies, freq)
-    motion = _motion_at(system, measured, sensors, shapes)
+    motion = _motion_at(system, measured, sensors, shapes) @ turn
     found = Channels(test, motion, measured.directions, measured.sensors, measured.frequencies, freq)
     doubts = tuple(sensor_doubts(found))
     has_twin = sensors.twins_idx >= 0
     if has_twin.any():
         other = replace(sensors, nodes_idx=np.where(has_twin, sensors.twins_idx, sensors.nodes_idx))
-        doubts += tuple(twin_doubts(found, _motion_at(system, measured, other, shapes), sensors.choices))
+        doubts += tuple(twin_doubts(found, _motion_at(system, measured, other, shapes) @ turn, sensors.choices))
     _require_pairs(measured, matrix[:, freq > 0.0], partner, doubts)
     return PairedShapes(test, model, matrix, partner, collinearity, turn, doubts)
 
@@ -92,14 +92,22 @@ def pair_shapes(
 def _motion_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:
     """(n_channel, 3, n_mode) motion at the nodes of all channels along x, y and z."""
     axes = (replace(measured, directions=np.tile(axis, (len(measured.sensors), 1))) for axis in np.eye(3))
-    return np.stack([shapes_at(system, along, sensors, shapes) for along in axes], axis=1)
+    found, largest = (channel_rows(system, along, sensors) @ shapes for along in axes), _largest(system, shapes)
+    return np.stack([_moving(np.asarray(one), largest) for one in found], axis=1)
 
 
 def shapes_at(system: System, measured: MeasuredModes, sensors: Sensors, shapes: FloatArray) -> FloatArray:
     """(n_channel, n_mode) motion of every channel in modes of a System, 0 of a mode that is `STILL` at all of them."""
-    found = np.asarray(channel_rows(system, measured, sensors) @ shapes)
+    return _moving(np.asarray(channel_rows(system, measured, sensors) @ shapes), _largest(system, shapes))
+
+
+def _largest(system: System, shapes: FloatArray) -> FloatArray:
+    """(n_mode,) largest displacement of each mode."""
     moves = (system.coordinates >= 0) & np.isin(dofs_of(system.coordinates), TRANSLATIONS)
-    largest = np.abs(shapes[moves]).max(axis=0, initial=0.0)
+    return np.asarray(np.abs(shapes[moves]).max(axis=0, initial=0.0))
+
+
+def _moving(found: FloatArray, largest: FloatArray) -> FloatArray:
     return np.where(np.abs(found).max(axis=0, initial=0.0) < STILL * largest, 0.0, found)
 
 

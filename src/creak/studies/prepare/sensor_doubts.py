@@ -52,18 +52,21 @@ def twin_doubts(found: Channels, other: FloatArray, choices: Sequence[str]) -> I
     other : (n_channel, 3, n_model) as `found.motion`, at the other node. choices : (n_channel,) words for both nodes.
     """
     size, apart = np.abs(found.motion).max(axis=(0, 1)), np.abs(other - found.motion).max(axis=1)
-    doubted = dict.fromkeys(found.sensors[k] for k in np.flatnonzero((apart > ONE * size).any(axis=1)).tolist())
-    if not doubted:
+    moves_otherwise = (apart > ONE * size).any(axis=1)
+    rows = {sensor: here for sensor, here in found.rows.items() if moves_otherwise[here].any()}
+    if not rows:
         return
-    rows = {sensor: np.array([name == sensor for name in found.sensors]) for sensor in doubted}
-    best, as_it_is = found, found.mean_mac
+    best, as_it_is = found.motion, found.mean_mac
+    highest = as_it_is
     for here in rows.values():
-        tried = replace(best, motion=np.where(here[:, None, None], other, best.motion))
-        best = tried if tried.mean_mac > best.mean_mac else best
-    named = (f"{sensor} ({choices[int(here.argmax())]})" for sensor, here in rows.items())
+        tried = best.copy()
+        tried[here] = other[here]
+        if (mac := replace(found, motion=tried).mean_mac) > highest:
+            best, highest = tried, mac
+    named = (f"{sensor} ({choices[here[0]]})" for sensor, here in rows.items())
     yield Warned(
         f"sensors that lie at nodes of two parts, of which the first was taken: {first_few(named, len(rows), NAMED)}: "
-        f"the mean MAC is {as_it_is:.2f}, and {best.mean_mac:.2f} with the better choices: name their nodes in a table "
+        f"the mean MAC is {as_it_is:.2f}, and {highest:.2f} with the better choices: name their nodes in a table "
         "sensor,node (--sensors)"
     )
 

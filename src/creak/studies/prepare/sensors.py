@@ -83,7 +83,7 @@ def locate(model: Model, measured: Measured, units: str, test_units: str | None,
             fix="Name its node in a table with the columns sensor,node: --sensors FILE.csv.",
         )
     used, size = _used_nodes(model), across(model)
-    nearest, off = _nearest(model, used, points, known)
+    nearest, off, twins = _near(model, used, points, known, SAME * size)
     away = np.linalg.norm(points - model.nodes.coords[rows], axis=1)
     by_label = ~by_map & (rows >= 0) & (~known | (away <= np.maximum(SAME * size, off * (1.0 + 1e-9))))
     by_place = ~by_map & ~by_label
@@ -97,7 +97,7 @@ def locate(model: Model, measured: Measured, units: str, test_units: str | None,
     distance = np.where(known, np.linalg.norm(points - model.nodes.coords[rows], axis=1), 0.0)
     how = np.where(by_map, BY_MAP, np.where(by_label, BY_LABEL, BY_PLACE)).tolist()
     shown = np.where((known & ~by_map)[:, None], points, model.nodes.coords[rows])
-    twins = np.where(by_place, _twins(model, used, points, nearest, off + SAME * size, by_place), -1)
+    twins = np.where(by_place, twins, -1)
     name = model.nodes.label
     choices = (f"{name(a)} or {name(b)}" if b >= 0 else "" for a, b in zip(rows.tolist(), twins.tolist(), strict=True))
     return Sensors(rows, shown, distance, tuple(how), scale, twins, tuple(choices))
@@ -141,32 +141,26 @@ def _used_nodes(model: Model) -> IntArray:
     return np.unique(np.concatenate(used)) if used else np.arange(model.nodes.count)
 
 
-def _nearest(model: Model, used: IntArray, points: FloatArray, known: BoolArray) -> tuple[IntArray, FloatArray]:
-    """Nearest node of an element and its distance, of points that are known."""
+def _near(
+    model: Model, used: IntArray, points: FloatArray, known: BoolArray, beside: float
+) -> tuple[IntArray, FloatArray, IntArray]:
+    """Nearest node of an element and its distance, of points that are known; and a node of another part that is not
+    farther by more than `beside`, -1 where there is none."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
     off, at = np.zeros(len(points)), np.zeros(len(points), dtype=np.int64)
-    if known.any():
-        off[known], at[known] = cKDTree(model.nodes.coords[used]).query(points[known])
-    return used[at], off
-
-
-def _twins(
-    model: Model, used: IntArray, points: FloatArray, nearest: IntArray, within: FloatArray, known: BoolArray
-) -> IntArray:
-    """(n,) a node within so much of a point, of another part than its nearest; -1: there is none."""
-    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
-
-    part = np.full(model.nodes.count, -1)
+    twins, where = np.full(len(points), -1, dtype=np.int64), np.flatnonzero(known)
+    if not where.size:
+        return used[at], off, twins
+    tree, part = cKDTree(model.nodes.coords[used]), np.full(model.nodes.count, -1)
     for k, one in enumerate(model.parts):
         part[one.nodes_idx] = k
-    twins, where = np.full(len(points), -1, dtype=np.int64), np.flatnonzero(known)
-    around = cKDTree(model.nodes.coords[used]).query_ball_point(points[where], within[where])
-    for k, near in zip(where.tolist(), around, strict=True):
-        others = used[near][part[used[near]] != part[nearest[k]]]
+    off[where], at[where] = tree.query(points[where])
+    for k, around in zip(where.tolist(), tree.query_ball_point(points[where], off[where] + beside), strict=True):
+        others = used[around][part[used[around]] != part[used[at[k]]]]
         if others.size:
             twins[k] = others[np.linalg.norm(model.nodes.coords[others] - points[k], axis=1).argmin()]
-    return twins
+    return used[at], off, twins
 
 
 def _reach(model: Model, nodes_idx: IntArray, size: float) -> FloatArray:
@@ -251,7 +245,9 @@ def _fitting_unit(model: Model, points: FloatArray, scale: float, units: str) ->
 
 def _distances(model: Model, points: FloatArray) -> FloatArray:
     """(n,) from each point to the nearest node of an element."""
-    return _nearest(model, _used_nodes(model), points, np.ones(len(points), dtype=np.bool_))[1]
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    return np.asarray(cKDTree(model.nodes.coords[_used_nodes(model)]).query(points)[0])
 
 
 def _unit(scale: float, model: Model, units: str) -> str:
