@@ -28,7 +28,7 @@ from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
-from creak.studies.warned import Warned, attempted
+from creak.studies.warned import Warned, attempted, warnings_of
 from creak.verify.mode_fit import ModeFit
 from creak.verify.records import Course
 
@@ -66,11 +66,12 @@ def beside_tests(
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
         modes = attempted(what, partial(_modes, structure, s.modal, test), None, notes)
-        notes += [Warned(f"{what}: {n}") for n in (() if modes is None else modes.notes) if isinstance(n, Warned)]
         frfs = attempted(what, partial(_frfs, *of_frfs, test), None, notes)
         records = None
         if main is not None:
             records = attempted(what, partial(_records, histories, sound, test, f_max), None, notes)
+        told = [note for one in (modes, frfs, records) if one is not None for note in one.notes]
+        notes += [Warned(f"{what}: {note}") for note in warnings_of(told)]
         found.append(FoundTest(test.name, test.path.name, modes, frfs, records))
     return tuple(found)
 
