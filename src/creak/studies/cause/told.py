@@ -12,6 +12,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.studies.cause.changes import Change, Effect
 from creak.studies.cause.decompose import CARRIED, EXCITATION, REST, Cause
+from creak.studies.findings.beside_bars import judged_by
 
 MODES = 8
 """Modes told one by one."""
@@ -100,8 +101,8 @@ def change_words(changes: Sequence[dict[str, Any]], impulse: str) -> list[str]:
 
 
 def _effect(change: dict[str, Any], impulse: str) -> str:
-    key, unit = ("n5", "sone") if change["now"]["n5"] is not None else ("impulse", impulse)
-    what = "N5" if key == "n5" else "impulse"
+    key = judged_by(change)
+    what, unit = ("N5", "sone") if key == "n5" else ("impulse", impulse)
 
     def shown(effect: dict[str, Any]) -> str:
         return "-" if effect[key] is None else f"{effect[key]:.3g}"

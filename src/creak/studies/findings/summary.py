@@ -13,6 +13,7 @@ from creak.model.plain_mesh import Mesh
 from creak.studies.converge.settled import KEYS, UNCHECKED, is_chaotic, place_settled_to, settled_to
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
+from creak.studies.findings.beside_bars import beside_bars
 from creak.studies.findings.elines import against_measured
 from creak.studies.findings.elines import as_dict as eline_summary
 from creak.studies.findings.limits import judged
@@ -182,6 +183,7 @@ def _places(run: FoundRun, f: Findings, convergence: Convergence | None) -> list
     """Figures over the verification window, each place with its share of the impulse of all."""
     whole, sounds = sum(p.impulse for p in run.places), f.heard(run.name)
     causes = run.causes or (None,) * len(run.places)
+    bars = [place_settled_to(convergence, p.number) for p in run.places]
     places = [
         {
             "name": place_name(p),
@@ -195,10 +197,10 @@ def _places(run: FoundRun, f: Findings, convergence: Convergence | None) -> list
             **heard_at(sounds, p.number),
             "share": p.impulse / whole if whole > 0.0 else None,
             "irregularity": p.irregularity,
-            "cause": cause,
-            "settled_to": place_settled_to(convergence, p.number),
+            "cause": beside_bars(cause, bar),
+            "settled_to": bar,
         }
-        for p, cause in zip(run.places, causes, strict=True)
+        for p, cause, bar in zip(run.places, causes, bars, strict=True)
     ]
     return with_ties(places)
 

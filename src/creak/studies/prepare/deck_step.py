@@ -8,6 +8,7 @@ from math import ceil
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import ValidationError
 
 from creak.arrays import FloatArray, IntArray
@@ -34,6 +35,8 @@ LOWEST = 1e-3
 """Hz; a run that is not compared with a reduced one needs no modes."""
 STATIC = "STATIC"
 """Name of the loads that a deck's own run starts under."""
+ROUND_OFF = 1e-12
+"""Share of a motion's largest value that is none at the start."""
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
@@ -84,16 +87,17 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
-    notes = [*_steps_note(run), *notes, *_jumps(setup.driven.names, setup.loads.support[0, 0]), *setup.notes]
+    notes = [*_steps_note(run), *notes, *_jumps(setup.driven.names, setup.loads.support[0]), *setup.notes]
     return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
 
 
-def _jumps(names: Sequence[str], starts: FloatArray) -> list[str]:
-    """Prescribed displacements that are not zero when the run starts."""
+def _jumps(names: Sequence[str], motion: FloatArray) -> list[str]:
+    """Prescribed displacements (n_time, n_support) that are not zero, but for round-off, when the run starts."""
+    largest = np.abs(motion).max(axis=0, initial=0.0)
     return [
         f"{name} is {value:g} at the start, where the structure is at rest: it jumps"
-        for name, value in zip(names, starts.tolist(), strict=True)
-        if value
+        for name, value, most in zip(names, motion[0].tolist(), largest.tolist(), strict=True)
+        if abs(value) > ROUND_OFF * most
     ]
 
 

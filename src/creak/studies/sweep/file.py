@@ -28,7 +28,7 @@ def _changes(values: Mapping[str, Any], table: str) -> None:
             raise ValueError(f"{key!r} belongs to the sweep: write it above the first [grid] or [[case]]")
         if isinstance(value, dict) and "." not in key:
             inner = next(iter(value), "f_max")
-            raise ValueError(f'write keys of {table} in quotes: "{key}.{inner}" = ...')
+            raise ValueError(f'write keys of {table} one by one and in quotes: "{key}.{inner}" = ...')
 
 
 def _gives_seed(key: str, value: Any) -> bool:

@@ -159,8 +159,9 @@ def test_what_bears_on_a_run_alone_is_told_there(read, data, keyword):
 def test_total_time_begins_with_the_static_step(read):
     before = "*STEP\n*STATIC\n1., 1.\n*CLOAD\nTIP, 3, 1.\n*END STEP\n"
     late = RAMP.replace("NAME=RAMP", "NAME=RAMP, TIME=TOTAL TIME")
+    assert read(cantilever_deck(before + step(), late))[1].static is not None  # nothing follows it
     with pytest.raises(InputError, match="TOTAL TIME, which begins with the \\*STATIC step"):
-        read(cantilever_deck(before + step(), late))
+        read(cantilever_deck(before + step("*CLOAD, AMPLITUDE=Ramp\nTIP, 3, 5.\n"), late))
 
 
 def test_loads_add_up(read):

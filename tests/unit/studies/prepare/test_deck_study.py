@@ -9,7 +9,7 @@ import pytest
 from creak.errors import InputError
 from creak.progress import silent
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.deck_step import set_up_deck
+from creak.studies.prepare.deck_step import _jumps, set_up_deck
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, STEP, bar_deck, cantilever_deck, stop_deck
@@ -380,3 +380,8 @@ def test_instances_and_assembly_names(run):
     # mean of the free vibration: the static value 10 L^3 / (3 E I); here over many periods of 0.2 m
     static = 10.0 * 0.2**3 / (3.0 * 2.1e11 * 0.02 * 0.01**3 / 12.0)
     assert ends[:, 1].mean() == pytest.approx(static, rel=0.1)
+
+
+def test_a_start_of_round_off_is_no_jump():
+    motion = np.array([[3e-17, 0.2, 0.0], [1.0, 0.5, 0.0]])
+    assert _jumps(["a", "b", "c"], motion) == ["b is 0.2 at the start, where the structure is at rest: it jumps"]

@@ -85,7 +85,9 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
     contact.list_node_areas(deck, pairs, interactions)
     held = model_boundaries(deck, nodes)
     static = None
+    used = {b.get("AMPLITUDE").upper() for b in blocks}
     late = [b for b in blocks if b.name == "AMPLITUDE" and b.option("TIME") == "TOTAL TIME"]
+    late = [b for b in late if b.get("NAME").upper() in used]
     if statics and late:
         raise InputError(
             f"amplitude {late[0].get('NAME')!r} has TIME=TOTAL TIME, which begins with the *STATIC step",
