@@ -48,18 +48,22 @@ class Fit:
         return self.residuals.size - int((~self.on_bound).sum())
 
     @property
-    def scatter(self) -> float:
-        """Standard deviation of the residuals, sqrt(r'r / (m - n)), not below 1: what was stated or what was found."""
-        size = float(self.residuals @ self.residuals)
-        return max(1.0, math.sqrt(size / self.spare)) if self.spare > 0 else 1.0
+    def found(self) -> float:
+        """Standard deviation of the residuals, sqrt(r'r / (m - n)); 0 where no datum is to spare."""
+        return math.sqrt(float(self.residuals @ self.residuals) / self.spare) if self.spare > 0 else 0.0
 
     @property
-    def quantile(self) -> float:
-        """Half the width of 95 % in standard deviations: of the normal distribution where the scatter is the stated
-        one, else of Student's t with the degrees of freedom that it was found from (Draper and Smith, 1998, 1.4)."""
+    def scatter(self) -> float:
+        """The larger of what was stated, 1, and what was found."""
+        return max(1.0, self.found)
+
+    @property
+    def wide(self) -> float:
+        """Half the width of 95 % in stated standard deviations: the larger of the normal distribution's with what was
+        stated and of Student's t with what was found, which few data know badly (Draper and Smith, 1998, 1.4)."""
         from scipy.special import stdtrit  # see `signals.spectra.low_pass`
 
-        return Z95 if self.scatter == 1.0 else float(stdtrit(self.spare, 0.975))
+        return max(Z95, float(stdtrit(self.spare, 0.975)) * self.found) if self.spare > 0 else Z95
 
     @cached_property
     def _svd(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -77,7 +81,7 @@ class Fit:
     @property
     def half_width(self) -> FloatArray:
         """(n,) half of the 95 % interval of each parameter; nan at a bound."""
-        return np.asarray(self.quantile * np.sqrt(np.diag(self.covariance)))
+        return np.asarray(self.wide / self.scatter * np.sqrt(np.diag(self.covariance)))
 
     @property
     def correlation(self) -> FloatArray:
@@ -92,7 +96,7 @@ class Fit:
         The directions are right singular vectors of J, with parameters at a bound: it may be why they are there.
         """
         _, s, Vt = np.linalg.svd(self.jacobian, full_matrices=False)
-        wide = self.quantile * self.scatter > width * s
+        wide = self.wide > width * s
         return [np.flatnonzero(np.abs(v) >= LARGE) for v in Vt[wide]]
 
     @property
