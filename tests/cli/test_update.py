@@ -127,6 +127,8 @@ def test_other_mistakes_are_one_message(creak, plate, tmp_path):
     one = write_plate_test(true_modes(tmp_path), tmp_path / "one.csv", count=2)
     refused(creak, tmp_path, "3 parameters are more than the 2 measured modes with a partner", study, one, *BOUNDED)
     refused(creak, tmp_path, f"the parameter {KEYS[0]} is given twice", study, test, *key, *key)
+    other = ("--parameter", KEYS[0].replace("LEFT", "left"))
+    refused(creak, tmp_path, "is given twice", study, test, *key, *other)
     refused(creak, tmp_path, "lies in another folder", study, test, *key, "--out", tmp_path / "new" / "a.toml")
     refused(creak, tmp_path, "it is the same file as an input", study, test, *key, "--out", study)
     refused(creak, tmp_path, "expected a file name that ends in .toml", study, test, *key, "--out", tmp_path / "a.txt")

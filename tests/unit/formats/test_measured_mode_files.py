@@ -134,6 +134,17 @@ def test_points_are_where_their_frame_has_them(t, tmp_path):
     assert alone.notes == ("the file has no frames: points are taken in global axes",)
 
 
+def test_data_sets_that_contradict_each_other_are_refused(t, tmp_path):
+    """Nodes and units told twice alike are read once."""
+    rest = every_mode(t)
+    told = units_164(1000.0) + points_15(t)
+    assert np.isfinite(read(tmp_path, told + told + rest).points).all()
+    with pytest.raises(InputError, match=r"factors 1 and 1 for length and force, after 1000 and 1"):
+        read(tmp_path, told + units_164(1.0) + rest)
+    with pytest.raises(InputError, match=rf"node {t.labels[0]} is at .*, and again at"):
+        read(tmp_path, told + points_15(t, points=2.0 * t.points + 1.0) + rest)
+
+
 def test_damping_that_is_not_told_is_not_zero(t, tmp_path):
     found = read(tmp_path, points_15(t) + every_mode(replace(t, damping=np.zeros(3))))
     assert np.isnan(found.damping).all()

@@ -27,6 +27,8 @@ class _Point:
     moved: int
 
 
+SAME = 1e-5
+"""Share by which two tellings of a place or unit may differ, which formats of few digits make."""
 NOWHERE = _Point(np.full(3, np.nan), 0, 0)
 
 
@@ -79,9 +81,25 @@ def read_points(sets: list[DataSet], path: Path, notes: list[str]) -> Points:
     InputError : a data set cannot be read, or a frame is none that creak knows.
     """
     frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
-    points = {label: p for one in sets for label, p in _points(one)}
+    points: dict[int, _Point] = {}
+    for one in sets:
+        for label, p in _points(one):
+            _require_one(label, points.setdefault(label, p), p, one)
+            points[label] = p
     lines = tuple((str(a), str(b)) for one in sets for a, b in _lines(one))
     return Points(path, points, frames, units_told(sets), lines, notes)
+
+
+def _require_one(label: int, before: _Point, now: _Point, one: DataSet) -> None:
+    """Raise InputError for a node at two places; places in two frames are not compared."""
+    apart, size = np.abs(now.coords - before.coords).max(), np.abs(before.coords).max()
+    if before.defined == now.defined and apart > SAME * size:
+        raise InputError(
+            f"node {label} is at {before.coords.tolist()}, and again at {now.coords.tolist()}",
+            where=one.where(0),
+            expected="each node at one place",
+            fix="Keep one of the data sets of nodes (15, 2411).",
+        )
 
 
 def _points(one: DataSet) -> Iterator[tuple[int, _Point]]:
@@ -122,13 +140,22 @@ def units_told(sets: list[DataSet]) -> tuple[float, float] | None:
 
     Raises
     ------
-    InputError : a factor is none.
+    InputError : a factor is none, or two data sets tell two systems of units.
     """
+    told: tuple[float, float] | None = None
     for one in sets:
         if one.number == "164":
             factors = one.numbers(1, 0, 25)
             for name, factor in zip(("length", "force"), factors, strict=False):
                 if not factor > 0.0:
                     raise InputError(f"a {name} factor of {factor:g}", where=one.where(1), expected="a positive number")
-            return factors[0], factors[1] if len(factors) > 1 else 1.0
-    return None
+            here = factors[0], factors[1] if len(factors) > 1 else 1.0
+            if told is not None and not np.allclose(here, told, rtol=SAME, atol=0.0):
+                raise InputError(
+                    f"factors {here[0]:g} and {here[1]:g} for length and force, after {told[0]:g} and {told[1]:g}",
+                    where=one.where(1),
+                    expected="one system of units in a file (data set 164)",
+                    fix="Export the file in one go, or keep its parts in files of their own.",
+                )
+            told = here
+    return told

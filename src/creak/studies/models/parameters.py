@@ -44,7 +44,8 @@ def read_parameters(study: Study, model: Model, texts: Sequence[str]) -> list[Pa
         if not given or (sign and not bounds):
             raise InputError(f"{text!r} is no parameter", expected=EXPECTED)
         key = _spelled(study, given)
-        if key in found:
+        same = key.upper() if key.split(".")[0] in OF_DECK else key
+        if same in found:
             raise InputError(f"the parameter {key} is given twice", fix="Give it once.")
         start = start_of(study, model, key)
         low, high = _bounds(text, bounds) if sign else (start / RANGE, start * RANGE)
@@ -54,7 +55,7 @@ def read_parameters(study: Study, model: Model, texts: Sequence[str]) -> list[Pa
                 expected="LOW below and HIGH above it",
                 fix="Widen them.",
             )
-        found[key] = Parameter(key, start, low, high)
+        found[same] = Parameter(key, start, low, high)
     return list(found.values())
 
 
