@@ -44,6 +44,7 @@ NONE = "none"
 """What universal files write where there is no unit."""
 WORDS = {r"sec(ond)?s?": "s", r"minutes?": "min", r"milli(?=s)": "m", r"micro(?=s)": "u", "hertz": "hz", "/s/s": "/s^2"}
 WORDS |= {r"deg(ree)?s?|°": "deg", r"radians?": "rad"}
+WORDS |= {r"[.*·⋅]?s(\^?-2|⁻²)": "/s^2", r"[.*·⋅]?s(\^?-1|⁻¹)": "/s"}
 
 
 def mixed_up(ratio: float) -> list[tuple[float, str]]:
@@ -53,7 +54,7 @@ def mixed_up(ratio: float) -> list[tuple[float, str]]:
 
 
 def plain_unit(unit: str) -> str:
-    """`(m/sec**2)/N` as `m/s^2/n`; no unit, and `NONE`, as an empty text."""
+    """`(m/sec**2)/N` and `m s^-2/N` as `m/s^2/n`; no unit, and `NONE`, as an empty text."""
     text = re.sub(r"[\s()\[\]]", "", unit.lower()).replace("**", "^").replace("µ", "u").replace("μ", "u")
     for word, short in WORDS.items():
         text = re.sub(word, short, text)
