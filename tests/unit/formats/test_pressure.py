@@ -186,6 +186,8 @@ def test_pressure_and_gravity_of_a_step_stand_beside_each_other(tmp_path):
         (SHELL, "*DLOAD\nP, BZ, .5\n", "", r"\*DLOAD with BZ; expected GRAV, P, or P1 to P6"),
         (SHELL, "*DSLOAD\nTOPP, P, .5\n", "", "unknown surface 'TOPP'.*Did you mean 'TOP'"),
         (SHELL | {"side": ""}, "*DSLOAD\nTOP, P, .5\n", "", "whose shells have no side"),
+        (SHELL, "*DLOAD\nP, P, .5\n", "*DLOAD, OP=NEW\n", r"\*DLOAD, OP=NEW takes the loads of the \*STATIC step away"),
+        (SHELL, "*DLOAD\nP, P, .5\n", "*DLOAD, OP=NEW\n, GRAV, 9., 0., 0., 1.\n", r"\*DLOAD, OP=NEW takes"),
         (SHELL, "*DLOAD\nP, P, .5\n", "*DLOAD\nP, P, .5\n", r"\*DYNAMIC step with pressure"),
     ],
 )

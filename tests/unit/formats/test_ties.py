@@ -108,6 +108,25 @@ def test_lapped_shells_are_tied_face_to_face(read: Reader) -> None:
             read(text)
 
 
+@pytest.mark.parametrize(
+    ("lower", "upper", "count"),
+    [("SNEG", "SNEG", 16), ("SPOS", "SPOS", 16), ("SPOS", "SNEG", 0), ("SNEG", "SPOS", 16)],
+)
+def test_shells_beside_their_nodes_are_tied_where_their_skins_meet(
+    read: Reader, lower: str, upper: str, count: int
+) -> None:
+    """The nodes lie 2.45 apart and the sheets are 2 thick: .45 between skins, 2.45 where both lie away, and across each
+    other where both lie between."""
+    text = lap(0.45)
+    for name, offset in (("LOWER", lower), ("UPPER", upper)):
+        text = text.replace(f"SECTION, ELSET={name}", f"SECTION, ELSET={name}, OFFSET={offset}")
+    if count:
+        assert len(ties(read(text))) == count
+    else:
+        with pytest.raises(InputError, match="joins no node of 'UPPER_FACE': 16 lie farther than 0.5"):
+            read(text)
+
+
 def test_no_rotation_and_tied_nset(read: Reader) -> None:
     extra = "*NSET, NSET=CORNERS\n100001, 100025\n"
     tie = SEAM.replace("=SEAM", "=SEAM, TIED NSET=CORNERS, NO ROTATION, TYPE=NODE TO SURFACE")

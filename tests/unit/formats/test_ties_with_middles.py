@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from creak.formats.abaqus.reader import read_deck
+from creak.model.constraints import Tie
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES, face_numbers
 from helpers_nastran import read
@@ -40,8 +41,11 @@ def faces_at(kind: str, coords: np.ndarray, elements: np.ndarray, z: float) -> l
     ]
 
 
-def abaqus(folder: Path, kind: str, bow: float) -> Model:
+def abaqus(
+    folder: Path, kind: str, bow: float, tie: str = "*TIE, NAME=T, POSITION TOLERANCE=0.2", gap: float = 0.0
+) -> Model:
     coords, blocks = two_blocks(kind, bow)
+    coords[blocks[1].min() :, 2] += gap
     lines = ["*NODE", *(f"{k + 1}, {x:.12g}, {y:.12g}, {z:.12g}" for k, (x, y, z) in enumerate(coords))]
     for name, start, elements in zip(("LOW", "TOP"), (1, 1001), blocks, strict=True):
         lines.append(f"*ELEMENT, TYPE={TYPES[kind]}, ELSET={name}")
@@ -51,7 +55,7 @@ def abaqus(folder: Path, kind: str, bow: float) -> Model:
         lines += [f"*SOLID SECTION, ELSET={name}, MATERIAL=M", f"*SURFACE, NAME=S_{name}"]
         lines += [f"{k + start}, S{face}" for k, face in faces_at(kind, coords, elements, SIZE[2])]
     lines += ["*MATERIAL, NAME=M", "*ELASTIC", "2000., 0.3", "*DENSITY", "1e-9"]
-    lines += ["*TIE, NAME=T, POSITION TOLERANCE=0.2", "S_TOP, S_LOW"]
+    lines += [tie, "S_TOP, S_LOW"]
     (folder / "a.inp").write_text("\n".join(lines) + "\n", encoding="utf-8")
     return read_deck(folder / "a.inp")
 
@@ -94,3 +98,11 @@ def test_tied_nodes_follow(tmp_path, kind, deck, bow, motion: Motion):
     assert len(equations) >= 3 * 30
     left = [e.coefficients @ u[e.nodes_idx, e.dofs - 1] for e in equations]
     assert np.abs(left).max() < 1e-9 * np.abs(u).max()
+
+
+@pytest.mark.parametrize("kind", list(TYPES))
+def test_the_default_tolerance_is_of_whole_faces(tmp_path, kind):
+    """5 % of edges between 1.5 and 2.5 long, which middle nodes do not halve: a gap of .07 is closed."""
+    closed, at = (abaqus(tmp_path, kind, 0.0, "*TIE, NAME=T", gap).constraints for gap in (0.07, 0.0))
+    tied, met = ({c.node_idx if isinstance(c, Tie) else int(c.nodes_idx[0]) for c in found} for found in (closed, at))
+    assert tied == met != set()

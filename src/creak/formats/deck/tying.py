@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.model.constraints import Constraint, Equation, Tie
-from creak.model.face_shapes import FaceShapes
+from creak.model.face_shapes import FEW, FaceShapes
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
 
@@ -25,8 +25,9 @@ class MainSurface:
     """(n, 4) node rows; a triangle repeats its third node, an edge its second one twice."""
     coords: FloatArray
     """(n, 4, 3)"""
-    thickness: FloatArray
-    """(n,) 0 for faces of solids and for edges."""
+    sheets: FloatArray
+    """(n, 2) thickness, and height of the middle above the nodes along the facet's normal; 0 for faces of solids and
+    for edges."""
     solid: BoolArray
     """(n,) whether it is the face of a solid, whose nodes have no rotations."""
     shapes: FaceShapes
@@ -40,16 +41,43 @@ class MainSurface:
 
     @property
     def size(self) -> float:
-        """Mean length of the edges."""
-        length = np.linalg.norm(np.roll(self.coords, -1, axis=1) - self.coords, axis=2)
+        """Mean length of the edges of its faces, from corner to corner where there are nodes between them."""
+        X, whole, triangle = self.coords.copy(), self.shapes.sides > 0, self.shapes.sides == 3
+        X[whole] = self.places[whole, :FEW]
+        X[triangle, 3] = X[triangle, 2]
+        length = np.linalg.norm(np.roll(X, -1, axis=1) - X, axis=2)
         return float(length[length > 0.0].mean())
 
 
 def main_surface(
-    shapes: FaceShapes, corners: IntArray, thickness: FloatArray, solid: BoolArray, coords: FloatArray
+    shapes: FaceShapes, corners: IntArray, sheets: FloatArray, solid: BoolArray, coords: FloatArray
 ) -> MainSurface:
     """From facets with corners (n, 4), and the places of all nodes."""
-    return MainSurface(corners, coords[corners], thickness, solid, shapes, coords[shapes.nodes])
+    return MainSurface(corners, coords[corners], sheets, solid, shapes, coords[shapes.nodes])
+
+
+@dataclass(frozen=True)
+class Skins:
+    """Shells at nodes that are to be tied."""
+
+    half: FloatArray
+    """(n,) half their thickness."""
+    middle: FloatArray
+    """(n, 3) from the node to their middle."""
+
+    def at(self, rows: IntArray) -> Skins:
+        """Those of some nodes."""
+        return Skins(self.half[rows], self.middle[rows])
+
+
+def skins_of(corners: IntArray, sheets: FloatArray, coords: FloatArray) -> Skins:
+    """Of all nodes, from facets with corners (n, 4) and `sheets` (n, 2) as of a `MainSurface`: the thickest facet, the
+    mean of their middles."""
+    half, middle, count = np.zeros(len(coords)), np.zeros(coords.shape), np.zeros(len(coords))
+    np.maximum.at(half, corners, np.repeat(0.5 * sheets[:, :1], 4, axis=1))
+    np.add.at(middle, corners, np.repeat((sheets[:, 1:] * _normals(coords[corners]))[:, None, :], 4, axis=1))
+    np.add.at(count, corners, 1.0)
+    return Skins(half, middle / np.maximum(count, 1.0)[:, None])
 
 
 @dataclass(frozen=True)
@@ -67,7 +95,7 @@ class Meeting:
 def meet(
     points: FloatArray,
     rows: IntArray,
-    half: FloatArray,
+    skins: Skins,
     main: MainSurface,
     tolerance: float,
     sideways: float | None = None,
@@ -77,14 +105,15 @@ def meet(
     Parameters
     ----------
     points : (n, 3) places of the nodes `rows` (n,).
-    half : (n,) half the thickness of the secondary shells there, taken off the distance across a facet.
+    skins : of the secondary shells there. Distances across a facet are those between the skins of both.
     sideways : how far beside a facet a node may lie; None: as far as `tolerance`.
     """
-    reach = tolerance + half.max(initial=0.0) + 0.5 * main.thickness.max()
+    thick = 0.5 * main.sheets[:, 0] + np.abs(main.sheets[:, 1])
+    reach = tolerance + (skins.half + np.linalg.norm(skins.middle, axis=1)).max(initial=0.0) + thick.max()
     nearest = nearest_points(points, main.coords, main.is_triangle, reach)
     arm = points - np.einsum("nj,njx->nx", nearest.shape, main.coords[nearest.facet])
     arm[np.linalg.norm(arm, axis=1) < SAME * main.size] = 0.0
-    across, along = _clearance(arm, half, main, nearest)
+    across, along = _clearance(arm, skins, main, nearest)
     limit = tolerance + SAME * main.size
     tied = nearest.found & (np.hypot(across, along) <= limit)
     if sideways is not None:
@@ -92,15 +121,20 @@ def meet(
     return Meeting(rows, tolerance, nearest, arm, tied)
 
 
-def _clearance(arm: FloatArray, half: FloatArray, main: MainSurface, nearest: Nearest) -> tuple[FloatArray, FloatArray]:
-    """Distances (n,) of the nodes from the facet: across it, half of both thicknesses taken off, and beside it."""
-    X = main.coords[nearest.facet]
-    normal = np.cross(X[:, 2] - X[:, 0], X[:, 3] - X[:, 1])
-    normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+def _clearance(arm: FloatArray, skins: Skins, main: MainSurface, nearest: Nearest) -> tuple[FloatArray, FloatArray]:
+    """Distances (n,) of the nodes from the facet: across it between the skins of both, and beside it."""
+    normal = _normals(main.coords[nearest.facet])
     across = (arm * normal).sum(axis=1)
     along = np.linalg.norm(arm - across[:, None] * normal, axis=1)
-    taken = half + 0.5 * main.thickness[nearest.facet]
-    return np.maximum(np.abs(across) - taken, 0.0), along
+    thickness, height = main.sheets[nearest.facet].T
+    apart = np.abs(across + (skins.middle * normal).sum(axis=1) - height)
+    return np.maximum(apart - skins.half - 0.5 * thickness, 0.0), along
+
+
+def _normals(X: FloatArray) -> FloatArray:
+    """(n, 3) unit normals of facets with corners at X (n, 4, 3); 0 where they have none."""
+    normal = np.cross(X[:, 2] - X[:, 0], X[:, 3] - X[:, 1])
+    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
 
 
 def ties_of(name: str, where: str, main: MainSurface, found: Meeting, *, rotations: bool) -> list[Constraint]:
@@ -155,8 +189,11 @@ def _cross(v: FloatArray) -> FloatArray:
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
 
-def reach_of(section: Section) -> float:
-    """Thickness of a shell, and twice the offset of its middle from the nodes; 0 of others."""
+NO_SHEET = (0.0, 0.0)
+
+
+def sheet_of(section: Section) -> tuple[float, float]:
+    """Thickness of a shell, and height of its middle above the nodes; 0 of others."""
     if isinstance(section, GeneralShell):
-        return section.thickness + 2.0 * abs(section.offset)
-    return section.thickness if isinstance(section, ShellSection) else 0.0
+        return section.thickness, section.offset
+    return (section.thickness, 0.0) if isinstance(section, ShellSection) else NO_SHEET

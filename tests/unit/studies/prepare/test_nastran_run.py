@@ -150,6 +150,50 @@ def test_a_table_goes_on_beyond_its_ends(motion):
     np.testing.assert_allclose(u, wanted, atol=100.0 / K / W * 6.0 * PERIOD_ERROR)
 
 
+@pytest.mark.parametrize(
+    "table", ["TABLED1,8,,,1\n,0.,0.,.1,1.", "TABLED2,8,.05,FLAT\n,-.05,0.,.05,1.", "TABLED3,8,.1,-.1,1\n,0.,1.,1.,0."]
+)
+def test_a_table_that_is_flat_beyond_its_ends(motion, table):
+    """A ramp of .1 s, then constant: u = F/k (1 - (sin w t - sin w(t - .1)) / (.1 w))."""
+    t, u = motion(BULK + f"TLOAD1,7,6,,,8\n{table},ENDT\nDAREA,6,1,3,50.\n")
+    late = t > 0.1
+    wanted = 50.0 / K * (1.0 - (np.sin(W * t) - np.sin(W * (t - 0.1))) / (0.1 * W))
+    np.testing.assert_allclose(u[late], wanted[late], atol=50.0 / K * 6.0 * PERIOD_ERROR)
+
+
+@pytest.mark.parametrize("table", ["TABLED1,8\n,1.,10.,0.,0.", "TABLED3,8,1.,-1.\n,0.,10.,1.,0."])
+def test_a_table_against_the_order_of_time(motion, table):
+    """F = a t from points that fall, and from a scale below zero."""
+    t, u = motion(BULK + f"TLOAD1,7,6,,,8\n{table},ENDT\nDAREA,6,1,3,1.\n")
+    np.testing.assert_allclose(u, 10.0 / K * (t - np.sin(W * t) / W), atol=10.0 / K / W * 6.0 * PERIOD_ERROR)
+
+
+def test_a_table_jumps_on_a_step(motion):
+    """The mean holds there, as in Nastran: the error is of second order, where either side leaves w h / 2 = 1.6 %."""
+    t, u = motion(BULK + "TLOAD1,7,6,,,8\nTABLED1,8\n,0.,0.,.1,0.,.1,1.,1.,1.,ENDT\nDAREA,6,1,3,50.\n")
+    wanted = np.where(t > 0.1, 50.0 / K * (1.0 - np.cos(W * (t - 0.1))), 0.0)
+    np.testing.assert_allclose(u, wanted, atol=50.0 / K * (6.0 * PERIOD_ERROR + (W * H) ** 2))
+
+
+def test_a_number_for_a_table_is_constant(motion):
+    t, u = motion(BULK + "TLOAD1,7,6,,,1.\nDAREA,6,1,3,50.\n")
+    np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
+
+
+@pytest.mark.parametrize(
+    ("table", "words"),
+    [
+        ("TABLED1,8\n,0.,0.,.2,1.,.1,0.,ENDT", "rise and fall"),
+        ("TABLED3,8,1.,0.\n,0.,0.,.2,1.,ENDT", "stand still"),
+        ("TABLED1,8,,,2\n,0.,0.,.2,1.,ENDT", "has 2 for what lies beyond its ends"),
+        ("TABLED1,8\n,0.,0.,.1,1.,.1,0.,ENDT", "jumps at an end"),
+    ],
+)
+def test_wrong_tables(motion, table, words):
+    with pytest.raises(InputError, match=words):
+        motion(BULK + f"TLOAD1,7,6,,,8\n{table}\nDAREA,6,1,3,50.\n")
+
+
 def test_an_analytic_load(motion):
     """F cos(2 pi f t - 90) over the run: u = F/m (sin(v t) - v/w sin(w t)) / (w^2 - v^2), v = 2 pi f."""
     t, u = motion(BULK + "TLOAD2,7,6,,,0.,9.,3.,-90.\nDAREA,6,1,3,50.\n")

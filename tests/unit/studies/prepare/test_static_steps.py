@@ -79,6 +79,10 @@ REFUSED = {
     "pressure": (static("*DLOAD\nBEAM, PX, 2.\n") + dynamic(), "\\*DLOAD with PX; expected GRAV, P"),
     "other gravity": (static(DOWN) + dynamic(DOWN.replace("-1.", "1.")), "another gravity"),
     "taken away": (static("*CLOAD\nTIP, 3, 1.\n") + dynamic("*CLOAD, OP=NEW\nTIP, 2, 1.\n"), "takes the loads"),
+    "other name": (
+        static("*CLOAD\nTIP, 3, 1.\n") + static(f"*CLOAD\n{N + 1}, 3, 1.\n") + dynamic(),
+        "loads nodes that an earlier step loads as TIP",
+    ),
     "replaced": (static("*CLOAD\nTIP, 3, 1.\n") + dynamic("*CLOAD\nTIP, 3, 2.\n"), "replaces that of the \\*STATIC"),
     "moved": (static("*BOUNDARY\nTIP, 3, 3, 0.1\n") + dynamic(), "\\*STATIC step moves TIP"),
     "freed": (static("*BOUNDARY\nTIP, 3, 3\n") + dynamic("*BOUNDARY, OP=NEW\nROOT, 1, 6\n"), "holds other dofs"),

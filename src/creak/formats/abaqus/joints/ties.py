@@ -17,7 +17,16 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, with_short_names
 from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
+from creak.formats.deck.tying import (
+    DEFAULT_TOLERANCE,
+    MainSurface,
+    Meeting,
+    main_surface,
+    meet,
+    sheet_of,
+    skins_of,
+    ties_of,
+)
 from creak.model.constraints import Constraint
 from creak.model.face_shapes import shapes_of
 from creak.model.mesh import Nodes
@@ -103,7 +112,7 @@ def _tie_pair(source: _Source, scope: Scope, block: Block, fields: list[str], wh
     secondary, other = (_surface(source, name, scope, block, where) for name in (*fields, "", "")[:2])
     main = _main_surface(other, source, block, where)
     if block.has("NO THICKNESS"):
-        main = replace(main, thickness=0.0 * main.thickness)
+        main = replace(main, sheets=0.0 * main.sheets)
     found = _search(source, scope, block, secondary, main, where)
     if not found.met.tied.any():
         raise _nothing_tied(block, secondary, other, found, where)
@@ -132,8 +141,9 @@ def _search(
         tolerance = np.inf
     shared = np.isin(rows, main.nodes_idx)
     rows = rows[~shared]
-    half = np.zeros(rows.size) if block.has("NO THICKNESS") else _half_thickness(rows, secondary, source)
-    return _Search(meet(source.nodes.coords[rows], rows, half, main, tolerance), int(shared.sum()))
+    sheets = _sheets(secondary.element_rows, source.assigned) * (not block.has("NO THICKNESS"))
+    skins = skins_of(secondary.corners, sheets, source.nodes.coords).at(rows)
+    return _Search(meet(source.nodes.coords[rows], rows, skins, main, tolerance), int(shared.sum()))
 
 
 def _note_untied(source: _Source, block: Block, secondary: RawSurface, main: RawSurface, found: _Search) -> None:
@@ -159,7 +169,7 @@ def _main_surface(surface: RawSurface, source: _Source, block: Block, where: str
     if surface.edges.size:
         corners = surface.edges[:, [0, 1, 1, 1]]
         n = corners.shape[0]
-        return main_surface(shapes_of(corners, []), corners, np.zeros(n), np.zeros(n, dtype=bool), coords)
+        return main_surface(shapes_of(corners, []), corners, np.zeros((n, 2)), np.zeros(n, dtype=bool), coords)
     if not surface.element_rows.size:
         raise InputError(
             f"main surface {surface.name!r} of *{block.name} is a surface of nodes",
@@ -171,21 +181,12 @@ def _main_surface(surface: RawSurface, source: _Source, block: Block, where: str
     rows, solids = surface.element_rows, [t.kind in FACES for t in TYPES]
     solid = np.array(solids)[source.elements.type_idx[rows]]
     shapes = shapes_of(corners, source.elements.with_facets)
-    return main_surface(shapes, corners, _thickness(rows, source.assigned), solid, coords)
+    return main_surface(shapes, corners, _sheets(rows, source.assigned), solid, coords)
 
 
-def _thickness(element_rows: IntArray, assigned: Assigned) -> FloatArray:
-    of = np.array([reach_of(s) for s in assigned.sections])
-    return np.asarray(of[assigned.section_idx[element_rows]], dtype=np.float64)
-
-
-def _half_thickness(rows: IntArray, surface: RawSurface, source: _Source) -> FloatArray:
-    """Half the thickness of the secondary shells at the nodes; surfaces of nodes and edges have none."""
-    corners = surface.corners
-    thickness = np.repeat(_thickness(surface.element_rows, source.assigned)[:, None], corners.shape[1], axis=1)
-    at_node = np.zeros(max(int(corners.max(initial=0)), int(rows.max(initial=0))) + 1)
-    np.maximum.at(at_node, corners, thickness)
-    return 0.5 * at_node[rows]
+def _sheets(element_rows: IntArray, assigned: Assigned) -> FloatArray:
+    of = np.array([sheet_of(s) for s in assigned.sections], dtype=np.float64).reshape(-1, 2)
+    return np.asarray(of[assigned.section_idx[element_rows]])
 
 
 def _tolerance(block: Block, main: MainSurface) -> float:

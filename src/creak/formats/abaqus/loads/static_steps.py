@@ -72,7 +72,7 @@ def read_static(
             if block.name == "DLOAD":
                 given |= gravity_of(block, bodies)
     gravity = together(given, bodies)
-    _check_goes_on(dynamic, gravity, bool(forces), bodies)
+    _check_goes_on(dynamic, gravity, bool(forces), bool(pressed), bodies)
     loads = (*along_global_axes(forces, transforms), *(load for found in pressed.values() for load in found))
     first = steps[0].block.where if steps else ""
     warm = heated(deck, [b for step in steps for b in step.blocks if b.name == "TEMPERATURE"], nodes)
@@ -109,8 +109,23 @@ def _supports(
 
 
 def _replaced(before: list[PointLoad], now: Sequence[PointLoad]) -> list[PointLoad]:
-    """Loads of earlier steps, but for those that are given anew."""
+    """Loads of earlier steps, but for those that are given anew.
+
+    Raises
+    ------
+    InputError : a node has one of an earlier step, given under another name: whether they add up is not told.
+    """
     new = {(load.name, load.dof) for load in now}
+    for load in now:
+        at = {int(x) for x in node_dofs(load.nodes_idx, (load.dof,))}
+        for old in before:
+            if (old.name, old.dof) not in new and at & {int(x) for x in node_dofs(old.nodes_idx, (old.dof,))}:
+                raise InputError(
+                    f"*CLOAD on {load.name} loads nodes that an earlier step loads as {old.name}",
+                    expected="the same name, to replace it",
+                    where=load.where,
+                    fix="Name the same set in both, or give all loads anew with OP=NEW.",
+                )
     return [*(load for load in before if (load.name, load.dof) not in new), *now]
 
 
@@ -118,11 +133,20 @@ def _check_goes_on(
     dynamic: StepBlocks,
     gravity: FloatArray,
     forces: bool,
+    pressed: bool,
     bodies: Bodies,
 ) -> None:
     """Raise InputError where the *DYNAMIC step changes the static loads."""
     again, last = Gravity(), None
     for block in dynamic.blocks:
+        spread = block.name in DISTRIBUTED and pressed
+        if block.option("OP", "MOD") == "NEW" and (spread or (block.name == "CLOAD" and forces)):
+            raise InputError(
+                f"*{block.name}, OP=NEW takes the loads of the *STATIC step away at once",
+                expected="loads that go on",
+                where=block.where,
+                fix="Leave OP=NEW out, or the loads of the *STATIC step.",
+            )
         if block.name == "DLOAD" and pressures_of(block, bodies):
             raise InputError(
                 "*DLOAD of the *DYNAMIC step with pressure, which creak does not read there",
@@ -132,13 +156,6 @@ def _check_goes_on(
             )
         if block.name == "DLOAD":
             again, last = again | gravity_of(block, bodies), block
-        if block.name == "CLOAD" and forces and block.option("OP", "MOD") == "NEW":
-            raise InputError(
-                "*CLOAD, OP=NEW takes the loads of the *STATIC step away at once",
-                expected="loads that go on",
-                where=block.where,
-                fix="Leave OP=NEW out, or the loads of the *STATIC step.",
-            )
     if last is not None and not np.allclose(together(again, bodies), gravity, rtol=1e-9):
         raise InputError(
             "*DLOAD of the *DYNAMIC step is another gravity than that of the *STATIC step",

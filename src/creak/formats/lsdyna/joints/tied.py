@@ -9,7 +9,17 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.deck.groups import Group
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
+from creak.formats.deck.tying import (
+    DEFAULT_TOLERANCE,
+    NO_SHEET,
+    MainSurface,
+    Meeting,
+    main_surface,
+    meet,
+    sheet_of,
+    skins_of,
+    ties_of,
+)
 from creak.formats.lsdyna.mesh.faces import FaceFinder, nodes_of
 from creak.formats.lsdyna.mesh.sets import Segment, Sets
 from creak.formats.lsdyna.sections.parts import Properties
@@ -34,8 +44,8 @@ class _Side:
     """All its nodes."""
     corners: IntArray
     """(n, 4) node rows of its facets; a triangle repeats its third."""
-    thickness: FloatArray
-    """(n,) 0 of solids."""
+    sheets: FloatArray
+    """(n, 2) as of a `MainSurface`."""
     solid: list[bool]
 
 
@@ -94,7 +104,7 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
         )
     coords = source.deck.nodes.array
     shapes = shapes_of(second.corners, source.shapes)
-    main = main_surface(shapes, second.corners, second.thickness, np.array(second.solid), coords)
+    main = main_surface(shapes, second.corners, second.sheets, np.array(second.solid), coords)
     found = _meeting(cards, first, main, coords, taken)
     count, shared = int(found.tied.sum()), int(np.isin(first.rows, second.corners).sum())
     if not count and not shared:
@@ -112,12 +122,11 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
 
 
 def _meeting(cards: list[Card], first: _Side, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
-    half = np.zeros(len(coords))
-    np.maximum.at(half, first.corners, np.repeat(0.5 * first.thickness[:, None], 4, axis=1))
     passed = np.array([*taken, *main.nodes_idx.ravel().tolist()], dtype=np.int64)
     rows = np.setdiff1d(first.rows, passed)
     given = cards[2].real(2) if len(cards) > 2 else 0.0
-    return meet(coords[rows], rows, half[rows], main, -given if given < 0.0 else DEFAULT_TOLERANCE * main.size)
+    skins = skins_of(first.corners, first.sheets, coords).at(rows)
+    return meet(coords[rows], rows, skins, main, -given if given < 0.0 else DEFAULT_TOLERANCE * main.size)
 
 
 def _side(source: _Source, card: Card, i: int, kind: int) -> _Side:
@@ -145,29 +154,29 @@ def _side(source: _Source, card: Card, i: int, kind: int) -> _Side:
     return _of_elements(source, [[key[1] in pids] * len(g.ids) for key, g in groups.items()])
 
 
-def _of_facets(rows: IntArray, facets: list[tuple[IntArray, float, bool]]) -> _Side:
-    """From nodes, and facets (k, 4) with their thickness, of solids or not."""
+def _of_facets(rows: IntArray, facets: list[tuple[IntArray, tuple[float, float], bool]]) -> _Side:
+    """From nodes, and facets (k, 4) with their sheet, of solids or not."""
     corners = np.concatenate([np.zeros((0, 4), dtype=np.int64), *(f for f, _, _ in facets)])
-    thickness = np.concatenate([np.zeros(0), *(np.full(len(f), t) for f, t, _ in facets)])
-    return _Side(np.unique(rows), corners, thickness, [solid for f, _, solid in facets for _ in range(len(f))])
+    sheets = np.array([sheet for f, sheet, _ in facets for _ in range(len(f))]).reshape(-1, 2)
+    return _Side(np.unique(rows), corners, sheets, [solid for f, _, solid in facets for _ in range(len(f))])
 
 
 def _of_segments(source: _Source, segments: list[Segment]) -> _Side:
-    facets: list[tuple[IntArray, float, bool]] = []
+    facets: list[tuple[IntArray, tuple[float, float], bool]] = []
     for segment in segments:
         face = source.finder.face(segment)
         group = source.groups[face.element[0]]
         nodes = np.array([group.nodes[face.element[1]]], dtype=np.int64)
         of_solid = group.kind in FACES
         every = faces_of(group.kind, nodes)[0] if of_solid else facets_of_shells(group.kind, nodes)[0]
-        facets.append((every[list(face.facets)], reach_of(group.section), of_solid))
+        facets.append((every[list(face.facets)], sheet_of(group.section), of_solid))
     rows = np.array([row for s in segments for row in s.nodes], dtype=np.int64)
     return _of_facets(np.concatenate([rows, *(f.ravel() for f, _, _ in facets)]), facets)
 
 
 def _of_elements(source: _Source, chosen: list[list[bool]]) -> _Side:
     """Shells, and the free faces of solids, of the chosen elements of each group; nodes of beams as well."""
-    facets: list[tuple[IntArray, float, bool]] = []
+    facets: list[tuple[IntArray, tuple[float, float], bool]] = []
     rows: list[IntArray] = [np.zeros(0, dtype=np.int64)]
     solids = [np.zeros((0, 4), dtype=np.int64)]
     every = [faces_of(kind, nodes).reshape(-1, 4) for kind, nodes in source.shapes if kind in FACES]
@@ -178,7 +187,7 @@ def _of_elements(source: _Source, chosen: list[list[bool]]) -> _Side:
             continue
         rows.append(mine.ravel())
         if kind in SHELL_FACETS and mine.size:
-            facets.append((facets_of_shells(kind, mine).reshape(-1, 4), reach_of(group.section), False))
+            facets.append((facets_of_shells(kind, mine).reshape(-1, 4), sheet_of(group.section), False))
     wanted = np.concatenate(solids)
     free = wanted[free_faces(wanted, every)]
-    return _of_facets(np.concatenate([*rows, free.ravel()]), [*facets, (free, 0.0, True)])
+    return _of_facets(np.concatenate([*rows, free.ravel()]), [*facets, (free, NO_SHEET, True)])

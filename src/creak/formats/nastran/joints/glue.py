@@ -9,7 +9,17 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.tying import DEFAULT_TOLERANCE, MainSurface, Meeting, main_surface, meet, reach_of, ties_of
+from creak.formats.deck.tying import (
+    DEFAULT_TOLERANCE,
+    NO_SHEET,
+    MainSurface,
+    Meeting,
+    main_surface,
+    meet,
+    sheet_of,
+    skins_of,
+    ties_of,
+)
 from creak.formats.nastran.mesh.optistruct import surface_elements
 from creak.formats.nastran.text.bulk_data import Card, id_list
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
@@ -50,13 +60,13 @@ class Glue:
 class _Region:
     corners: IntArray
     """(n, 4) node rows of its facets."""
-    thickness: FloatArray
-    """(n,)"""
+    sheets: FloatArray
+    """(n, 2) as of a `MainSurface`."""
     solid: list[bool]
     shapes: FaceShapes
 
     def main(self, coords: FloatArray) -> MainSurface:
-        return main_surface(self.shapes, self.corners, self.thickness, np.array(self.solid), coords)
+        return main_surface(self.shapes, self.corners, self.sheets, np.array(self.solid), coords)
 
 
 def read_glue(deck: Deck) -> list[Constraint]:
@@ -231,7 +241,7 @@ def _surface_of_body(deck: Deck, pair: Glue, identifier: int) -> int:
 
 def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Region:
     corners: list[IntArray] = []
-    thickness: list[float] = []
+    sheets: list[tuple[float, float]] = []
     solid: list[bool] = []
     wanted: list[IntArray] = []
     groups = [(g, np.array(g.nodes, dtype=np.int64)) for g in deck.groups.values()]
@@ -239,7 +249,7 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
         rows = [k for k, e in enumerate(group.ids) if e in elements]
         if group.kind in SHELL_FACETS and rows:
             corners.append(facets_of_shells(group.kind, nodes[rows]).reshape(-1, 4))
-            thickness += [reach_of(group.section)] * len(corners[-1])
+            sheets += [sheet_of(group.section)] * len(corners[-1])
             solid += [False] * len(corners[-1])
         elif group.kind in FACES:
             wanted.append(faces_of(group.kind, nodes[rows]).reshape(-1, 4))
@@ -250,18 +260,18 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
                     mine = facets[number == face]
                     if set(faces[group.ids[k]]) <= set(mine.ravel().tolist()):
                         corners.append(mine)
-                        thickness += [0.0] * len(mine)
+                        sheets += [NO_SHEET] * len(mine)
                         solid += [True] * len(mine)
     of_solids = np.concatenate(wanted) if wanted else np.zeros((0, 4), dtype=np.int64)
     if of_solids.size:
         every = [faces_of(g.kind, nodes).reshape(-1, 4) for g, nodes in groups if g.kind in FACES]
         free = of_solids[free_faces(of_solids, every)]
         corners.append(free)
-        thickness += [0.0] * len(free)
+        sheets += [NO_SHEET] * len(free)
         solid += [True] * len(free)
     table = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
     shapes = shapes_of(table, [(g.kind, nodes) for g, nodes in groups])
-    return _Region(table, np.array(thickness), solid, shapes)
+    return _Region(table, np.array(sheets).reshape(-1, 2), solid, shapes)
 
 
 def _tied(
@@ -289,8 +299,7 @@ def _tied(
 
 
 def _meeting(pair: Glue, side: _Region, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
-    half = np.zeros(len(coords))
-    np.maximum.at(half, side.corners, np.repeat(0.5 * side.thickness[:, None], 4, axis=1))
     rows = np.setdiff1d(side.corners, np.array(sorted(taken | set(main.nodes_idx.ravel().tolist())), dtype=np.int64))
     tolerance = DEFAULT_TOLERANCE * main.size if pair.reach is None else pair.reach
-    return meet(coords[rows], rows, half[rows], main, tolerance, BESIDE * main.size)
+    skins = skins_of(side.corners, side.sheets, coords).at(rows)
+    return meet(coords[rows], rows, skins, main, tolerance, BESIDE * main.size)

@@ -15,13 +15,16 @@ from creak.model.steps import Amplitude
 
 TABLES = ("TABLED1", "TABLED2", "TABLED3")
 CLOSEST = 1e-9
-"""Share of a step over which a jump of a table is drawn out."""
+"""Share of a step over which a jump of a table is drawn out, half of it to either side: on it the mean holds."""
+FLAT = {"TABLED1": 3, "TABLED2": 2, "TABLED3": 3}
+"""Field of a table that says how it goes on beyond its ends (FLAT in OptiStruct, EXTRAP in MSC Nastran)."""
 
 
 def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Amplitude:
     """The function of a TLOAD card over a run of `count` steps of `dt`.
 
-    TLOAD1: F(t - delay) by a table, linear between its points and beyond its ends as in Nastran. TLOAD2:
+    TLOAD1: F(t - delay) by a table, linear between its points; beyond its ends as its first and last line, or flat
+    where it says so; at a jump the mean; or a constant, where a number stands for the table. TLOAD2:
     s^B exp(C s) cos(2 pi F s + P), s = t - T1 - delay, from T1 to T2; a plain cosine (or constant) over the whole run
     as such, others of forces by their values at the steps.
 
@@ -39,11 +42,21 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
                 expected="blank or 0",
                 fix="creak starts from the undeformed place.",
             )
+        if card.text(4) and not card.is_integer(4):
+            return _tabular(card, np.array([[0.0, card.real(4)], [dt * count, card.real(4)]]))
         tables = unique_cards(deck.cards(*TABLES), "table")
         table = referred(tables, card.integer(4), card, "table", ", ".join(TABLES))
-        points = _points(table)
+        points, end, flat = _points(table), dt * count, _is_flat(table)
         points[:, 0] += delay
-        return _tabular(card, _over_run(points, dt, dt * count))
+        (a, b), (c, d) = points[:2, 0], points[-2:, 0]
+        if not flat and ((a == b and a > 0.0) or (c == d and d < end)):
+            raise InputError(
+                f"{table.name} {table.text(0)} jumps at an end, beyond which it would go on along a line",
+                where=table.where,
+                expected="two points of the line, or 1 in the field FLAT",
+                fix="Add a point.",
+            )
+        return _tabular(card, _over_run(points, dt, end, flat))
     return _analytic(card, delay, dt, count, kind)
 
 
@@ -79,30 +92,48 @@ def _points(table: Card) -> FloatArray:
         if "SKIP" not in texts and any(texts):
             pairs.append((table.real(i), table.real(i + 1)))
     points = np.array(pairs, dtype=np.float64).reshape(-1, 2)
-    if len(points) < 2 or (np.diff(points[:, 0]) < 0.0).any():
-        raise InputError(
-            f"{table.name} {table.text(0)} has {len(points)} points, or times that fall",
-            where=table.where,
-            expected="two points or more, in the order of time",
-        )
-    first = table.real(1, 0.0) if table.name != "TABLED1" else 0.0
     if table.name == "TABLED2":
-        points[:, 0] += first
+        points[:, 0] += table.real(1, 0.0)
     elif table.name == "TABLED3":
-        points[:, 0] = table.real(2, 0.0) * points[:, 0] + first
+        points[:, 0] = table.real(2, 0.0) * points[:, 0] + table.real(1, 0.0)
+    if points.size and points[0, 0] > points[-1, 0]:
+        points = points[::-1].copy()
+    if len(points) < 2 or (np.diff(points[:, 0]) < 0.0).any() or points[0, 0] == points[-1, 0]:
+        raise InputError(
+            f"{table.name} {table.text(0)} has {len(points)} points, or times that rise and fall or stand still",
+            where=table.where,
+            expected="two points or more, in the order of time or against it",
+        )
     return points
 
 
-def _over_run(points: FloatArray, dt: float, end: float) -> FloatArray:
-    """The table from 0 to `end`, lengthened along its first and last line; jumps take a billionth of a step."""
+def _is_flat(table: Card) -> bool:
+    """Whether the values at the ends of a table go on beyond them."""
+    word = table.text(FLAT[table.name]).upper()
+    if word not in ("", "0", "1", "FLAT"):
+        raise InputError(
+            f"{table.name} {table.text(0)} has {word} for what lies beyond its ends",
+            where=table.where,
+            expected="blank or 0 (its first and last line), 1 or FLAT (the values at its ends)",
+        )
+    return word in ("1", "FLAT")
+
+
+def _over_run(points: FloatArray, dt: float, end: float, flat: bool) -> FloatArray:
+    """The table from 0 to `end`, lengthened along its first and last line or flat; jumps take a billionth of a step,
+    half of it to either side."""
     t = points[:, 0].copy()
+    apart = np.maximum(max(CLOSEST * dt, 2e-12), 4e-16 * np.abs(t))
+    _, first, which, count = np.unique(t, return_index=True, return_inverse=True, return_counts=True)
+    t += apart * (np.arange(t.size) - first[which] - 0.5 * (count[which] - 1))
     for k in range(1, t.size):
-        t[k] = max(t[k], t[k - 1] + max(CLOSEST * dt, 2e-12, 4e-16 * abs(t[k - 1])))
+        t[k] = max(t[k], t[k - 1] + apart[k])
     points = np.column_stack([t, points[:, 1]])
+    before, after = ((0.0, points[0, 1]), (end, points[-1, 1])) if flat else (None, None)
     if t[0] > 0.0:
-        points = np.concatenate([[_beyond(points[0], points[1], 0.0)], points])
+        points = np.concatenate([[before or _beyond(points[0], points[1], 0.0)], points])
     if t[-1] < end:
-        points = np.concatenate([points, [_beyond(points[-1], points[-2], end)]])
+        points = np.concatenate([points, [after or _beyond(points[-1], points[-2], end)]])
     return points
 
 
