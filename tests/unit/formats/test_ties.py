@@ -123,7 +123,7 @@ def test_shells_beside_their_nodes_are_tied_where_their_skins_meet(
     if count:
         assert len(ties(read(text))) == count
     else:
-        with pytest.raises(InputError, match="joins no node of 'UPPER_FACE': 16 lie farther than 0.5"):
+        with pytest.raises(InputError, match=r"joins no node of .UPPER_FACE.: 16 lie farther than 0\.5"):
             read(text)
 
 
