@@ -15,6 +15,7 @@ from creak.studies.propose.proposal import propose
 from creak_thesis.door import write_door
 from helpers_decks import two_strips
 from helpers_nastran_strips import strips
+from helpers_ties import sections, sheet
 
 pytestmark = pytest.mark.usefixtures("no_page")
 
@@ -159,11 +160,14 @@ def test_a_deck_without_supports(creak, tmp_path):
     assert "the deck holds nothing" in (tmp_path / "strips.toml").read_text()
 
 
-def test_all_held_gets_a_force(creak, tmp_path):
+def test_all_supports_are_shaken_though_a_set_is_free(creak, tmp_path):
+    """The road comes in at supports; a force on the free set is told beside."""
     told, study = new(creak, tmp_path, two_strips() + "ROOT_UPPER, 3\n")
     assert told["ready"]
-    assert study["excitation"]["road"]["kind"] == "force"
-    assert study["excitation"]["road"]["node_set"] in ("TIP_UPPER", "TIP_LOWER")
+    assert study["excitation"]["road"]["kind"] == "displacement"
+    assert study["support"]["road"]["free"] == ["z"]
+    text = (tmp_path / "strips.toml").read_text(encoding="utf-8")
+    assert re.search(r"# As well: TIP_(UPPER|LOWER), by a force\.", text)
 
 
 def test_a_deck_that_names_nothing_is_shaken_by_all_that_it_holds(creak, tmp_path):
@@ -292,3 +296,14 @@ def test_the_door_is_found_out(tmp_path):
     assert [{c.secondary, c.main} for c in found.contacts] == [{"PANEL_EDGE", "FRAME_FLANGE"}]
     assert (found.pairs, found.units.name, found.n_held) == ("PAIRS", "mm-t-s", 7)
     assert (found.drive.node_set, found.drive.dof, found.drive.kind) == ("C", "z", "displacement")
+
+
+def test_faces_that_a_tie_joins_are_no_contact(creak, tmp_path):
+    sheets = sheet("LOWER", 1, (4, 4), (0.0, 0.0, 0.0), (40.0, 40.0))
+    sheets += sheet("UPPER", 10_001, (3, 3), (5.0, 5.0, 2.0), (30.0, 30.0)) + sections("LOWER", "UPPER", thickness=2.0)
+    held = "*BOUNDARY\nLOWER_NODES, 1, 6\n"
+    assert len(new(creak, tmp_path, sheets + held)[0]["contacts"]) == 1
+    (tmp_path / "strips.toml").unlink()
+    told, _ = new(creak, tmp_path, sheets + "*TIE, NAME=T\nUPPER_FACE, LOWER_FACE\n" + held)
+    assert told["contacts"] == []
+    assert any("16 tied node(s)" in joint for joint in told["joints"])

@@ -17,8 +17,8 @@ from creak.errors import InputError, suggest
 from creak.model.mesh import Model
 from creak.studies.design.clips import with_clips
 from creak.studies.file.case import Touching
+from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.pairs import plays_of
-from creak.studies.prepare.setup import contact_channels
 
 
 def closed_joints(touching: Touching, path: Path, model: Model, names: Collection[str]) -> GapOperator:

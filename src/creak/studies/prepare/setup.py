@@ -14,19 +14,16 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.node_to_surface import node_to_surface
 from creak.contact.play import crossed, play_channels
-from creak.contact.surface_to_surface import surface_to_surface
 from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.decks import read_model
-from creak.formats.safe_names import file_stem
 from creak.model.mesh import Model
 from creak.reduction.modal import ModalDamping
 from creak.studies.design.heat import check_heat
 from creak.studies.design.supports import check_driven
-from creak.studies.file.case import Driving, Touching
+from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable, TimeTable
 from creak.studies.file.identity import decks_sha256, other_files_sha256
 from creak.studies.file.places import Places
@@ -35,6 +32,7 @@ from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
 from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
 from creak.studies.prepare.bandwidth import with_bandwidth
+from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
@@ -55,7 +53,7 @@ from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
 from creak.studies.prepare.output_nodes import output_nodes, unmoved_warnings
 from creak.studies.prepare.output_steps import check_outputs
-from creak.studies.prepare.pairs import coarse_side, contact_pair, plays_of, pressing_twice, sides_meant
+from creak.studies.prepare.pairs import plays_of
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.reduction_sets import check_reduction
 from creak.studies.prepare.rotation_check import check_rotations
@@ -69,13 +67,11 @@ from creak.studies.prepare.start_check import (
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
 from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.watched import watched
-from creak.studies.solved import keep_in
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned
 
 PRECHECK_BAND = 3.0
 """The linear pre-check uses the modes up to this multiple of the excitation's highest frequency."""
-METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
 
 @dataclass(frozen=True)
@@ -335,37 +331,6 @@ def check_frequencies(reduction: ReductionTable, time: TimeTable, driving: Drivi
             expected=f"at most {0.1 / highest:g} s",
             fix="Shorten the step.",
         )
-
-
-def contact_channels(model: Model, touching: Touching, store: Path | None = None) -> tuple[GapOperator, list[str]]:
-    """Gap channels of all contacts, and notes. store: folder in which they are kept.
-
-    Raises
-    ------
-    InputError : anything wrong in a contact.
-    """
-    operators: list[GapOperator] = []
-    notes: list[str] = []
-    for name, t in touching.contacts.items():
-        own, said = sides_meant(model, t.secondary, t.main, t.method, f"[contact.{name}]")
-        try:
-            pair = contact_pair(own, touching, name)
-            operator, more = METHODS[t.method](own, pair, keep_in(store, f"contact_{file_stem(name)}"))
-        except InputError as error:
-            raise _in_file(touching.places, name, error) from error
-        operators.append(operator)
-        notes += [*said, *map(Warned, [*more, *coarse_side(own, pair, operator)])]
-    gaps = join(operators)
-    return gaps, [*notes, *map(Warned, pressing_twice(gaps, touching))]
-
-
-def _in_file(places: Places, name: str, error: InputError) -> InputError:
-    """The error of a contact pair with its line in the study or in the deck that it came from."""
-    table, _, key = error.where.partition("] ")
-    if table.rstrip("]") != f"[contact.{name}":
-        return error
-    where = f"{places.where('contact', name)} {key}".strip()
-    return InputError(error.what, expected=error.expected, where=where, fix=error.fix)
 
 
 def _pairs(model: Model, named: str | Sequence[str] | None, places: Places) -> IntArray:

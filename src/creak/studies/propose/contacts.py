@@ -11,8 +11,9 @@ import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.pair import ContactPair
+from creak.contact.pair import ContactPair, main_facets
 from creak.contact.surface_to_surface import surface_to_surface
+from creak.contact.tied import tied_channels
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES
@@ -39,6 +40,8 @@ EDGES = "edges"
 UNEVEN = "uneven"
 PRESSED = "pressed"
 """Why a contact is asked about."""
+TIED = "a tie holds both sides together"
+"""Why there is none."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +100,13 @@ class Contact:
 
 
 def find_contacts(model: Model, near: Sequence[Near], distance: float, progress: Progress) -> tuple[Contact, ...]:
-    """The contacts of what is near, those that are sure first."""
+    """The contacts of what is near, those that are sure first; none where a tie holds both sides together."""
     found: list[Contact] = []
     for k, n in enumerate(near):
         progress("try the contacts", k, len(near))
-        found += {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind](model, n)
+        found += [
+            c for c in {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind](model, n) if c.problem != TIED
+        ]
     progress("try the contacts", len(near), len(near))
     found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
     names: dict[str, int] = {}
@@ -301,6 +306,10 @@ def _tried(model: Model, c: Contact) -> Contact:
             operator, _ = node_to_surface(replace(model, node_sets=sets), pair)
     except InputError as error:
         return replace(c, problem=error.what)
+    stuck = tied_channels(model.constraints, operator, lambda: main_facets(model, pair).nodes)
+    if stuck.all():
+        return replace(c, problem=TIED)
+    operator = operator.select(np.flatnonzero(~stuck))
     gap0 = np.where(np.abs(operator.gap0) > ROUND_OFF * np.ptp(model.nodes.coords), operator.gap0, 0.0)
     closed = int((gap0 <= TOUCHING * gap0.max(initial=0.0)).sum())
     return replace(c, channels=operator.m, start=float(gap0.min()), closed=closed)

@@ -182,8 +182,8 @@ def _all_held(held: BoolArray, rows: IntArray) -> str:
 
 
 def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
-    """Where the road comes in: nodes that are held all but in one direction; else a force on nodes that are free; else
-    all supports together.
+    """Where the road comes in: nodes that are held all but in one direction; else all supports together; else a force on
+    nodes that are free.
 
     Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
     """
@@ -202,9 +202,12 @@ def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive 
         else:
             drive = Drive(name, dof, "force", "the deck holds nothing of it")
         found.append(((len(dofs.split()), -int(np.isin(rows, touching).sum()), -rows.size), drive))
-    if not found:
-        return _shaken(model, held, contacts)
-    best = max(found, key=lambda f: f[0])
+    best = max(found, key=lambda f: f[0], default=None)
+    shaken = None if best is not None and best[1].kind != "force" else _shaken(model, held, contacts)
+    if best is None:
+        return shaken
+    if shaken is not None:
+        return replace(shaken, others=(best[1].node_set,))
     others = [d.node_set for rank, d in found if rank[0] == best[0][0] and d is not best[1]]
     return replace(best[1], others=tuple(others[:OTHER_SETS]))
 

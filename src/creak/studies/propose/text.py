@@ -129,8 +129,8 @@ def _excitation(found: Proposal) -> list[str]:
     amplitude = FORCE if force else AMPLITUDE / found.units.length
     return [
         f"# Excitation: {d.node_set}, because {d.why}.",
-        *([f"# As well: {', '.join(d.others)}."] if d.others else []),
-        *(["# Prescribed motion needs a support of which the deck leaves one direction free."] if force else []),
+        *([f"# As well: {', '.join(d.others)}{', by a force' if d.freed else ''}."] if d.others else []),
+        *(["# To move a support instead, let one direction of it go with [support.NAME]."] if force else []),
         *_let_go(d),
         "[excitation.road]",
         key_line("node_set", d.node_set, "all its nodes get the same signal"),
