@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +14,7 @@ from creak.studies.converge.words import remedy_of
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.run.steady import faded_in, may_still_close
+from creak.verify.events import Event
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
@@ -72,8 +74,8 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
     if convergence is None or convergence.model != run.name:
         return None
     verdict = verdict_of_runs(convergence)
-    if verdict.word == UNSETTLED and result.band is not None and result.band.why:
-        return Verdict(UNSETTLED, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
+    if verdict.word != SETTLED and result.band is not None and result.band.why:
+        return Verdict(verdict.word, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
     return verdict
 
 
@@ -175,14 +177,19 @@ def are_faint(events: list[EventSettling], c: Convergence) -> bool:
 
     A tap of a hundredth of the hardest hit moves by its own 5 % where the motion moves by next to nothing.
     """
-    force, impulse = _shares(events, c)
+    return is_faint([e.event for e in events], [e.event for e in c.events])
+
+
+def is_faint(some: Sequence[Event], events: Sequence[Event]) -> bool:
+    """The same of events by themselves."""
+    force, impulse = _shares(some, events)
     return force <= FAINT and impulse <= 1.0 - ENOUGH
 
 
-def _shares(events: list[EventSettling], c: Convergence) -> tuple[float, float]:
+def _shares(some: Sequence[Event], events: Sequence[Event]) -> tuple[float, float]:
     """Force of the place of the hardest of them over that of all events, and their part of the impulse."""
-    hardest, all_of_it = max(e.event.force_place for e in c.events), sum(e.event.impulse for e in c.events)
-    force, impulse = max(e.event.force_place for e in events), sum(e.event.impulse for e in events)
+    hardest, all_of_it = max(e.force_place for e in events), sum(e.impulse for e in events)
+    force, impulse = max(e.force_place for e in some), sum(e.impulse for e in some)
     return force / hardest if hardest else 0.0, impulse / all_of_it if all_of_it else 0.0
 
 
@@ -206,7 +213,7 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
         return (said,)
     faint = ""
     if are_faint(open_ones, c):
-        force, impulse = _shares(open_ones, c)
+        force, impulse = _shares([e.event for e in open_ones], [e.event for e in c.events])
         faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
     return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 

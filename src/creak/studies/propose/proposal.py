@@ -182,8 +182,8 @@ def _all_held(held: BoolArray, rows: IntArray) -> str:
 
 
 def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive | None:
-    """Where the road comes in: nodes that are held all but in one direction; else all supports together; else a force on
-    nodes that are free.
+    """Where the road comes in: nodes that are held all but in one direction; else all supports together; else a force
+    on nodes that are free.
 
     Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
     """

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import scipy.linalg as sla
@@ -249,3 +251,34 @@ def test_modes_that_nothing_excites_settle_nothing(tmp_path):
     fluctuation, mean = (told["figures"][name] for name in ("force_rms", "force_mean"))
     bar = fluctuation["settled_to"] * 0.1 * mean["values"]["base"]
     assert fluctuation["values"]["base"] == pytest.approx(force.std(), abs=bar)
+
+
+def taps(force, count=4):
+    """40 blows and some taps of a fiftieth of their impulse."""
+    hard = [SimpleNamespace(impulse=1.0, force_place=1.0) for _ in range(40)]
+    return [*hard, *(SimpleNamespace(impulse=0.02, force_place=force) for _ in range(count))]
+
+
+@pytest.mark.parametrize(("force", "count", "enough"), [(0.3, 4, False), (0.05, 4, True), (0.3, 2, True)])
+def test_as_many_events_stay_as_the_verdict_asks_for(force, count, enough):
+    """Taps that carry .2 % of the impulse count, unless they are few or faint: the verdict counts them too."""
+    events = taps(force, count)
+    assert auto_band._enough(events, [e.impulse == 1.0 for e in events]) is enough
+
+
+@pytest.mark.parametrize(("lost", "same"), [(0, False), (6, True)])
+def test_samples_are_compared_only_where_single_events_are_lost(monkeypatch, lost, same):
+    """A tenth of the events is off by 10 %: all of them have partners, so more modes will tell; or some have none."""
+    figure = SimpleNamespace(problem="", settled_to=0.1, limit=0.05, changes={"modes": 0.1})
+    events = [SimpleNamespace(impulse=1.0, force_place=1.0, t_start=0.0, t_end=1.0) for _ in range(40)]
+    judged = [
+        SimpleNamespace(event=e, problem="absent" if k < lost else "", figures={"duration": figure})
+        for k, e in enumerate(events)
+    ]
+    sample = SimpleNamespace(rates_alike=True, force=SimpleNamespace(alike=True), impulse=None)
+    found = SimpleNamespace(totals={}, judged=judged, events=events, statistics={"modes": sample})
+    for name, value in (("assess", found), ("outcome_of", None), ("_slip_alike", True), ("_press_alike", True)):
+        monkeypatch.setattr(auto_band, name, lambda *_, value=value: value)
+    v = SimpleNamespace(event_tolerance=1e-3, f_max=500.0)
+    run_of = SimpleNamespace(name="reduced")
+    assert auto_band.tell_the_same(v, (0.0, 1.0), run_of, run_of) is same
