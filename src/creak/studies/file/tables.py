@@ -44,7 +44,7 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
     Parameters
     ----------
     channel : name or number (from 1) of a channel; of a CSV file the name of a column, the first of which is time.
-        None: the only one; of a CSV file the column `value`.
+        None: the only one; of a CSV file the column `value`, or the only one beside time.
 
     Raises
     ------
@@ -55,9 +55,33 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
         if not np.isfinite(found.values).all() or np.abs(found.values).max(initial=0.0) > LARGEST:
             raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
         return found.time, found.values
-    if channel is None:
-        return read_table(path, where)
-    return table_column(path, *read_header(path, where, "table"), channel)
+    lines = read_lines(path, where, "table")
+    header, rows = header_of(lines, path)
+    if channel is None and header[:2] == ["time", "value"]:
+        return _increasing(path, rows, ("time", "value"))
+    return table_column(path, header, rows, channel or _only_column(path, header, lines))
+
+
+def _only_column(path: Path, header: list[str], lines: Sequence[str]) -> str:
+    """`value`, or the only column beside time, as its head is written.
+
+    Raises
+    ------
+    InputError : there are several, or no heads.
+    """
+    first = next((line for line in lines if line.strip()), "")
+    written = [cell.strip() for _, row in csv_rows([first], path, separator_of(first)) for cell in row]
+    if header[:2] == ["time", "value"]:
+        return "value"
+    named = [cell for cell in written[1:] if cell and not np.isfinite(number(cell))]
+    if len(header) == 2 and named:
+        return written[1]
+    raise InputError(
+        f"the table starts with {','.join(written) or 'nothing'}",
+        where=f"{path}:1",
+        expected="the header time,value, or times and one column with a name",
+        fix=f"Name the column in the study: channel = {named[0]!r}." if named else "Put it into the first line.",
+    )
 
 
 def _name_or_number(channel: str | None) -> str | int | None:
@@ -86,7 +110,10 @@ def signal_unit(path: Path, channel: str | None, where: str) -> str:
     `read_signal`; of a CSV file the head of the column tells it."""
     if is_measured(path):
         return chosen_channel(path, _name_or_number(channel), where).unit
-    return "" if channel is None else name_and_unit(channel)[1]
+    if channel is None:
+        lines = read_lines(path, where, "table")
+        channel = _only_column(path, header_of(lines, path)[0], lines)
+    return name_and_unit(channel)[1]
 
 
 def head_of_axis(path: Path, head: str, table: Mapping[str, float], what: str) -> tuple[str, float]:

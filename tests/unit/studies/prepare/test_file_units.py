@@ -124,6 +124,30 @@ def test_a_column_in_g_moves_as_one_in_its_unit(tmp_path):
     np.testing.assert_allclose(moved("acc [g]", ", factor = 9806.65"), plain, rtol=1e-9, atol=1e-9 * plain.max())
 
 
+def test_the_only_column_needs_no_name(tmp_path):
+    """As loggers write it: times and one column with its unit, which is asked about."""
+    time = np.linspace(0.0, 1.0, 501)
+    (tmp_path / "road.csv").write_text(
+        "\n".join(["Time [ms],Acc_Z [g]", *(f"{1e3 * t:.3f},{math.sin(t)}" for t in time)])
+    )
+
+    def support(more=""):
+        signal = f'type = "table", file = "road.csv"{more}'
+        return set_up(read_study(write_strips(tmp_path, study=study_of("acceleration", signal)))).loads.support
+
+    with pytest.raises(InputError, match=r"road.csv is in g.*Add factor = 9806.65"):
+        support()
+    found = support(", factor = 9806.65")
+    np.testing.assert_array_equal(found, support(', factor = 9806.65, channel = "Acc_Z [g]"'))
+
+
+def test_several_columns_are_to_be_chosen_from(tmp_path):
+    (tmp_path / "road.csv").write_text("Time [s],Acc_X [g],Acc_Z [g]\n0,0,0\n1,1,1\n")
+    study = study_of("acceleration", 'type = "table", file = "road.csv"')
+    with pytest.raises(InputError, match=r"starts with Time \[s\],Acc_X \[g\],Acc_Z.*channel = 'Acc_X \[g\]'"):
+        set_up(read_study(write_strips(tmp_path, study=study)))
+
+
 @pytest.mark.parametrize("type_", ["sine", "record", "table"])
 @pytest.mark.parametrize(
     ("kind", "amplitude", "words"),

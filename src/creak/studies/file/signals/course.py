@@ -190,7 +190,7 @@ class TableTable(Course):
     file: str | None = None
     """Path relative to the study file: .csv; .rsp, .drv, .rpc (RPC III); .uff, .unv (data set 58)."""
     channel: Label | None = None
-    """Name or number of a channel; of a CSV file the name of a column."""
+    """Name or number of a channel; of a CSV file the name of a column, where there are several."""
     factor: Finite = 1.0
     """The values of the file are taken so many times, 9810 for g in mm/s2."""
     values: Points | None = None
@@ -283,7 +283,7 @@ class RecordTable(Course):
     file: str
     """Path relative to the study file: CSV with the header time,value; .rsp, .drv, .rpc (RPC III); .uff, .unv."""
     channel: Label | None = None
-    """Name or number of a channel; of a CSV file the name of a column."""
+    """Name or number of a channel; of a CSV file the name of a column, where there are several."""
     factor: Finite = 1.0
     """The values of the file are taken so many times, 9810 for g in mm/s2."""
     high_pass: Positive
