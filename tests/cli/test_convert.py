@@ -98,3 +98,39 @@ def test_refused_with_status_2_and_nothing_written(run, tmp_path, name):
     assert (status, "Traceback" in text) == (2, False)
     assert word in text
     assert {p.name: p.read_bytes() for p in tmp_path.iterdir()} == before
+
+
+INSTANCES = """*PART, NAME=P
+*NODE
+1, 0., 0., 0.
+2, 10., 0., 0.
+3, 10., 10., 0.
+12, 0., 10., 0.
+*ELEMENT, TYPE=S4, ELSET=ALL
+1, 1, 2, 3, 12
+*SHELL SECTION, ELSET=ALL, MATERIAL=STEEL
+1.
+*END PART
+*ASSEMBLY, NAME=A
+*INSTANCE, NAME=ONE, PART=P
+*END INSTANCE
+*INSTANCE, NAME=TWO, PART=P
+0., 0., 5.
+*END INSTANCE
+*END ASSEMBLY
+*MATERIAL, NAME=STEEL
+*ELASTIC
+210000., 0.3
+*DENSITY
+7.85e-9
+"""
+
+
+def test_nodes_of_instances_that_share_labels_are_told_apart(run, tmp_path):
+    (tmp_path / "two.inp").write_text(INSTANCES, encoding="utf-8")
+    status, text = run("two.inp", "k", "--matrices", "npz")
+    assert status == 0, text
+    assert "nodes have numbers: 100 + label are of ONE, 200 + label are of TWO" in text
+    found = read_superelement(tmp_path / "k.npz")
+    assert set(found.node_ids.tolist()) == {101, 102, 103, 112, 201, 202, 203, 212}
+    assert_allclose(found.positions[203], [10.0, 10.0, 5.0])

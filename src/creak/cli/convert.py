@@ -94,7 +94,8 @@ def convert(
             else:
                 stop_on_unread(model, ignore)
                 with progress.phase(f"assemble and write {matrices}"):
-                    output.wrote(*_write_matrices(model, out, MATRICES[matrices]))
+                    written, notes = _write_matrices(model, out, MATRICES[matrices])
+                output.wrote(*written)
         tell_vain(output, model, ignore)
         for u in model.unread:
             output.say(f"not carried over: {u.keyword} ({u.where}): {u.why}")
@@ -217,11 +218,12 @@ def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
     return write_deck(model, out, ignore)
 
 
-def _write_matrices(model: Model, out: Path, name: str) -> list[Path]:
-    """K, M and C of the whole, parts joined and supports held, to files named after `out`."""
+def _write_matrices(model: Model, out: Path, name: str) -> tuple[list[Path], tuple[str, ...]]:
+    """K, M and C of the whole, parts joined and supports held, to files named after `out`; and notes."""
     from creak.formats.matrices.superelements import FORMATS
     from creak.studies.models.deck_matrices import deck_matrices
 
     ending = FORMATS[name].ending
     path = out if ending and out.suffix.lower() == ending else out.with_suffix(ending)
-    return FORMATS[name].write(deck_matrices(model), path)
+    found, note = deck_matrices(model)
+    return FORMATS[name].write(found, path), (note,) if note else ()

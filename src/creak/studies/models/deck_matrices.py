@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +17,13 @@ from creak.model.superelement import Superelement
 from creak.studies.models.dof_names import row_names
 
 
-def deck_matrices(model: Model) -> Superelement:
-    """K, M and C (None without damping) of all independent, free dofs, with node label, dof and place of each row.
+def deck_matrices(model: Model) -> tuple[Superelement, str]:
+    """K, M and C (None without damping) of all independent, free dofs, with node label, dof and place of each row; and a
+    note of numbers that nodes get, where instances share labels.
 
     Raises
     ------
-    InputError : two nodes (of different instances) have one label; nothing is free to move.
+    InputError : nothing is free to move.
     """
     common = common_rayleigh(model)
     parts = [part_system(model, i, common) for i in range(len(model.parts))]
@@ -29,14 +31,19 @@ def deck_matrices(model: Model) -> Superelement:
     system = couple([*parts, loose] if loose else parts, model, Driven({}), common)
     if not system.n:
         raise InputError("nothing is free to move: the matrices are empty", where=model.source, fix="Free some dofs.")
-    found = named_rows(system, Path(model.source).stem, model)
-    if np.unique(np.stack([found.node_ids, found.dofs]), axis=1).shape[1] < found.dofs.size:
-        raise InputError(
-            "nodes of different instances have one label, so that the rows of the matrices could not be told apart",
-            where=model.source,
-            fix="Renumber the nodes of one of them.",
-        )
-    return found
+    numbered, note = model, ""
+    if np.unique(model.nodes.ids).size < model.nodes.count:
+        numbered, note = _by_instance(model)
+    return named_rows(system, Path(model.source).stem, numbered), note
+
+
+def _by_instance(model: Model) -> tuple[Model, str]:
+    """Nodes whose labels instances share, numbered by instance and label; and a note that tells how."""
+    nodes = model.nodes
+    block = 10 ** len(str(int(nodes.ids.max())))
+    told = ", ".join(f"{block * (k + 1):,} + label are of {name}" for k, name in enumerate(nodes.instance))
+    ids = nodes.ids + block * (nodes.instance_idx + 1)
+    return replace(model, nodes=replace(nodes, ids=ids)), f"instances share labels, so nodes have numbers: {told}"
 
 
 def named_rows(system: System, name: str, model: Model) -> Superelement:

@@ -41,7 +41,7 @@ def read(folder, text):
 
 def damping(model):
     """C in x, in the order of the nodes; zero where there is none."""
-    found = deck_matrices(model)
+    found, _ = deck_matrices(model)
     order = np.argsort(found.node_ids)
     C = np.zeros((order.size, order.size)) if found.C is None else to_dense(found.C)
     return C[np.ix_(order, order)]
@@ -72,7 +72,7 @@ def same(model, expected):
 )
 def test_one_dof_dies_out_as_alpha_and_beta_say(tmp_path, keyword, alpha, beta):
     """u = u0 e^(-d t) (cos w t + d/w sin w t), d = (alpha + beta w0^2)/2, w^2 = w0^2 - d^2, w0^2 = 3 E/(rho L^2)."""
-    found = deck_matrices(read(tmp_path, ONE + keyword))
+    found, _ = deck_matrices(read(tmp_path, ONE + keyword))
     k, m, c = (to_dense(A)[0, 0] for A in (found.K, found.M, found.C))
     w0 = np.sqrt(3.0 * E / RHO) / LENGTH
     d = 0.5 * (alpha + beta * w0 * w0)
