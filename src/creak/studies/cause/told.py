@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.studies.cause.changes import Change, Effect
-from creak.studies.cause.decompose import CARRIED, EXCITATION, REST, Cause
+from creak.studies.cause.decompose import CARRIED, CONTACT, EXCITATION, REST, Cause
 from creak.studies.findings.beside_bars import judged_by
 
 MODES = 8
@@ -22,6 +22,8 @@ COINCIDES = -20.0
 """dB of the excitation's spectrum at a mode from which they coincide."""
 LINES = 1.5
 """Lines of the spectrum to both sides of a mode that count as at it, where its half bandwidth is less."""
+BY = {EXCITATION: "excitation", CONTACT: "earlier contact"}
+"""Kind of a source -> its word."""
 ACCELERATION = 2
 NOTHING = 1e-3
 """Share of the largest mode's closing from which that with the supports is told."""
@@ -69,7 +71,7 @@ def cause_words(cause: dict[str, Any], length: str) -> str:
 
     by = sorted((s for s in cause["sources"] if s["kind"] != REST), key=lambda s: -abs(s["closing"]))
     sources = ", ".join(
-        f"{moved(s['closing'])} by {'excitation' if s['kind'] == EXCITATION else s['kind']} {s['name']}" for s in by[:4]
+        f"{moved(s['closing'])} by {BY.get(s['kind'], s['kind'])} {s['name']}" for s in by[:4]
     )
     modes = ", ".join(
         f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"

@@ -18,8 +18,8 @@ from creak.studies.models.dof_names import row_names
 
 
 def deck_matrices(model: Model) -> tuple[Superelement, str]:
-    """K, M and C (None without damping) of all independent, free dofs, with node label, dof and place of each row; and a
-    note of numbers that nodes get, where instances share labels.
+    """K, M and C (None without damping) of all independent, free dofs, with node label, dof and place of each row, and
+    a note of numbers that nodes get where instances share labels.
 
     Raises
     ------
