@@ -20,7 +20,6 @@ from creak.contact.pair import (
     deepest,
     gap_normals,
     given_normal,
-    listed,
     looks_along,
     main_facets,
     never_face,
@@ -83,8 +82,6 @@ def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -
         wall, told = channels_from_rows(model, own, rows, channels)
         operators.append(wall if k == 1 else replace(wall, names=tuple(f"{name}:{k}" for name in wall.names)))
         notes += told
-    apart = secondary.rows[~np.isin(secondary.rows, main.nodes)]
-    notes += _facing_nothing(model, pair, np.setdiff1d(apart, walls[0][1].nodes_idx), limit)
     return join(operators), notes
 
 
@@ -196,13 +193,16 @@ def _outward(model: Model, pair: ContactPair, secondary: SecondaryNodes) -> Floa
     return out
 
 
-def _facing_nothing(model: Model, pair: ContactPair, nodes: IntArray, limit: float) -> list[str]:
-    if not nodes.size:
-        return []
-    return [
-        f"{pair.where} {nodes.size} node(s) of {pair.secondary!r} face no facet of {pair.main!r} within {limit:.4g} "
-        f"and touch nothing: {listed(model, nodes)}"
-    ]
+def overhang(model: Model, pair: ContactPair, operator: GapOperator) -> tuple[IntArray, int]:
+    """Nodes of the secondary surface that face no facet of the main one and touch nothing, and how many may touch.
+
+    Parameters
+    ----------
+    operator : the channels of the pair.
+    """
+    rows = nodes_of(model, pair.secondary, where=f"{pair.where} secondary").rows
+    apart = np.setdiff1d(rows, main_facets(model, pair).nodes)
+    return np.setdiff1d(apart, operator.nodes_idx), apart.size
 
 
 def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.contact.node_to_surface import node_to_surface
+from creak.contact.node_to_surface import node_to_surface, overhang
 from creak.contact.pair import ContactPair
 from creak.model.contact_law import ContactLaw
 from creak.model.mesh import Model
@@ -106,12 +106,15 @@ def test_a_corner_has_two_walls_for_a_node():
     assert notes == []
 
 
-def test_nodes_that_face_nothing_are_counted_and_named():
-    model = stacked((6, 4), (6, 4), offset=(0.15, 0.0))
-    _, (note,) = METHODS["node-to-surface"](model, ContactPair("stack", "TOP", "LOW"))
-    assert note.startswith("[contact.stack] 15 node(s) of 'TOP' face no facet of 'LOW' within")
-    assert "touch nothing: 56, 57" in note
-    assert METHODS["node-to-surface"](stacked(), ContactPair("stack", "TOP", "LOW"))[1] == []
+def test_nodes_that_face_nothing_are_found():
+    pair = ContactPair("stack", "TOP", "LOW")
+    for model, count in ((stacked((6, 4), (6, 4), offset=(0.15, 0.0)), 15), (stacked(), 0)):
+        gaps, notes = METHODS["node-to-surface"](model, pair)
+        nodes, every = overhang(model, pair, gaps)
+        assert notes == []
+        assert nodes.size == count
+        assert set(nodes.tolist()).isdisjoint(gaps.nodes_idx.tolist())
+        assert every == np.union1d(nodes, gaps.nodes_idx).size
 
 
 @both

@@ -70,9 +70,7 @@ def cause_words(cause: dict[str, Any], length: str) -> str:
         return f"{value:.3g} {length}"
 
     by = sorted((s for s in cause["sources"] if s["kind"] != REST), key=lambda s: -abs(s["closing"]))
-    sources = ", ".join(
-        f"{moved(s['closing'])} by {BY.get(s['kind'], s['kind'])} {s['name']}" for s in by[:4]
-    )
+    sources = ", ".join(f"{moved(s['closing'])} by {BY.get(s['kind'], s['kind'])} {s['name']}" for s in by[:4])
     modes = ", ".join(
         f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"
         for m in cause["modes"][:TOLD]

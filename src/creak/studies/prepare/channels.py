@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.node_to_surface import node_to_surface
+from creak.contact.node_to_surface import node_to_surface, overhang
 from creak.contact.pair import ContactPair, listed, main_facets
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.contact.tied import tied_channels
@@ -37,12 +37,24 @@ def contact_channels(model: Model, touching: Touching, store: Path | None = None
             operator, more = METHODS[t.method](own, pair, keep_in(store, f"contact_{file_stem(name)}"))
         except InputError as error:
             raise _in_file(touching.places, name, error) from error
-        notes += [*said, *map(Warned, [*more, *coarse_side(own, pair, operator)])]
+        notes += [*said, *map(Warned, [*more, *coarse_side(own, pair, operator)]), *_overhang(own, pair, operator)]
         operator, told = _that_can_move(own, pair, operator)
         notes += told
         operators.append(operator)
     gaps = join(operators)
     return gaps, [*notes, *map(Warned, pressing_twice(gaps, touching))]
+
+
+def _overhang(model: Model, pair: ContactPair, operator: GapOperator) -> list[str]:
+    """Nodes that lie beyond the main surface: a matter of course where they are few, a warning where most do."""
+    if pair.method != "node-to-surface":
+        return []
+    nodes, count = overhang(model, pair, operator)
+    said = (
+        f"{pair.where} {nodes.size} of {count} nodes of {pair.secondary!r} face no facet of {pair.main!r} and touch "
+        f"nothing: {listed(model, nodes)}"
+    )
+    return ([Warned(said)] if 2 * nodes.size > count else [said]) if nodes.size else []
 
 
 def _that_can_move(model: Model, pair: ContactPair, operator: GapOperator) -> tuple[GapOperator, list[str]]:

@@ -14,6 +14,7 @@ from creak.formats.decks import read_model
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.channels import contact_channels
+from creak.studies.warned import Warned
 from helpers_ties import sections, sheet
 
 METHODS = ("surface-to-surface", "node-to-surface")
@@ -81,3 +82,18 @@ def test_tied_nodes_keep_their_contact_with_a_third_part(tmp_path, method):
     gaps, notes = channels(tmp_path, model, "UPPER_FACE", "TOP_FACE", method)
     assert gaps.m == 16
     assert not any("left out" in note for note in notes)
+
+
+@pytest.mark.parametrize(("shift", "count", "warns"), [(15.0, 10, False), (25.0, 15, True)])
+def test_overhang_is_told_and_warned_of_where_most_nodes_face_nothing(tmp_path, shift, count, warns):
+    (tmp_path / "lap.inp").write_text(
+        "*HEADING\nlap\n"
+        + sheet("LOWER", 1, (4, 4), (0.0, 0.0, 0.0), (40.0, 40.0))
+        + sheet("UPPER", 10_001, (4, 4), (shift, 0.0, 3.0), (40.0, 40.0))
+        + sections("LOWER", "UPPER", thickness=2.0),
+        encoding="utf-8",
+    )
+    _, notes = channels(tmp_path, read_model(tmp_path / "lap.inp"), "LOWER_FACE", "UPPER_FACE", "node-to-surface")
+    (note,) = [n for n in notes if "face no facet" in n]
+    assert f"{count} of 25 nodes of 'LOWER_FACE' face no facet of 'UPPER_FACE'" in note
+    assert isinstance(note, Warned) is warns
