@@ -28,7 +28,7 @@ def test_the_first_three_lines_say_what_the_deck_is(creak, strips):
         assert word in size
     assert made_of.startswith("2 parts (UPPER, LOWER); 1 material (")
     assert "mm thick; units: materials and size fit mm-t-s" in made_of
-    assert ready.startswith("ready to run: nothing that changes the answer is left out; look at")
+    assert ready.startswith("the model is whole: nothing that changes the answer is left out; look at")
 
 
 def test_a_deck_that_does_not_run_says_so_in_its_third_line(creak, strips):

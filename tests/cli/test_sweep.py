@@ -96,6 +96,10 @@ def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("creak.studies.tasks.workers.local_workers", None)
     assert creak(monkeypatch, "sweep", path, "--out", out) == 0
     assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
+    assert creak(monkeypatch, "sweep", path, "--out", out, "--dry-run", "--no-converge") == 0
+    told = capsys.readouterr().out
+    assert "1 cases, 0 of them finished" in told
+    assert "finished with neither --converge nor --no-converge: 1" in told
     assert rows_of(out)["seed=5"]["status"] == "done"
     assert (out / "sweep.h5").exists()
     assert (out / "sweep.html").exists()

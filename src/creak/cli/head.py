@@ -81,9 +81,9 @@ def head_lines(facts: dict[str, Any], length: str, mass: str) -> list[str]:
 
 
 def _ready(facts: dict[str, Any]) -> str:
-    """Whether it runs, and the first thing to look at."""
+    """Whether all of the model is read, and the first thing to look at."""
     changing = list(dict.fromkeys(u["keyword"] for u in facts["unread"] if u["changes_answer"]))
-    told = "ready to run: nothing that changes the answer is left out"
+    told = "the model is whole: nothing that changes the answer is left out"
     if changing:
         told = f"does not run as it is: {folded(changing)} not used, and the answer would be another"
     warnings = facts["warnings"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -78,6 +79,14 @@ def sweep(
     output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
     if dry_run:
         _list(output, cases, finished(cases, folder, rename=False))
+        for way, word in (
+            (None, "neither --converge nor --no-converge"),
+            (True, "--converge"),
+            (False, "--no-converge"),
+        ):
+            other = finished([replace(case, converge=way) for case in cases], folder, rename=False)
+            if other and way is not converge:
+                output.say(f"finished with {word}: {len(other)}")
         return
     check_cluster(scheduler, output)
     if reports:
