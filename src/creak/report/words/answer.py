@@ -306,6 +306,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     if found.n5 is not None and _is_rare(found.n5, found.n_max):
         word = f"heard in less than 5 % of the time, up to {_sones(found.n_max)}"
     loud = f"{word}; {found.why}" if word else ""
+    of_all = " of all places" if len(found.places) > 1 else ""
     return [
         Tile(
             "worst place",
@@ -313,7 +314,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
             f"{worst.does}, {number(worst.force, 3)} N" if worst else found.still,
         ),
         Tile(
-            "loudness added to the background" if found.beside else "loudness, N5",
+            "loudness added to the background" if found.beside else f"loudness{of_all}, N5",
             "not heard" if found.n5 is None else _sones(found.n5),
             "; ".join(text for text in (_band(found), loud) if text) or found.why,
         ),
