@@ -76,7 +76,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
         fix = "Write a study that names the deck in [model]."
         if case.solution in BY_FREQUENCY:
-            fix = "creak computes in time: `creak modes` finds the modes of a frequency response; " + fix
+            fix = f"creak computes in time: `creak modes` finds the modes of a frequency response. {fix}"
         raise InputError(
             f"the deck has {what}; creak runs SOL 109, SOL 112 and SOL 129 by themselves",
             where=case.where,
