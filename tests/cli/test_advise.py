@@ -7,6 +7,7 @@ import pytest
 
 from creak.studies.file.reader import read_study
 from helpers_decks import STUDY, write_strips
+from helpers_ties import sections, sheet
 
 
 def test_advice_on_two_strips(creak, tmp_path):
@@ -67,3 +68,26 @@ def test_wrong_input_is_one_message_and_status_2(creak, monkeypatch, tmp_path, a
     assert said.status == 2
     assert words in said.err
     assert "Traceback" not in said.err
+
+
+def test_a_small_model_whose_matrices_are_full(creak, tmp_path):
+    """A block of two elements, half of its dofs held: no zero is worth leaving out. Its only contact is tied."""
+    study = tmp_path / "study.toml"
+    (tmp_path / "lap.inp").write_text(
+        "*HEADING\nlap\n"
+        + sheet("LOWER", 1, (1, 1), (0.0, 0.0, 0.0), (10.0, 10.0))
+        + sheet("UPPER", 10_001, (1, 1), (0.0, 0.0, 2.0), (10.0, 10.0))
+        + sections("LOWER", "UPPER", thickness=2.0)
+        + "*TIE, NAME=T\nUPPER_FACE, LOWER_FACE\n*NSET, NSET=ROOT\n1\n*BOUNDARY\nROOT, 1, 2\nROOT, 4, 6\n",
+        encoding="utf-8",
+    )
+    study.write_text(
+        '[model]\ndeck = "lap.inp"\nunits = "mm-t-s"\n[contact.c]\nsecondary = "UPPER_FACE"\nmain = "LOWER_FACE"\n'
+        '[excitation.road]\nnode_set = "ROOT"\ndof = "z"\nkind = "displacement"\n'
+        'signal = { type = "sine", frequency = 20, amplitude = 0.1 }\n[damping]\nmodal = 0.02\n[time]\nend = 0.1\n',
+        encoding="utf-8",
+    )
+    said = creak("advise", study)
+    assert said.status == 0, said.err
+    said = creak("run", study, "--quick", "--out", tmp_path / "results")
+    assert "contacts only where ties hold both sides together, so nothing can rattle" in said.out

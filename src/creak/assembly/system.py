@@ -272,6 +272,11 @@ def dense_if_full(A: Matrix) -> Matrix:
     return A.toarray() if full else A
 
 
+def entries_of(A: Matrix) -> int:
+    """How many numbers a matrix stores."""
+    return int(A.nnz) if sp.issparse(A) else int(A.size)
+
+
 def rows_with_entries(A: Matrix) -> BoolArray:
     """(n,) whether anything but 0 stands in a row."""
     if sp.issparse(A):

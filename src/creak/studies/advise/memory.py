@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
+from creak.assembly.system import entries_of
 from creak.dynamics.condensed import COLUMNS, RESPONSE_MEMORY
 from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
@@ -137,14 +138,14 @@ def _before_by_parts(band: Band, reference: ReferenceModel, parts: Sequence[Part
 def _before(reduction: Reduction, reference: ReferenceModel, whole: Counted, rows: int) -> tuple[list[Stage], float]:
     """What comes before parts are reduced, and what is held then."""
     system = reference.system
-    n, entries = system.n, system.K.nnz + system.M.nnz
+    n, (of_K, of_M) = system.n, map(entries_of, (system.K, system.M))
     count = reference.modes.omega2.size
     shapes = 8.0 * n * (count + system.supports.count)
-    matrices = ENTRY * (entries + sum(p.K.nnz + p.M.nnz for p in reference.parts))
-    held, product = STARTED + matrices, PRODUCT * system.M.nnz
+    matrices = ENTRY * (of_K + of_M + sum(p.K.nnz + p.M.nnz for p in reference.parts))
+    held, product = STARTED + matrices, PRODUCT * of_M
 
     def found(what: str, modes: int, before: float) -> Stage:
-        needed = _lanczos(n, system.K.nnz, whole.memory, modes, before + product)
+        needed = _lanczos(n, of_K, whole.memory, modes, before + product)
         name = "two factors" if needed.factors > whole.memory else "factor"
         pieces = {name: needed.factors, "modes": needed.basis}
         return _stage(what, before + product + needed.total, K_and_M=matrices, **pieces)
@@ -288,8 +289,9 @@ def _runs(
         answers = 8.0 * system.n * rows
         answers = answers if answers <= RESPONSE_MEMORY else 8.0 * system.n * COLUMNS
         count = runs.factors(whole.memory, left_beside(held + whole.memory))
-        made = (ENTRY + UPPER) * (1 if count < 3 else 2) * system.K.nnz
-        step = made + PRODUCT * (system.K.nnz + system.M.nnz) + 8.0 * MARCHED * system.n
+        of_K, of_M = map(entries_of, (system.K, system.M))
+        made = (ENTRY + UPPER) * (1 if count < 3 else 2) * of_K
+        step = made + PRODUCT * (of_K + of_M) + 8.0 * MARCHED * system.n
         total = held + count * whole.memory + step + answers + history
         pieces = {f"{count} factors" if count > 1 else "factor": count * whole.memory, "answers of channels": answers}
         yield _stage("reference run", total, **pieces, before=held)

@@ -185,7 +185,8 @@ class Setup:
     def no_contact(self) -> str | None:
         """Why nothing of the study can touch, in a sentence; None: something can."""
         presses = self.contacts.presses or self.connectors.presses
-        return None if presses else nothing_rattles(self.study.path, self.contacts.m + self.connectors.m)
+        count, named = self.contacts.m + self.connectors.m, len(self.study.touching.contacts)
+        return None if presses else nothing_rattles(self.study.path, count, named)
 
     def unstarted(self) -> Setup:
         """The setup before its static loads."""

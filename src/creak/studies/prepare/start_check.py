@@ -119,12 +119,19 @@ def figure_warnings(model: Model, units: str, mass: float, omega2: FloatArray) -
     return [Warned(text) for text in unit_warnings(model, units, mass=mass, frequency=frequency)]
 
 
-def nothing_rattles(path: Path, channels: int) -> str:
-    """For a study, or a deck that is run by itself, without channels that press."""
+def nothing_rattles(path: Path, channels: int, contacts: int) -> str:
+    """For a study, or a deck that is run by itself, without channels that press.
+
+    Parameters
+    ----------
+    channels : that there are. contacts : that it has, which ties may have left without any.
+    """
     of, fix = "study", "fill in a [contact.NAME] or a [[connector]]"
     if is_deck(path):
         of, fix = "deck", f"write a study for it by creak new {path.name}"
     what = "contacts and connectors without any stiffness" if channels else "no contact and no connector"
+    if contacts and not channels:
+        what, fix = "contacts only where ties hold both sides together", "take the ties out, or name other surfaces"
     return f"the {of} has {what}, so nothing can rattle: {fix}"
 
 
