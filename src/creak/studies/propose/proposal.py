@@ -26,7 +26,7 @@ FAR = 2.0
 MOST_NODES = 100
 """Sets with more nodes are proposed neither for excitation nor for output."""
 MOST_SHAKEN = 1000
-"""Supports of more nodes are not shaken: the study would have to name them all."""
+"""Supports of more nodes are shaken only where one set has them: the study would have to name them all."""
 OTHER_SETS = 8
 """Most sets named beside the one proposed for excitation."""
 PICTURES = 12
@@ -219,13 +219,15 @@ def _shaken(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive
     """
     axis = next((int(np.argmax(np.abs(c.toward))) for c in contacts if not c.problem), 2)
     rows = np.flatnonzero(held[:, axis] & _with_elements(model) & ~_following(model))
-    if not 0 < rows.size <= MOST_SHAKEN:
+    if not rows.size:
         return None
     dof = DOFS[axis]
     why = f"the deck holds {dof} of it: all that is held is let go along {dof} and moved as one, as on a shaker"
     own = [n for n, s in model.node_sets.items() if not n.startswith("_") and np.array_equal(np.unique(s), rows)]
     if own:
         return Drive(min(own), dof, "displacement", why, freed=True)
+    if rows.size > MOST_SHAKEN:
+        return None
     name = "SHAKEN"
     while name in model.node_sets:
         name += "_"
