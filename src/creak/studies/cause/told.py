@@ -26,7 +26,8 @@ BY = {EXCITATION: "excitation", CONTACT: "earlier contact"}
 """Kind of a source -> its word."""
 ACCELERATION = 2
 NOTHING = 1e-3
-"""Share of the largest mode's closing from which that with the supports is told."""
+"""Share of the largest source's closing from which another one is told, and of the largest mode's from which that with
+the supports is."""
 
 
 def cause_dict(cause: Cause, loads: Loads, gaps: GapOperator, length: str) -> dict[str, Any]:
@@ -70,6 +71,7 @@ def cause_words(cause: dict[str, Any], length: str) -> str:
         return f"{value:.3g} {length}"
 
     by = sorted((s for s in cause["sources"] if s["kind"] != REST), key=lambda s: -abs(s["closing"]))
+    by = [s for s in by if abs(s["closing"]) >= NOTHING * abs(by[0]["closing"])]
     sources = ", ".join(f"{moved(s['closing'])} by {BY.get(s['kind'], s['kind'])} {s['name']}" for s in by[:4])
     modes = ", ".join(
         f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"
