@@ -81,25 +81,30 @@ def read_points(sets: list[DataSet], path: Path, notes: list[str]) -> Points:
     InputError : a data set cannot be read, or a frame is none that creak knows.
     """
     frames = {label: f for one in sets if one.number == "2420" for label, f in read_frames(one).items()}
-    points: dict[int, _Point] = {}
-    for one in sets:
-        for label, p in _points(one):
-            _require_one(label, points.setdefault(label, p), p, one)
-            points[label] = p
+    every = [(one, label, p) for one in sets for label, p in _points(one)]
+    points = {label: p for _, label, p in every}
+    _require_one_place(every, points)
     lines = tuple((str(a), str(b)) for one in sets for a, b in _lines(one))
     return Points(path, points, frames, units_told(sets), lines, notes)
 
 
-def _require_one(label: int, before: _Point, now: _Point, one: DataSet) -> None:
-    """Raise InputError for a node at two places; places in two frames are not compared."""
-    apart, size = np.abs(now.coords - before.coords).max(), np.abs(before.coords).max()
-    if before.defined == now.defined and apart > SAME * size:
-        raise InputError(
-            f"node {label} is at {before.coords.tolist()}, and again at {now.coords.tolist()}",
-            where=one.where(0),
-            expected="each node at one place",
-            fix="Keep one of the data sets of nodes (15, 2411).",
-        )
+def _require_one_place(every: list[tuple[DataSet, int, _Point]], last: dict[int, _Point]) -> None:
+    """Raise InputError for a node at two places; places in two frames are not compared.
+
+    Parameters
+    ----------
+    every : nodes of all data sets. last : of each node its last telling.
+    """
+    size = max((float(np.abs(p.coords).max()) for p in last.values()), default=0.0)
+    for one, label, p in every:
+        now = last[label]
+        if p.defined == now.defined and np.abs(now.coords - p.coords).max() > SAME * size:
+            raise InputError(
+                f"node {label} is at {p.coords.tolist()}, and again at {now.coords.tolist()}",
+                where=one.where(0),
+                expected="each node at one place",
+                fix="Keep one of the data sets of nodes (15, 2411).",
+            )
 
 
 def _points(one: DataSet) -> Iterator[tuple[int, _Point]]:
