@@ -95,7 +95,9 @@ def _require_one_place(every: list[tuple[DataSet, int, _Point]], last: dict[int,
     ----------
     every : nodes of all data sets. last : of each node its last telling.
     """
-    size = max((float(np.abs(p.coords).max()) for p in last.values()), default=0.0)
+    if len(every) == len(last):
+        return
+    size = max(float(np.abs(p.coords).max()) for p in last.values())
     for one, label, p in every:
         now = last[label]
         if p.defined == now.defined and np.abs(now.coords - p.coords).max() > SAME * size:
