@@ -141,6 +141,12 @@ def couple(
     """
     if not systems:
         raise InputError("no System to couple", expected="one or more")
+    for other in (s for s in systems if not isinstance(s, System)):
+        raise InputError(
+            f"a {type(other).__name__} to couple",
+            expected="Systems, as creak.system_from_matrices and creak.craig_bampton make them",
+            fix="Give its parts one by one, or run a study of the deck.",
+        )
     if any(s.supports.count or s.damping.modal_shapes is not None for s in systems):
         raise InputError(
             "a System with prescribed motion or modal damping is joined",

@@ -271,3 +271,8 @@ def test_labels_are_names_however_large():
     bare = creak.couple(creak.system_from_matrices(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), labels=spread[2:4]))
     with pytest.raises(creak.InputError, match=f"acts at dof {spread[3]}, but it has neither"):
         bare.bear(spread[3:4])
+
+
+def test_what_is_no_system_is_not_joined():
+    with pytest.raises(creak.InputError, match="a ndarray to couple; expected Systems"):
+        creak.couple(np.eye(2))
