@@ -25,7 +25,7 @@ from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
-from creak.dynamics.flow.model import FlowForm, driven, flow_model
+from creak.dynamics.flow.model import FlowForm, driven, flow_model, following
 from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
@@ -121,7 +121,9 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         return np.asarray(inverse @ x).reshape(2, n)
 
     mobility = (rows_u[: gaps.m] / mass) ** 2
-    return FlowForm(model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility)
+    q = following(terms)
+    follow = np.array([start(x, np.zeros(n)).ravel() for x in q.T]).reshape(q.shape[1], 2 * n).T
+    return FlowForm(model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility, follow)
 
 
 def _mass_products(system: System) -> FloatArray:

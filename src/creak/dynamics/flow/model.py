@@ -139,6 +139,8 @@ class FlowForm:
     """(n,) squares of the frequencies of the modes without damping."""
     mobility: FloatArray
     """(m, n) square of what a mode moves of a gap, over its mass; 0 where it has none."""
+    follow: FloatArray
+    """(u1 - u0, n_support) of z where the pairs follow the supports at rest."""
 
     def motion(self, x: FlowState) -> tuple[FloatArray, FloatArray]:
         """(n,) coordinates of the System at an instant, and their velocities."""
@@ -180,7 +182,15 @@ def single_modes(
         lambda u, v: np.stack([u, v]),
         omega**2,
         rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
+        following(terms),
     )
+
+
+def following(terms: LinearTerms) -> FloatArray:
+    """(n, n_support) modal coordinates that follow the supports at rest, -K_qs / K; 0 where nothing holds them."""
+    k = np.asarray(terms.system.K.diagonal(), dtype=np.float64)
+    held = k > 0.0
+    return np.asarray(np.where(held, -1.0 / np.where(held, k, 1.0), 0.0)[:, None] * terms.on_all(terms.K_qs))
 
 
 def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[FloatArray, FloatArray, Shared]:
@@ -250,6 +260,11 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     ----------
     h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
 
+    What the filter takes off a gap, the pairs have in common with the supports that carry them: where these move slowly,
+    as all of their motion is beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part of
+    the gap is given to the supports, which take its part of the force as well: else a stop on the support that the part
+    stands on would open and close with the way of both.
+
     Friction does not push coordinates without mass: they follow the others and the loads at once, and the sides that
     rub follow them. Left out is what they give to friction alone, as the rotation of a shell's node whose neighbours
     are retained too: some .3 / (E t), a part of what the node itself gives in plane.
@@ -273,7 +288,10 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     for j in np.flatnonzero(constant):
         own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
         load[j], load_u[j], load_v[j] = -rest[own] @ lean[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
-    return model._replace(rows=rows, rates=rates, push=push, lean=lean, load=load, load_u=load_u, load_v=load_v)
+    rows_s = np.ascontiguousarray(model.rows_s + (model.rows - rows) @ form.follow)
+    return model._replace(
+        rows=rows, rates=rates, push=push, lean=lean, rows_s=rows_s, load=load, load_u=load_u, load_v=load_v
+    )
 
 
 def amplitudes(model: FlowModel, rows: slice) -> FloatArray:
