@@ -260,10 +260,10 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     ----------
     h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
 
-    What the filter takes off a gap, the pairs have in common with the supports that carry them: where these move slowly,
-    as all of their motion is beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part of
-    the gap is given to the supports, which take its part of the force as well: else a stop on the support that the part
-    stands on would open and close with the way of both.
+    Of what the filter takes off a gap, the pairs have a part in common with the supports that carry them: where these
+    move slowly beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part is given to the
+    supports, which take its share of the force as well. Else a stop on the support that the part stands on would open
+    and close with the way of both.
 
     Friction does not push coordinates without mass: they follow the others and the loads at once, and the sides that
     rub follow them. Left out is what they give to friction alone, as the rotation of a shell's node whose neighbours
