@@ -256,14 +256,14 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     instants, cos^2(omega h / 2) of what it is seen by away from where they do not act: by that share it is pushed by
     forces that go on, so that long steps and kicks rest at the same place.
 
+    Of what the filter takes off a gap, the pairs have a part in common with the supports that carry them: where these
+    move slowly beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part is given to
+    the supports, which take its share of the force as well. Else a stop on the support that the part stands on would
+    open and close with the way of both.
+
     Parameters
     ----------
     h : step near contact, s. rest : (m + 2 f,) channel forces at rest.
-
-    Of what the filter takes off a gap, the pairs have a part in common with the supports that carry them: where these
-    move slowly beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part is given to the
-    supports, which take its share of the force as well. Else a stop on the support that the part stands on would open
-    and close with the way of both.
 
     Friction does not push coordinates without mass: they follow the others and the loads at once, and the sides that
     rub follow them. Left out is what they give to friction alone, as the rotation of a shell's node whose neighbours
