@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy.linalg as sla
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
@@ -47,6 +48,10 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
 
     It stays as it is where the damping is another, where f_max was not raised and modes are left, and beyond `LARGEST`.
     All shapes take part in each step, which a march of the whole time cannot afford.
+
+    Shapes of a reduced model are mass-normalised by its own mass, which is off where its last modes are known to few
+    digits. They are made orthonormal by that of the whole, the lowest first: a product of two that are not would damp
+    low modes as the highest are.
     """
     whole, small = reference.system, reduced.system
     n, k = whole.n, small.n
@@ -54,5 +59,10 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
         return whole
     own, R = reduced_modes(small, np.inf), reference.support_shapes
     at_rest = np.zeros((small.supports.count, own.omega2.size))
-    known = replace(own, shapes=recovered_on(whole, small, own.shapes, at_rest))
+    shapes = recovered_on(whole, small, own.shapes, at_rest)
+    try:
+        upper = sla.cholesky(shapes.T @ np.asarray(whole.M @ shapes))
+    except np.linalg.LinAlgError:
+        return whole
+    known = replace(own, shapes=np.ascontiguousarray(sla.solve_triangular(upper, shapes.T, trans="T").T))
     return with_modal_damping(without_modal_damping(whole, R), known, R, zeta, beyond=not reduced.complete)

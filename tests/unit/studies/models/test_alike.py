@@ -10,6 +10,7 @@ import creak
 from creak.assembly.system import to_dense
 from creak.reduction.modal import without_modal_damping
 from creak.studies.file.reader import read_study
+from creak.studies.models import alike
 from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
@@ -58,14 +59,32 @@ def test_every_mode_has_its_share_of_critical(setup, complete):
     def shares(system):
         return np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * omega)
 
-    alike = damped_alike(setup.modal, True, reference, reduced)
-    np.testing.assert_allclose(shares(alike), ZETA, rtol=1e-6)
-    own = phi.T @ damping(alike) @ phi
+    like = damped_alike(setup.modal, True, reference, reduced)
+    np.testing.assert_allclose(shares(like), ZETA, rtol=1e-6)
+    own = phi.T @ damping(like) @ phi
     scale = np.sqrt(np.outer(omega, omega)) * 2.0 * ZETA
     assert np.abs(own - np.diag(np.diag(own))).max() < 1e-6 * scale.max()
     before = shares(reference.system)
     assert before[0] == pytest.approx(ZETA, rel=1e-6)
     assert before[-1] > 5.0 * ZETA
+
+
+def test_shapes_that_are_not_orthonormal_do_not_damp_low_modes(setup, complete, monkeypatch):
+    """The last shape with ten times the first one in it: the share of the first mode was 1e2 omega_n / omega_1 times its
+    own."""
+    reduced, reference = complete
+    real = alike.recovered_on
+
+    def mixed(*given):
+        shapes = real(*given).copy()
+        shapes[:, -1] += 10.0 * shapes[:, 0]
+        return shapes
+
+    monkeypatch.setattr(alike, "recovered_on", mixed)
+    system = damped_alike(setup.modal, True, reference, reduced)
+    omega2, phi = sla.eigh(to_dense(reference.system.K), to_dense(reference.system.M))
+    shares = np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * np.sqrt(omega2))
+    np.testing.assert_allclose(shares, ZETA, rtol=1e-5)
 
 
 def test_a_structure_that_its_supports_carry_along_is_not_damped(setup, complete):
