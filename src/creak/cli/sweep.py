@@ -78,15 +78,11 @@ def sweep(
     cases = resolve(read, folder, converge)
     output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
     if dry_run:
-        _list(output, cases, finished(cases, folder, rename=False))
-        for way, word in (
-            (None, "neither --converge nor --no-converge"),
-            (True, "--converge"),
-            (False, "--no-converge"),
-        ):
-            other = finished([replace(case, converge=way) for case in cases], folder, rename=False)
-            if other and way is not converge:
-                output.say(f"finished with {word}: {len(other)}")
+        ways = {way: finished([replace(c, converge=way) for c in cases], folder, rename=False) for way in WAYS}
+        _list(output, cases, ways.pop(converge))
+        for way, found in ways.items():
+            if found:
+                output.say(f"finished with {WAYS[way]}: {len(found)}")
         return
     check_cluster(scheduler, output)
     if reports:
@@ -151,6 +147,10 @@ def write_case_alone(case: Evaluation, folder: Path) -> None:
     from creak.api.result import Result
 
     Result.of(case).save(folder, 0.0)
+
+
+WAYS = {None: "neither --converge nor --no-converge", True: "--converge", False: "--no-converge"}
+"""Ways to run the cases of a sweep."""
 
 
 def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> None:

@@ -201,8 +201,10 @@ def overhang(model: Model, pair: ContactPair, operator: GapOperator) -> tuple[In
     operator : the channels of the pair.
     """
     rows = nodes_of(model, pair.secondary, where=f"{pair.where} secondary").rows
-    apart = np.setdiff1d(rows, main_facets(model, pair).nodes)
-    return np.setdiff1d(apart, operator.nodes_idx), apart.size
+    left = np.setdiff1d(rows, operator.nodes_idx)
+    if left.size:
+        left = np.setdiff1d(left, main_facets(model, pair).nodes)
+    return left, left.size + np.unique(operator.nodes_idx).size
 
 
 def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:

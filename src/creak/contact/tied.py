@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from creak.arrays import BoolArray, IntArray
+from creak.arrays import BoolArray
 from creak.contact.gap_operator import GapOperator
+from creak.contact.pair import ContactPair, main_facets
 from creak.model.constraints import Constraint, Equation, Tie
 from creak.model.dofs import TRANSLATIONS, nodes_of
+from creak.model.mesh import Model
 
 
-def tied_channels(constraints: Sequence[Constraint], operator: GapOperator, main: Callable[[], IntArray]) -> BoolArray:
+def tied_channels(model: Model, pair: ContactPair, operator: GapOperator) -> BoolArray:
     """(m,) channels whose node is tied to the main surface opposite it, or whose main nodes are all tied to the
     secondary surface.
 
@@ -21,13 +23,13 @@ def tied_channels(constraints: Sequence[Constraint], operator: GapOperator, main
 
     Parameters
     ----------
-    main : the nodes of the main surface, asked for where ties touch the channels.
+    operator : the channels of the pair.
     """
-    leaders = dict(_ties(constraints, set(nodes_of(operator.labels).tolist())))
+    leaders = dict(_ties(model.constraints, set(nodes_of(operator.labels).tolist())))
     tied = np.zeros(operator.m, dtype=bool)
     if not leaders:
         return tied
-    surface, G = set(main().ravel().tolist()), operator.G.tocsr()
+    surface, G = set(main_facets(model, pair).nodes.ravel().tolist()), operator.G.tocsr()
     for k, node in enumerate(operator.nodes_idx.tolist()):
         row = set(nodes_of(operator.labels[G.indices[G.indptr[k] : G.indptr[k + 1]]]).tolist())
         opposite, own = row & surface, row - surface

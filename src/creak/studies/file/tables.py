@@ -16,6 +16,9 @@ from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
 from creak.model.magnitude import LARGEST, computable
 
+HEAD = 1 << 16
+"""Bytes in which the first line of a table ends."""
+
 
 def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value")) -> tuple[FloatArray, FloatArray]:
     """Both columns, each (n,), of a CSV file with that header; the first increases.
@@ -59,11 +62,11 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
     header, rows = header_of(lines, path)
     if channel is None and header[:2] == ["time", "value"]:
         return _increasing(path, rows, ("time", "value"))
-    return table_column(path, header, rows, channel or _only_column(path, header, lines))
+    return table_column(path, header, rows, channel or _only_column(path, lines))
 
 
-def _only_column(path: Path, header: list[str], lines: Sequence[str]) -> str:
-    """`value`, or the only column beside time, as its head is written.
+def _only_column(path: Path, lines: Sequence[str]) -> str:
+    """`value`, or the only column beside time, as its head is written: the first of the lines.
 
     Raises
     ------
@@ -71,10 +74,10 @@ def _only_column(path: Path, header: list[str], lines: Sequence[str]) -> str:
     """
     first = next((line for line in lines if line.strip()), "")
     written = [cell.strip() for _, row in csv_rows([first], path, separator_of(first)) for cell in row]
-    if header[:2] == ["time", "value"]:
+    if [cell.lower() for cell in written[:2]] == ["time", "value"]:
         return "value"
     named = [cell for cell in written[1:] if cell and not np.isfinite(number(cell))]
-    if len(header) == 2 and named:
+    if len(written) == 2 and named:
         return written[1]
     raise InputError(
         f"the table starts with {','.join(written) or 'nothing'}",
@@ -110,10 +113,7 @@ def signal_unit(path: Path, channel: str | None, where: str) -> str:
     `read_signal`; of a CSV file the head of the column tells it."""
     if is_measured(path):
         return chosen_channel(path, _name_or_number(channel), where).unit
-    if channel is None:
-        lines = read_lines(path, where, "table")
-        channel = _only_column(path, header_of(lines, path)[0], lines)
-    return name_and_unit(channel)[1]
+    return name_and_unit(channel or _only_column(path, read_lines(path, where, "table", HEAD)))[1]
 
 
 def head_of_axis(path: Path, head: str, table: Mapping[str, float], what: str) -> tuple[str, float]:
@@ -171,18 +171,23 @@ def header_of(lines: Sequence[str], path: Path) -> tuple[list[str], Rows]:
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
 
 
-def read_lines(path: Path, where: str, kind: str) -> list[str]:
+def read_lines(path: Path, where: str, kind: str, most: int = -1) -> list[str]:
     """Lines of a text file: UTF-8, UTF-16 where it starts with the mark of that, else Latin-1.
+
+    Parameters
+    ----------
+    most : bytes that are read, whose last line may be cut; -1: all.
 
     Raises
     ------
     InputError : no such file, or unreadable.
     """
     try:
-        data = plain_file(path, where).read_bytes()
+        with plain_file(path, where).open("rb") as file:
+            data = file.read(most)
         encoding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
         try:
-            return data.decode(encoding).splitlines()
+            return codecs.getincrementaldecoder(encoding)().decode(data, final=most < 0).splitlines()
         except UnicodeDecodeError:
             return data.decode("latin-1").splitlines()
     except FileNotFoundError as error:

@@ -46,7 +46,8 @@ def damped_alike(zeta: ModalDamping | None, raised: bool, reference: ReferenceMo
     grows with the frequency (`with_modal_damping`), so a blow that excites modes up to many times the first f_max loses
     up to a tenth of its impulse to that.
 
-    It stays as it is where the damping is another, where f_max was not raised and modes are left, and beyond `LARGEST`.
+    It stays as it is where the damping is another, where f_max was not raised and modes are left, beyond `LARGEST`, and
+    where the shapes are not independent.
     All shapes take part in each step, which a march of the whole time cannot afford.
 
     Shapes of a reduced model are mass-normalised by its own mass, which is off where its last modes are known to few

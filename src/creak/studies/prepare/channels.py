@@ -6,7 +6,7 @@ from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface, overhang
-from creak.contact.pair import ContactPair, listed, main_facets
+from creak.contact.pair import ContactPair, listed
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.contact.tied import tied_channels
 from creak.errors import InputError
@@ -59,7 +59,7 @@ def _overhang(model: Model, pair: ContactPair, operator: GapOperator) -> list[st
 
 def _that_can_move(model: Model, pair: ContactPair, operator: GapOperator) -> tuple[GapOperator, list[str]]:
     """The channels that a tie does not hold, and a note of the others."""
-    stuck = tied_channels(model.constraints, operator, lambda: main_facets(model, pair).nodes)
+    stuck = tied_channels(model, pair, operator)
     if not stuck.any():
         return operator, []
     said = (

@@ -10,14 +10,13 @@ from itertools import product
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
-from creak.contact.node_to_surface import node_to_surface
-from creak.contact.pair import ContactPair, main_facets
-from creak.contact.surface_to_surface import surface_to_surface
+from creak.contact.pair import ContactPair
 from creak.contact.tied import tied_channels
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES
 from creak.progress import Progress
+from creak.studies.prepare.channels import METHODS
 from creak.studies.propose.joints import linked_parts
 from creak.studies.propose.opposite import STRAIGHT, Met
 from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of
@@ -298,15 +297,13 @@ def _ends(model: Model, n: Near) -> list[Contact]:
 def _tried(model: Model, c: Contact) -> Contact:
     """With its channels, or what keeps it from having any."""
     pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal)
+    if c.labels:
+        model = replace(model, node_sets={**model.node_sets, c.secondary: np.array(c.nodes)})
     try:
-        if c.method == "surface-to-surface":
-            operator, _ = surface_to_surface(model, pair)
-        else:
-            sets = {**model.node_sets, **({c.secondary: np.array(c.nodes)} if c.labels else {})}
-            operator, _ = node_to_surface(replace(model, node_sets=sets), pair)
+        operator, _ = METHODS[c.method](model, pair)
     except InputError as error:
         return replace(c, problem=error.what)
-    stuck = tied_channels(model.constraints, operator, lambda: main_facets(model, pair).nodes)
+    stuck = tied_channels(model, pair, operator)
     if stuck.all():
         return replace(c, problem=TIED)
     operator = operator.select(np.flatnonzero(~stuck))

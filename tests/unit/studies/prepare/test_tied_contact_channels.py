@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.pair import ContactPair, main_facets
+from creak.contact.pair import ContactPair
 from creak.contact.tied import tied_channels
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
@@ -65,7 +65,7 @@ def test_what_is_left_out_cannot_move(tmp_path):
     model = lap(tmp_path, "*TIE, NAME=T, TIED NSET=SOME\nUPPER_FACE, LOWER_FACE\n")
     pair = ContactPair("lap", "UPPER_FACE", "LOWER_FACE", "node-to-surface")
     operator, _ = node_to_surface(model, pair)
-    stuck = tied_channels(model.constraints, operator, lambda: main_facets(model, pair).nodes)
+    stuck = tied_channels(model, pair, operator)
     assert (stuck.sum(), operator.m) == (4, 16)
     u = np.random.default_rng(3).normal(size=(model.nodes.count, 6))
     for c in model.constraints:

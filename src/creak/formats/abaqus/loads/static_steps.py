@@ -116,17 +116,18 @@ def _replaced(before: list[PointLoad], now: Sequence[PointLoad]) -> list[PointLo
     InputError : a node has one of an earlier step, given under another name: whether they add up is not told.
     """
     new = {(load.name, load.dof) for load in now}
+    kept = [load for load in before if (load.name, load.dof) not in new]
+    names = {int(x): load.name for load in kept for x in node_dofs(load.nodes_idx, (load.dof,))}
     for load in now:
-        at = {int(x) for x in node_dofs(load.nodes_idx, (load.dof,))}
-        for old in before:
-            if (old.name, old.dof) not in new and at & {int(x) for x in node_dofs(old.nodes_idx, (old.dof,))}:
-                raise InputError(
-                    f"*CLOAD on {load.name} loads nodes that an earlier step loads as {old.name}",
-                    expected="the same name, to replace it",
-                    where=load.where,
-                    fix="Name the same set in both, or give all loads anew with OP=NEW.",
-                )
-    return [*(load for load in before if (load.name, load.dof) not in new), *now]
+        other = next((names[x] for x in node_dofs(load.nodes_idx, (load.dof,)).tolist() if x in names), None)
+        if other is not None:
+            raise InputError(
+                f"*CLOAD on {load.name} loads nodes that an earlier step loads as {other}",
+                expected="the same name, to replace it",
+                where=load.where,
+                fix="Name the same set in both, or give all loads anew with OP=NEW.",
+            )
+    return [*kept, *now]
 
 
 def _check_goes_on(
