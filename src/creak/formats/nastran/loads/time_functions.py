@@ -129,16 +129,15 @@ def _over_run(points: FloatArray, dt: float, end: float, flat: bool) -> FloatArr
     for k in range(1, t.size):
         t[k] = max(t[k], t[k - 1] + apart[k])
     points = np.column_stack([t, points[:, 1]])
-    before, after = ((0.0, points[0, 1]), (end, points[-1, 1])) if flat else (None, None)
     if t[0] > 0.0:
-        points = np.concatenate([[before or _beyond(points[0], points[1], 0.0)], points])
+        points = np.concatenate([[_beyond(points[0], points[1], 0.0, flat)], points])
     if t[-1] < end:
-        points = np.concatenate([points, [after or _beyond(points[-1], points[-2], end)]])
+        points = np.concatenate([points, [_beyond(points[-1], points[-2], end, flat)]])
     return points
 
 
-def _beyond(end: FloatArray, inner: FloatArray, time: float) -> tuple[float, float]:
-    slope = float((end[1] - inner[1]) / (end[0] - inner[0]))
+def _beyond(end: FloatArray, inner: FloatArray, time: float, flat: bool) -> tuple[float, float]:
+    slope = 0.0 if flat else float((end[1] - inner[1]) / (end[0] - inner[0]))
     return time, float(end[1]) + slope * (time - float(end[0]))
 
 
