@@ -66,7 +66,7 @@ def pair_modes(freq_ref: FloatArray, shapes_ref: FloatArray, freq_red: FloatArra
     )
     partner = _partners(matrix, allowed)
     mac = np.where(partner >= 0, matrix[np.arange(n_ref), partner], 0.0)
-    for i in range(n_ref):
+    for i in np.flatnonzero(partner >= 0).tolist():
         near = np.flatnonzero(np.abs(freq_ref - freq_ref[i]) <= CLOSE * freq_ref[i])
         mates = partner[near][partner[near] >= 0]
         if mates.size > 1:
