@@ -86,7 +86,7 @@ def static_terms(
                 modal[k][:, block] = fixed.shapes.T @ momentum
             last = times is products[-1]
             inner[k][:, block] = -(F_near @ inside.solve(momentum, X if last else None)[near])
-        if told is not None and block.start == 0 and not _alike(told[:, block], modal[0][:, block]):
+        if told is not None and block.start == 0 and not alike(told[:, block], modal[0][:, block]):
             told = None
         if report is not None:
             report(block.stop, n)
@@ -100,7 +100,8 @@ def _modal_mass(fixed: Modes, F_near: Matrix, near: IntArray) -> FloatArray:
     return np.asarray(F_near @ np.ascontiguousarray(fixed.shapes[near])).T / -fixed.omega2[:, None]
 
 
-def _alike(told: FloatArray, found: FloatArray) -> bool:
+def alike(told: FloatArray, found: FloatArray) -> bool:
+    """Whether products of modes and constraint modes are `told` by the modes as they were `found`."""
     return bool(np.abs(told - found).max(initial=0.0) <= EXACT * np.abs(found).max(initial=0.0))
 
 

@@ -379,6 +379,23 @@ def test_rotations_with_next_to_no_inertia_blur_no_low_mode(light):
     np.testing.assert_allclose(shapes.T @ M @ shapes, np.eye(50), atol=1e-9)
 
 
+@pytest.mark.parametrize("thick", [1e-3, 1e-4, 5e-6])
+def test_dense_modes_of_a_foil_are_those_of_the_inverse_problem(thick):
+    """M x = mu K x has its largest eigenvalues, which round-off blurs least, where the pencil has its lowest.
+
+    The rotations' inertia is m t^2 / 12: of a foil the highest eigenvalue is 1e16 times the lowest.
+    """
+    coords, quads = plate(6, 5, (0.4, 0.25))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(thick))]), 0, NO_DAMPING)
+    K, M = (A.toarray()[24:, 24:] for A in (part.K, part.M))
+    lam, shapes, blur = regular_pairs(K, M)
+    mu, Y = sla.eigh(M, K)
+    np.testing.assert_allclose(lam[:40], 1.0 / mu[:-41:-1], rtol=1e-8)
+    x, y = shapes[:, 0], Y[:, -1] / np.sqrt(mu[-1])
+    np.testing.assert_allclose(abs(x @ M @ y), 1.0, rtol=1e-9)
+    assert blur < 1e-4 * lam[0]
+
+
 def test_round_off_of_a_singular_mass_matrix_makes_no_rigid_modes():
     """A free chain with points without mass in between: omega^2 = 2 k / m sin^2(pi j / 2N), one of them 0."""
     count, k, m = 60, 1e5, 1e-3

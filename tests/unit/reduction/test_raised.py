@@ -49,6 +49,24 @@ def test_raised_is_as_good_as_reduced_anew(part, f_max, dashpots):
         np.testing.assert_allclose(mine, right, rtol=0.0, atol=1e-7 * np.abs(right).max(), err_msg=name)
 
 
+@pytest.mark.parametrize("thick", [1e-3, 2e-5])
+def test_modes_that_are_all_found_anew_bring_their_own_rows(thick):
+    """So many more modes that the dense eigensolver finds all of them, with other signs than Lanczos had.
+
+    The rows of M are Phi' (M_ib + M_ii Psi), Psi by a dense solver: the kinetic energy of one and the same motion.
+    """
+    coords, quads = plate(13, 9, (0.4, 0.25))
+    part = part_system(model_of(coords, [block("quad4", quads, shell(thick))]), 0, NO_DAMPING)
+    inside, f_max = Inside(part, np.arange(24)), 3e7 * thick
+    basis = fixed_interface_basis(inside, None, f_max, None, further=True)
+    found, matrices = raised(part, basis, reduced_matrices(part, basis), 2.0 * f_max)
+    shapes, known = found.fixed.shapes, basis.fixed.omega2.size
+    assert not np.array_equal(shapes[:, :known], basis.fixed.shapes)
+    Psi = -np.linalg.solve(inside.K_ii.toarray(), inside.K_ib.toarray())
+    right = shapes.T @ (inside.M_ib + inside.M_ii @ Psi)
+    np.testing.assert_allclose(to_dense(matrices.M)[24:, :24], right, rtol=0.0, atol=1e-7 * np.abs(right).max())
+
+
 def test_a_complete_part_stays_as_it_is(part):
     inside = Inside(part, np.arange(24))
     basis = fixed_interface_basis(inside, None, 1e9, None, further=True)
