@@ -13,7 +13,6 @@ from creak.errors import NumericalError
 from creak.linalg import modes as linalg_modes
 from creak.linalg import windows
 from creak.linalg.modes import DENSE_LIMIT, MANY, modes
-from creak.linalg.pencil import regular_pairs
 from helpers_cantilever import SECTION, planar
 from helpers_core import NO_DAMPING, block, model_of, part_system, plate, shell, straight_beam
 
@@ -356,44 +355,6 @@ def test_a_body_that_has_no_further_modes_gives_those_that_it_has(n, masses):
     found = modes(K, sp.csr_matrix(sp.diags_array(mass)), f_max=1e-9, further=True)
     assert found.omega2.size == min(masses, 3)
     assert (found.next_omega2 == np.inf) == (masses <= 3)
-
-
-@pytest.mark.parametrize("light", [1e-13, 1e-9, 1e-3])
-def test_rotations_with_next_to_no_inertia_blur_no_low_mode(light):
-    """A free chain of 40 masses of 1, to ten of which a light one m is tied by a stiff spring k: k / m is 1e19 at most.
-
-    The inverse problem M x = mu (K + s M) x has its largest eigenvalues, which round-off blurs least, where the pencil
-    has its lowest.
-    """
-    n, k, stiff = 40, np.arange(0, 40, 4), 1e6
-    K, M = np.zeros((50, 50)), np.diag(np.concatenate([np.ones(n), np.full(10, light)]))
-    K[:n, :n] = long_chain(n, held=False)[0].toarray()
-    for i, j in zip(k, np.arange(n, 50), strict=True):
-        K[np.ix_([i, j], [i, j])] += stiff * np.array([[1.0, -1.0], [-1.0, 1.0]])
-    exact = np.sort(1.0 / sla.eigh(M, K + 1e3 * M)[0] - 1e3)[:12]
-    found = modes(K, M, count=12, free=True)
-    assert found.omega2[0] == 0.0
-    np.testing.assert_allclose(found.omega2[1:], exact[1:], rtol=1e-9)
-    lam, shapes, _ = regular_pairs(K, M)
-    np.testing.assert_allclose(lam[1:12], exact[1:], rtol=1e-9)
-    np.testing.assert_allclose(shapes.T @ M @ shapes, np.eye(50), atol=1e-9)
-
-
-@pytest.mark.parametrize("thick", [1e-3, 1e-4, 5e-6])
-def test_dense_modes_of_a_foil_are_those_of_the_inverse_problem(thick):
-    """M x = mu K x has its largest eigenvalues, which round-off blurs least, where the pencil has its lowest.
-
-    The rotations' inertia is m t^2 / 12: of a foil the highest eigenvalue is 1e16 times the lowest.
-    """
-    coords, quads = plate(6, 5, (0.4, 0.25))
-    part = part_system(model_of(coords, [block("quad4", quads, shell(thick))]), 0, NO_DAMPING)
-    K, M = (A.toarray()[24:, 24:] for A in (part.K, part.M))
-    lam, shapes, blur = regular_pairs(K, M)
-    mu, Y = sla.eigh(M, K)
-    np.testing.assert_allclose(lam[:40], 1.0 / mu[:-41:-1], rtol=1e-8)
-    x, y = shapes[:, 0], Y[:, -1] / np.sqrt(mu[-1])
-    np.testing.assert_allclose(abs(x @ M @ y), 1.0, rtol=1e-9)
-    assert blur < 1e-4 * lam[0]
 
 
 def test_round_off_of_a_singular_mass_matrix_makes_no_rigid_modes():
