@@ -17,11 +17,12 @@ from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
+from creak.studies.design.named_nodes import REACH
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.places import Places
-from creak.studies.prepare.eline_points import Pairs, pairs_of, places_or_pairs
+from creak.studies.prepare.eline_points import FIX_POINT, Pairs, pairs_of, places_or_pairs
 from creak.studies.prepare.pairs import sides_meant
 from creak.studies.prepare.tolerances import point_tolerances, points_of
 
@@ -145,6 +146,7 @@ def _drawn(model: Model, given: Lines, name: str) -> GapOperator:
     where = at.where("eline", name)
     secondary = nodes_of(model, t.secondary, where=f"{where} secondary").rows
     if places is not None:
+        _require_near(model, t, places, secondary, where)
         tree = cKDTree(model.nodes.coords[secondary])
         secondary = secondary[np.array(list(dict.fromkeys(tree.query(places)[1].tolist())), dtype=np.int64)]
     if _has_facets(model, t.main):
@@ -152,6 +154,31 @@ def _drawn(model: Model, given: Lines, name: str) -> GapOperator:
     main = nodes_of(model, t.main, where=f"{where} main").rows
     nearest = cKDTree(model.nodes.coords[main]).query(model.nodes.coords[secondary])[1]
     return _between(model, t, name, at, pairs_of(model, t, main[nearest], secondary, at.where("eline", name)))
+
+
+def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: IntArray, where: str) -> None:
+    """Refuse a place along a line that is on neither side of it: farther than `REACH` and the nodes are apart there."""
+    from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
+
+    X, reach = model.nodes.coords, REACH * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
+    main = nodes_of(model, t.main or "", where=f"{where} main").rows
+    beyond, least = [], []
+    for rows in (main, secondary):
+        tree = cKDTree(X[rows])
+        off, nearest = tree.query(places)
+        apart = tree.query(X[rows[nearest]], k=2)[0][:, 1] if rows.size > 1 else np.zeros(off.size)
+        beyond.append(off - apart)
+        least.append(off)
+    k = int(np.min(beyond, axis=0).argmax())
+    if min(b[k] for b in beyond) > reach:
+        raise InputError(
+            f"no node of {t.main!r} or {t.secondary!r} lies near ({', '.join(f'{x:g}' for x in places[k])}): the "
+            f"nearest is {min(off[k] for off in least):.4g} away",
+            where=f"{where} points",
+            expected=f"places between both sides, in the deck's axes and units, to {reach:.3g} (1/100 of the model's "
+            "size) and the distance of the nodes there",
+            fix=FIX_POINT[0],
+        )
 
 
 def _has_facets(model: Model, name: str) -> bool:

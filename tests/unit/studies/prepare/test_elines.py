@@ -225,6 +225,10 @@ WRONG = {
         '[eline.a]\nmain = "TIP_LOWER"\nsecondary = "TIP_UPPER"\nnormal = [0, 0, -1]\n',
         ["behind", "[eline.a.normal]", "exchange"],
     ),
+    "far places": (
+        '[eline.a]\nmain = "TIP_LOWER"\nsecondary = "UPPER"\npoints = [[60, 10, 1], [600, 10, 1]]\n',
+        ["[eline.a] points", "(600, 10, 1)", "480", "deck's axes and units"],
+    ),
     "same place": ('[eline.a]\nmain = "TIP_UPPER"\nsecondary = "TIP_UPPER"\n', ["one place", "normal"]),
 }
 
