@@ -13,9 +13,9 @@ from creak.studies.run.static_start import started
 
 
 def screen(setup: Setup, progress: Progress) -> LineFindings:
-    """Measures of all E-lines over the verification window, in a run of the assembly's modes without contact.
+    """Measures of all E-lines over the whole run, of the assembly's modes without contact.
 
-    Modes up to three times the highest frequency of the excitation ride on the quasi-static motion of supports and
+    A gap that closes before the verification window closes too. Modes up to three times the highest frequency of the excitation ride on the quasi-static motion of supports and
     loads, as in the pre-check.
 
     Raises
@@ -42,11 +42,13 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
         )
     bare = replace(setup, contacts=setup.contacts.select(NO_STEPS), connectors=setup.connectors.select(NO_STEPS))
     setup = replace(setup, elines=started(bare, reference, progress).elines)
-    linear = modal_measures(setup.marching, setup.elines, setup.reduction, reference, progress)
+    marching = setup.marching
+    whole = replace(marching, course=replace(marching.course, repeats=None, until=None))
+    linear = modal_measures(whole, setup.elines, setup.reduction, reference, progress)
     highest = reference.modes.frequencies.max(initial=0.0)
     if linear is None:
         raise InputError(
-            "the verification window is too long for the modes to be kept",
+            "the run is too long for the modes to be kept",
             where=study.places.where("time"),
             fix="Shorten the run.",
         )
