@@ -97,16 +97,33 @@ def test_distance_decides_what_is_near(creak, tmp_path):
     assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
 
 
+SURFACES = "*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n"
+AWAY = "*SURFACE, NAME=ABOVE\nUPPER, SPOS\n*SURFACE, NAME=BELOW\nLOWER, SNEG\n"
+
+
+@pytest.mark.parametrize(("surfaces", "named"), [(AWAY + SURFACES, "UNDER OVER"), (AWAY, "UPPER LOWER")])
+def test_surfaces_that_look_away_are_passed_over(creak, tmp_path, surfaces, named):
+    """The first surfaces of the deck are the backs of both strips; the element sets touch with either side."""
+    told, _ = new(creak, tmp_path, two_strips().replace(SURFACES, surfaces))
+    assert [f"{c['secondary']} {c['main']}" for c in told["contacts"]] == [named]
+    assert told["ready"]
+    assert told["contacts"][0]["start"] == pytest.approx(0.5, abs=1e-9)
+
+
 def test_a_study_whose_only_contact_is_commented_out_is_nothing_to_run_next(creak, tmp_path):
-    """Both surfaces look away from each other."""
-    deck = two_strips().replace("UPPER, SNEG", "UPPER, SPOS").replace("LOWER, SPOS", "LOWER, SNEG")
+    """Both surfaces look away from each other, and nothing else has a name."""
+    deck = re.sub("ELSET=(UPPER|LOWER)", "ELSET=ALL", two_strips())
+    first, second = [m.start() for m in re.finditer(r"\*SHELL SECTION", deck)]
+    own = "*ELSET, ELSET=_U, GENERATE\n1, 24, 1\n*ELSET, ELSET=_L, GENERATE\n1001, 1024, 1\n"
+    away = AWAY.replace("UPPER", "_U").replace("LOWER", "_L")
+    deck = (deck[:first] + deck[second:]).replace(SURFACES, own + away)
     text = without_contact(creak, tmp_path, deck)
-    assert "is left out, because surfaces 'UNDER' and 'OVER'" in text
+    assert "is left out, because surfaces 'ABOVE' and 'BELOW'" in text
 
 
 def test_near_parts_without_names_of_their_own_are_not_called_far(creak, tmp_path):
     deck = re.sub("ELSET=(UPPER|LOWER)", "ELSET=ALL", two_strips())
-    deck = deck.replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    deck = deck.replace(SURFACES, "")
     first, second = [m.start() for m in re.finditer(r"\*SHELL SECTION", deck)]
     text = without_contact(creak, tmp_path, deck[:first] + deck[second:])
     assert "the deck has no surface or element set of PART-1 and PART-2 alone" in text
@@ -123,7 +140,7 @@ def test_parts_that_overlap_are_told(creak, tmp_path):
 
 
 def test_without_surfaces_the_element_sets_are_named(creak, tmp_path):
-    deck = two_strips().replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    deck = two_strips().replace(SURFACES, "")
     told, _ = new(creak, tmp_path, deck)
     assert (told["contacts"][0]["secondary"], told["contacts"][0]["main"]) == ("UPPER", "LOWER")
     assert told["ready"]
@@ -131,7 +148,7 @@ def test_without_surfaces_the_element_sets_are_named(creak, tmp_path):
 
 def test_the_set_that_fits_best_is_named(creak, tmp_path):
     """The rooted half of the upper strip stands high above the lower one: the set of the other half fits better."""
-    deck = two_strips().replace("*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n", "")
+    deck = two_strips().replace(SURFACES, "")
     far = deck.replace(
         "*NSET, NSET=PAIRS", "*ELSET, ELSET=NEAR\n7, 8, 9, 10, 11, 12, 19, 20, 21, 22, 23, 24\n*NSET, NSET=PAIRS"
     )

@@ -120,7 +120,7 @@ def find_contacts(model: Model, near: Sequence[Near], distance: float, progress:
 
 
 def _of_faces(model: Model, n: Near) -> list[Contact]:
-    sides, found = [covering_sets(model, n.elements[i], n.parts[i]) for i in (0, 1)], []
+    sides, found = [covering_sets(model, n, side) for side in (0, 1)], []
     for first, second in product(*sides):
         members = [numbers_of(model, first), numbers_of(model, second)]
         facing = np.isin(n.touching[:, 0], members[0]) & np.isin(n.touching[:, 1], members[1])
@@ -217,7 +217,7 @@ def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str]) 
 def _of_edge(model: Model, n: Near) -> list[Contact]:
     """The free edge of shells on a face: node by node, for the edge has no area."""
     found = []
-    for main in covering_sets(model, n.elements[1], n.parts[1]):
+    for main in covering_sets(model, n, 1):
         over = n.met.where(np.isin(n.met.element, numbers_of(model, main)))
         for met in _by_direction(over):
             drawn = replace(_nodes(model, met, n.parts, main, "edge"), edge=True)

@@ -11,6 +11,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from creak.arrays import FloatArray, IntArray
+from creak.contact.facets import facets_of
+from creak.errors import InputError
 from creak.model.constraints import tied_nodes
 from creak.model.materials import BeamSection
 from creak.model.mesh import Model
@@ -152,17 +154,24 @@ def closest_parts(model: Model) -> tuple[str, str, float] | None:
     return min(pairs, key=lambda p: p[2], default=None)
 
 
-def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:
+def covering_sets(model: Model, n: Near, side: int) -> list[str]:
     """Names of surfaces and element sets of a part that fit its near elements best, none overlapping another.
 
-    A set fits by 2 |set and near| / (|set| + |near|): all of what is near, and little else.
+    A set fits by 2 |set and near| / (|set| + |near|): all of what is near, and little else. Surfaces that look away
+    from the other part are taken only where there are no others.
 
     Parameters
     ----------
-    near : numbers of elements of the part.
+    side : 0: of the first part, 1: of the second.
     """
-    index = next(i for i, p in enumerate(model.parts) if p.name == part)
-    candidates = dict(_sets_of_part(model, index))
+    near, index = n.elements[side], next(i for i, p in enumerate(model.parts) if p.name == n.parts[side])
+    every = dict(_sets_of_part(model, index))
+    seen = {name: members for name, members in every.items() if _looks_at(model, name, n.met, side)}
+    return _covering(model, seen, near) or _covering(model, every, near)
+
+
+def _covering(model: Model, candidates: Mapping[str, IntArray], near: IntArray) -> list[str]:
+    """Those of some sets of elements that fit best."""
     left, taken = np.zeros((2, element_numbers(model)[-1]), dtype=bool)
     left[near] = True
     chosen: list[str] = []
@@ -177,6 +186,24 @@ def covering_sets(model: Model, near: IntArray, part: str) -> list[str]:
         left[candidates[name]] = False
         taken[candidates[name]] = True
     return chosen
+
+
+def _looks_at(model: Model, name: str, met: Met, side: int) -> bool:
+    """Whether a surface of a part has facets near the other part that look at it; an element set looks every way."""
+    if name.upper() not in model.surfaces:
+        return True
+    try:
+        facets = facets_of(model, name, where=name)
+    except InputError:  # the contact that is tried says it
+        return True
+    toward = np.where((met.side == side)[:, None], -met.toward, met.toward)
+    away, at = cKDTree(model.nodes.coords[met.nodes]).query(facets.coords.mean(axis=1))
+    normals = facets.area_normals
+    reach = away.min() + np.linalg.norm(np.ptp(facets.coords, axis=1), axis=1)
+    areas, cosine = np.linalg.norm(normals, axis=1), np.einsum("nx,nx->n", normals, toward[at])
+    looking = (facets.side == 0) | (facets.side * cosine > 0.0)
+    close = away <= reach
+    return bool(areas[close & looking].sum() >= LEAST * areas[close].sum())
 
 
 def fitting_node_set(model: Model, near: IntArray, part: str) -> str | None:
