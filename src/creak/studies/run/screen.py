@@ -15,8 +15,8 @@ from creak.studies.run.static_start import started
 def screen(setup: Setup, progress: Progress) -> LineFindings:
     """Measures of all E-lines over the whole run, of the assembly's modes without contact.
 
-    A gap that closes before the verification window closes too. Modes up to three times the highest frequency of the excitation ride on the quasi-static motion of supports and
-    loads, as in the pre-check.
+    A gap that closes before the verification window closes too. Modes up to three times the highest frequency of the
+    excitation ride on the quasi-static motion of supports and loads, as in the pre-check.
 
     Raises
     ------

@@ -37,7 +37,7 @@ def line_of(text, words):
     ("old", "new", "said"),
     [
         ("2,1.,0.,0.", "2,1.,x,0.", "field 3 of *NODE is 'x'; expected a real number"),
-        ("2,1.,0.,0.", "2,&L,0.,0.", "creak does not read *PARAMETER"),
+        ("2,1.,0.,0.", "2,&L,0.,0.", "&L has no value; expected a name that *PARAMETER gives a value"),
         ("2,1.,0.,0.", "-2,1.,0.,0.", "expected an id above 0"),
         ("2,1.,0.,0.", "1,1.,0.,0.", "node 1 is defined twice, in different places"),
         ("2,1.,0.,0.", "2,1.,0.,0.,0,0,9", "a line of *NODE has 7 values; expected at most 6"),
@@ -137,7 +137,8 @@ def test_what_cannot_be_followed_is_refused(tmp_path, text, line, said):
         ("*CONSTRAINED_INTERPOLATION\n1\n", True),
         ("*INITIAL_STRESS_SHELL\n1\n", True),
         ("*BOUNDARY_SPC_SYMMETRY_PLANE\n1\n", True),
-        ("*PARAMETER\nR  L,1.\n", True),
+        ("*PARAMETER_MUTABLE\nR  L,1.\n", True),
+        ("*PARAMETER_DUPLICATION\n1\n", False),
         ("*ELEMNT_SHELL\n1\n", True),
     ],
 )

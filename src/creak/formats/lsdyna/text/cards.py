@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from creak.errors import InputError
+from creak.errors import InputError, suggest
+from creak.formats.deck.expressions import Value
 from creak.formats.deck.text import Line
 from creak.formats.matrices.checks import field_value
 
@@ -46,6 +48,8 @@ class Block:
     shift: Shift = field(default=Shift(), repr=False)
     blank: tuple[Line, ...] = ()
     """Blank lines at the end: cards of defaults where a record is not whole without them, else nothing."""
+    values: Mapping[str, Value] = field(default_factory=dict, repr=False, compare=False)
+    """Those that *PARAMETER gives names to, in small letters."""
 
     @property
     def filled(self) -> tuple[Line, ...]:
@@ -53,12 +57,32 @@ class Block:
         return self.lines + self.blank
 
     def card(self, line: Line, widths: tuple[int, ...] = TENS) -> Card:
-        """A line in its fields.
+        """A line in its fields, with the values of &name and -&name in their places.
 
         Raises
         ------
-        InputError : more values between commas than the card has fields.
+        InputError : more values between commas than the card has fields; a name without a value.
         """
+        card = self._split(line, widths)
+        if "&" not in line.text:
+            return card
+        return Card(self.name, tuple(self._filled(text, line.where) for text in card.fields), line.where, self.shift)
+
+    def _filled(self, text: str, where: str) -> str:
+        sign, found, name = text.partition("&")
+        if not found or sign.strip() not in ("", "-", "+"):
+            return text
+        value = self.values.get(name.strip().lower())
+        if value is None:
+            raise InputError(
+                f"&{name} has no value",
+                where=where,
+                expected="a name that *PARAMETER gives a value, above",
+                fix=suggest(name.lower(), self.values) if self.values else "Define it, or write the value.",
+            )
+        return value if isinstance(value, str) else repr(-value if sign.strip() == "-" else value)
+
+    def _split(self, line: Line, widths: tuple[int, ...]) -> Card:
         if "," in line.text:
             items = [text.strip() for text in line.text.split(",")]
             if any(items[len(widths) :]):
@@ -112,8 +136,6 @@ class Card:
 
     def wrong(self, i: int, expected: str, fix: str = "") -> InputError:
         """The error for field i, counted from 0; messages count from 1."""
-        if self.text(i).startswith("&"):
-            fix = "creak does not read *PARAMETER: write the value in its place."
         return InputError(
             f"field {i + 1} of *{self.keyword} is {self.text(i)!r}", where=self.where, expected=expected, fix=fix
         )

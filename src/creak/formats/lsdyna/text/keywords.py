@@ -62,7 +62,8 @@ ALIASES = {
 }
 _LOADS = "loads do not act on modes, and the study file defines the excitation"
 _HARMLESS = {
-    "it controls the job, not the model": "CONTROL, COMMENT, CASE, CHANGE, DELETE, INTERFACE, RIGIDWALL_FORCE, SENSOR",
+    "it controls the job, not the model": "CONTROL, COMMENT, CASE, CHANGE, DELETE, INTERFACE, RIGIDWALL_FORCE, SENSOR, "
+    "PARAMETER_DUPLICATION",
     "it asks for output, and the study file has its own": "DATABASE, DEFINE_HAZ, CONTACT_FORCE",
     _LOADS: "LOAD, BOUNDARY_PRESCRIBED",
     "the study file defines contact": "CONTACT, DEFINE_FRICTION, RIGIDWALL",
@@ -81,7 +82,7 @@ _CHANGES = {
     "creak does not read this damping; [damping] in a study stands in its place": "DAMPING",
     "creak does not read this tied contact": ("CONTACT_TIEBREAK, CONTACT_SPOTWELD, CONTACT_GUIDED"),
     "creak does not read this way to include a file": "INCLUDE",
-    "creak does not read values by name: write them in their places": "PARAMETER",
+    "creak does not read this way to give values names: write them in their places": "PARAMETER",
     "creak does not move nodes but by *INCLUDE_TRANSFORM": "NODE",
     "it repeats or moves parts, which creak does not": "PART_MOVE, PART_DUPLICATE, NODE_TRANSFORM",
 }

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
+from collections import ChainMap
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from creak.errors import InputError
+from creak.formats.deck.expressions import Value
 from creak.formats.deck.include_budget import IncludeBudget
 from creak.formats.deck.text import Line, read_bytes, read_lines, refuse_loop
 from creak.formats.lsdyna.text.cards import KINDS, Block, Shift
+from creak.formats.lsdyna.text.parameters import LOCAL, NAMES, define
 
 PROGRAM, ENDINGS = "an LS-DYNA", ".k, .key or .dyn"
 _LONG = re.compile(r"\bLONG\s*=\s*Y", re.I)
@@ -60,11 +63,20 @@ class _Reader:
     folders: list[Path] = field(default_factory=list)
     """Of *INCLUDE_PATH."""
     budget: IncludeBudget = field(default_factory=IncludeBudget)
+    values: dict[str, Value] = field(default_factory=dict)
+    """Those of *PARAMETER, by name."""
+    places: dict[str, str] = field(default_factory=dict)
 
     def read(self, path: Path, included_at: str, above: tuple[Path, ...], shift: Shift, form: _Format) -> None:
         here = (*above, path.absolute())
-        for block in _split(path, read_lines(path, included_at, PROGRAM, ENDINGS, self.budget), form):
-            if block.name in INCLUDES:
+        local, local_places = dict[str, Value](), dict[str, str]()
+        values = ChainMap(local, self.values)
+        for plain in _split(path, read_lines(path, included_at, PROGRAM, ENDINGS, self.budget), form):
+            block = replace(plain, values=values)
+            if block.name in NAMES:
+                own = LOCAL in block.name
+                define(block, local if own else self.values, local_places if own else self.places)
+            elif block.name in INCLUDES:
                 self._include(block, path, here, shift, _Format(block.long, block.wide))
             elif block.name in PATHS:
                 self.folders += [path.parent / line.text.strip() for line in block.lines]
