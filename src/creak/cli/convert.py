@@ -97,7 +97,8 @@ def convert(
                     written, notes = _write_matrices(model, out, MATRICES[matrices])
                 output.wrote(*written)
         tell_vain(output, model, ignore)
-        for u in model.unread:
+        left = [u for u in model.unread if not u.used]
+        for u in left:
             output.say(f"not carried over: {u.keyword} ({u.where}): {u.why}")
         for note in notes:
             output.say(f"note: {note}")
@@ -106,7 +107,7 @@ def convert(
             {
                 "deck": str(deck),
                 "written": [str(path) for path in output.written],
-                "not_carried_over": [{"keyword": u.keyword, "where": u.where, "why": u.why} for u in model.unread],
+                "not_carried_over": [{"keyword": u.keyword, "where": u.where, "why": u.why} for u in left],
                 "notes": list(notes),
             }
         )

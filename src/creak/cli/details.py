@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
     """A line for each keyword that was not read."""
     for u in unread:
-        output.say(f"not read: {u.keyword} ({u.where}): {u.why}")
+        output.say(f"{u.word}: {u.keyword} ({u.where}): {u.why}")
 
 
 def tell_vain(output: Output, model: Model, ignore: Iterable[str]) -> None:

@@ -149,13 +149,16 @@ def _print(output: Output, facts: dict[str, Any], systems: list[str], most: int 
 
 
 def _tell_unread(output: Output, unread: list[dict[str, Any]]) -> None:
-    """What was not read: first what changes the answer, a line each; then the rest."""
-    if not unread:
+    """What was not read: first what changes the answer, a line each; then the rest, and what became of ties."""
+    if all(u["used"] for u in unread):
         output.say("every keyword was read")
     for changes, effect in ((True, "changes the answer"), (False, "does not change the answer")):
         for u in unread:
-            if u["changes_answer"] is changes:
+            if u["changes_answer"] is changes and not u["used"]:
                 output.say(f"not read: {u['keyword']} ({u['where']}), {effect}: {u['why']}")
+    for u in unread:
+        if u["used"]:
+            output.say(f"read: {u['keyword']} ({u['where']}): {u['why']}")
 
 
 def _listing(output: Output, title: str, entries: dict[str, str], most: int | None) -> None:

@@ -137,7 +137,7 @@ class Part:
 
 @dataclass(frozen=True)
 class Unread:
-    """A keyword of the deck that creak did not use."""
+    """A keyword of the deck that creak did not use, or what it made of one."""
 
     keyword: str
     where: str
@@ -145,6 +145,13 @@ class Unread:
     why: str
     damps: bool = False
     """Whether it is damping alone, on which no stiffness or mass depends."""
+    used: bool = False
+    """It was used: `why` says what became of it."""
+
+    @property
+    def word(self) -> str:
+        """What became of it, before its name."""
+        return "read" if self.used else "not read"
 
 
 @dataclass(frozen=True)

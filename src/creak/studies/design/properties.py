@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 
+import numpy as np
+
 from creak.errors import InputError, suggest
 from creak.model.elasticity import isotropic_sheet
 from creak.model.laminates import of_other_materials, of_thickness, remade
@@ -15,6 +17,7 @@ from creak.model.materials import (
     Bushing,
     GeneralShell,
     Material,
+    NodalMatrices,
     PointMass,
     Section,
     SheetMaterial,
@@ -32,6 +35,8 @@ def with_properties(
 ) -> tuple[Model, list[str]]:
     """The model with other materials and sections, and what was changed. Names are case-insensitive.
 
+    An element set that holds all elements of one section, as the title of a part, stands for it.
+
     Raises
     ------
     InputError : a name that the deck does not have, or a number that its material or section has not.
@@ -42,7 +47,8 @@ def with_properties(
     for kind, tables in (("material", materials), ("section", sections)):
         for name, table in tables.items():
             for word in table.given:
-                key = _known(known, kind, name, word, places.where(kind, name, word))
+                own = name if kind == "material" else _section_of(model, name)
+                key = _known(known, kind, own, word, places.where(kind, name, word))
                 value = getattr(table, word)
                 model = _changed(model, key, value)
                 notes.append(f"[{kind}.{name}]: {word} is {value:g} in place of {known[key]:g}")
@@ -79,7 +85,7 @@ def _numbers(section: Section) -> Iterator[tuple[tuple[str, str, str], float]]:
     if isinstance(section, Spring | AxialSpring) and section.stiffness > 0.0:
         yield ("section", name, "stiffness"), section.stiffness
     elif (isinstance(section, GeneralShell) and not section.rigid) or (
-        isinstance(section, Bushing) and has_stiffness(section)
+        isinstance(section, Bushing | NodalMatrices) and has_stiffness(section)
     ):
         yield ("section", name, "stiffness_factor"), 1.0
     elif isinstance(section, PointMass) and section.mass > 0.0:
@@ -100,6 +106,16 @@ def _isotropic(material: AnyMaterial) -> Material | None:
     if isinstance(material, SheetMaterial):
         return material.isotropic.material if material.isotropic else None
     return material if isinstance(material, Material) else None
+
+
+def _section_of(model: Model, name: str) -> str:
+    """The section whose elements a set holds, all of them and no others; else the name itself."""
+    members = model.element_sets.get(name.upper())
+    if members is None or any(b.section.name.upper() == name.upper() for b in model.blocks):
+        return name
+    names = {model.blocks[row].section.name for row in np.unique(members[:, 0]).tolist()}
+    every = sum(b.ids.size for b in model.blocks if b.section.name in names)
+    return names.pop() if len(names) == 1 and every == len(members) else name
 
 
 def _known(
@@ -145,6 +161,8 @@ def _other(section: Section, key: tuple[str, str, str], value: float) -> Section
         return replace(section, **scaled, made_of=None)
     if isinstance(section, Bushing):
         return replace(section, stiffness=value * section.stiffness, made_of=None)
+    if isinstance(section, NodalMatrices):
+        return replace(section, stiffness=value * section.stiffness)
     return replace(section, **{word: value})  # type: ignore[arg-type]
 
 

@@ -18,7 +18,11 @@ from creak.model.constraints import (
 from creak.model.mesh import ElementBlock, Model
 from creak.words import listed
 
-ELEMENTS = {"spring2": "spring or dashpot element(s)", "bush2": "connector or bushing element(s)"}
+ELEMENTS = {
+    **dict.fromkeys(("spring2", "axial2"), "spring or dashpot element(s)"),
+    "nodal2": "spring or matrix element(s)",
+    "bush2": "connector or bushing element(s)",
+}
 CONSTRAINTS: dict[type[Constraint], str] = {
     Equation: "equation(s)",
     KinematicCoupling: "kinematic coupling(s)",

@@ -15,6 +15,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.trials import Joined, UpdateCase, joined
 from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.structure import modes_up_to
+from creak.studies.propose.joints import joints_of
 from helpers_decks import STEEL, strip
 
 PIECES = (
@@ -95,6 +96,66 @@ def test_a_laminate_has_a_factor(tmp_path):
     for name in ("A", "B", "D", "S"):
         np.testing.assert_allclose(getattr(stiff, name), 2.0 * getattr(plain, name))
     assert stiff.mass == plain.mass
+
+
+SPRINGS = """*KEYWORD
+*NODE
+1,0.,0.,0.
+2,1.,0.,0.
+3,1.,1.,0.
+4,0.,1.,0.
+5,0.,0.,1.
+6,1.,0.,1.
+7,1.,1.,1.
+8,0.,1.,1.
+*ELEMENT_SHELL
+1,1,1,2,3,4
+2,2,5,6,7,8
+*PART
+floor
+1,1,1
+*PART
+lid
+2,1,1
+*SECTION_SHELL
+1,2
+0.1
+*MAT_ELASTIC
+1,7.8e-9,2.1e5,.3
+*ELEMENT_DISCRETE
+5,3,1,5,0
+6,4,2,6,9
+*PART
+clips
+3,3,3
+*PART
+hooks
+4,3,3
+*SECTION_DISCRETE
+3,0
+0.
+*MAT_SPRING_ELASTIC
+3,10.
+*DEFINE_SD_ORIENTATION
+9,0,0.,0.,1.
+"""
+
+
+def test_springs_of_an_lsdyna_deck_go_by_the_titles_of_their_parts(tmp_path):
+    """Along their line they have a stiffness; along a vector they are a matrix, which has a factor."""
+    (tmp_path / "deck.k").write_text(SPRINGS)
+    model = read_model(tmp_path / "deck.k")
+    path = tmp_path / "study.toml"
+    path.write_text(
+        '[model]\ndeck = "deck.k"\n[section.clips]\nstiffness = 30.0\n[section.HOOKS]\nstiffness_factor = 4.0\n'
+    )
+    changed = linear_structure(read_study(path), model).model
+    assert next(b.section.stiffness for b in changed.blocks if b.kind == "axial2") == 30.0
+    assert next(b.section.stiffness for b in changed.blocks if b.kind == "nodal2").max() == 40.0
+    assert joints_of(model) == (
+        "1 spring or dashpot element(s) between PART_2 and PART_1, first at nodes 5 and 1",
+        "1 spring or matrix element(s) between PART_2 and PART_1, first at nodes 6 and 2",
+    )
 
 
 @pytest.mark.parametrize(

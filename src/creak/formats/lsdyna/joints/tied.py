@@ -117,7 +117,7 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
         )
     far = float(np.linalg.norm(found.arm[found.tied], axis=1).max()) if count else 0.0
     why = f"{count} of {first.rows.size} nodes are tied, {shared} are shared, with arms up to {far:.3g} long"
-    source.deck.note(cards[0].where, name, why, changes=False)
+    source.deck.note(cards[0].where, name, why, changes=False, used=True)
     return ties_of(name, cards[0].where, main, found, rotations=rotations)
 
 

@@ -92,10 +92,10 @@ class Deck:
         for name in names:
             yield from self.by_name.get(name, [])
 
-    def note(self, where: str, what: str, why: str, *, changes: bool, damps: bool = False) -> None:
-        """List something that creak does not use, once."""
+    def note(self, where: str, what: str, why: str, *, changes: bool, damps: bool = False, used: bool = False) -> None:
+        """List something that creak does not use, or what it made of it, once."""
         if not any(u.keyword == what and u.why == why for u in self.unread):
-            self.unread.append(Unread(what, where, changes, why, damps))
+            self.unread.append(Unread(what, where, changes, why, damps, used))
 
     def add(
         self,

@@ -294,7 +294,7 @@ def _tied(
     taken.update(found.rows[found.tied].tolist())
     far = f", arms up to {np.linalg.norm(found.arm[found.tied], axis=1).max():.3g} long" if count else ""
     why = f"{count} grids are tied, {shared} are shared{far}"
-    deck.note(pair.card, why, changes=False, what=f"{name}, regions {pair.first} and {pair.second}")
+    deck.note(pair.card, why, changes=False, what=f"{name}, regions {pair.first} and {pair.second}", used=True)
     return ties_of(name, pair.card.where, main, found, rotations=pair.rotations)
 
 

@@ -32,7 +32,8 @@ class MaterialTable(PropertyTable):
 
 
 class SectionTable(PropertyTable):
-    """[section.NAME]: a section, property or spring of the deck with another number."""
+    """[section.NAME]: a section, property or spring of the deck with another number. NAME may also be that of the
+    element set of all its elements, as the title of an LS-DYNA part."""
 
     thickness: Positive | None = None
     """length; of a homogeneous shell. Where elements have thicknesses of their own, these grow by the same factor.
@@ -40,7 +41,7 @@ class SectionTable(PropertyTable):
     stiffness: Positive | None = None
     """force/length, or moment/rad; of springs."""
     stiffness_factor: Positive | None = None
-    """Of a bushing, a connector or a laminate: by how much its stiffness is multiplied."""
+    """Of a bushing, a connector, a matrix or a laminate: by how much its stiffness is multiplied."""
     mass: Positive | None = None
     """mass; of each point mass."""
 
