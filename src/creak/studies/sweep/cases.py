@@ -15,6 +15,9 @@ from pydantic import ValidationError
 
 from creak.digest import digest
 from creak.errors import InputError
+from creak.formats.decks import read_model
+from creak.model.mesh import Model
+from creak.studies.design.properties import with_properties
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.excitation_tables import ExcitationTable
@@ -131,7 +134,8 @@ def resolve(sweep: SweepFile, out: Path, converge: bool | None = None) -> list[C
 
     Raises
     ------
-    InputError : a case is not a correct study, a file that it names is missing.
+    InputError : a case is not a correct study, a file that it names is missing, a material or section that a case
+        changes is not in its deck.
     """
     signals = [t.signal.type for t in sweep.study.excitation.values()]
     if sweep.config.seeds and not {*SEEDED} & {*signals} and not any("signal" in k for k in sweep.keys):
@@ -142,13 +146,17 @@ def resolve(sweep: SweepFile, out: Path, converge: bool | None = None) -> list[C
         )
     found, contents = combinations(sweep), Contents()
     folders = folder_names([v.name for v in found])
-    cases = [_case(sweep, v, folder, out, contents) for v, folder in zip(found, folders, strict=True)]
+    models: dict[Path, Model] = {}
+    cases = [_case(sweep, v, folder, out, contents, models) for v, folder in zip(found, folders, strict=True)]
     return [replace(case, converge=converge) for case in cases]
 
 
-def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: Contents) -> Case:
+def _case(
+    sweep: SweepFile, one: Combination, folder: str, out: Path, contents: Contents, models: dict[Path, Model]
+) -> Case:
     data, config = checked(sweep, one)
     base = sweep.base.parent.resolve()
+    _check_properties(sweep, one, config, base / config.model.deck, models)
     tables = map_paths(data, lambda _, name: name if Path(name).is_absolute() else _relative(base / name, out))
     text = f"# written by creak sweep\n{toml_text(tables)}"
     plain = config.model_dump(mode="json", by_alias=True)
@@ -167,6 +175,23 @@ def _case(sweep: SweepFile, one: Combination, folder: str, out: Path, contents: 
     given = config.model_dump(mode="json", by_alias=True, exclude_none=True)
     values = {k: value_at(given, k) for k in sweep.keys}
     return Case(one.name, folder, values, _seed(config.excitation, one.seed), text, digest(content_of), deck_hash, key)
+
+
+def _check_properties(
+    sweep: SweepFile, one: Combination, config: StudyConfig, deck: Path, models: dict[Path, Model]
+) -> None:
+    """Raise InputError where a case changes a material or section that its deck has not; each deck is read once."""
+    keys = [k for k in one.changes if k.split(".")[0] in ("material", "section")]
+    if not keys:
+        return
+    if deck not in models:
+        models[deck] = read_model(deck)
+    try:
+        with_properties(models[deck], config.material, config.section, Places(sweep.base, changes=one.changes))
+    except InputError as error:
+        key = next((k for k in keys if f"the change {k} = " in error.where), keys[0])
+        text = f"case {one.name}: {error.what}"
+        raise InputError(text, where=sweep.where(key), expected=error.expected, fix=error.fix) from None
 
 
 def checked(sweep: SweepFile, one: Combination) -> tuple[dict[str, Any], StudyConfig]:

@@ -168,6 +168,10 @@ def test_the_seed_of_a_case_is_the_sweeps_with_independent_axes_too(tmp_path):
         ('[grid]\n"title.x" = [1]', ["sweep.toml:3", "title is not a table"]),
         ('[grid]\n"connector.0.lower" = [1]', ["sweep.toml:3", "connector"]),
         ('[grid]\n"model.deck" = ["strips.inp", "none.inp"]', ["none.inp"]),
+        (
+            '[grid]\n"section.UPPER.thickness" = [1.0, 1.2]\n"section.LOWR.thickness" = [1.5]',
+            ["sweep.toml:4", "case ", "no section 'LOWR'", "Did you mean 'LOWER'?"],
+        ),
         ('[grid]\n"excitation.root.signal.type" = ["sine"]', ["sweep.toml:3", "case type=sine"]),
         (
             '[grid]\n"model.units" = ["mm-t-s"]\n"time.accuracy" = ["fine"]\n"time.step" = [1e-3]',
