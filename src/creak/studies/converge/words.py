@@ -51,7 +51,7 @@ REMEDIES = {
 def remedy_of(family: str, c: Convergence) -> tuple[str, str]:
     """What the answer hangs on, and what it takes. With all modes that there are, both runs are of the unreduced model
     and differ by how they are integrated."""
-    if c.complete and family == UNREDUCED:
+    if c.complete and family in (UNREDUCED, "modes"):
         return REMEDIES["tolerance"]
     what, takes = REMEDIES[family]
     return what, REMEDIES["tolerance"][1] if c.complete and takes == MORE else takes

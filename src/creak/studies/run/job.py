@@ -194,7 +194,8 @@ def run_study(
             stopped = runs["reference"].stopped
     notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
-        notes.append("no channel can close under this load: both runs are linear")
+        which = "both runs are" if len(runs) > 1 else "the run is"
+        notes.append(f"no channel can close under this load: {which} linear")
     notes += run_warnings(marching, gaps, runs)
     notes += [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
