@@ -146,6 +146,14 @@ def test_eight_lines_of_eighty_columns(count):
     assert len(tiles(answer(summary(places)), "Settled.")) == 4
 
 
+def test_a_long_text_goes_on_where_there_are_lines_left():
+    cause = {"words": "mode 3 at 44 Hz of the panel, " * 4 + "end", "changes_words": ["a clip at node 17, " * 5 + "end"]}
+    lines = answer_lines(summary([place("rib", cause=cause, n5=1.0)]))
+    assert len(lines) <= 8
+    assert " ".join(" ".join(lines).split()).count("end") == 2
+    assert not any("[...]" in line for line in lines)
+
+
 def test_how_sure_is_said_in_a_word():
     found = answer(summary())
     assert tiles(found, "Settled.")[3].value == "Settled"

@@ -28,8 +28,8 @@ PRESSED = ((FAINT, "soft"), (5.0, "moderate"), (math.inf, "hard"))
 LOUDER = 2.0
 """Times as hard as all that is counted, from which on a hit before it is told."""
 OWN = "creak's own words, for want of a [limit]"
-WIDTH = 80
-"""Columns of the terminal's answer."""
+WIDTH, LINES = 80, 8
+"""Columns and lines of the terminal's answer."""
 SHOWN = 3
 """Places of the terminal's answer."""
 
@@ -347,10 +347,20 @@ def _band(found: Answer) -> str:
 
 
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Lines of at most `WIDTH` columns for the end of the terminal: eight at most, and one for each limit."""
+    """Lines of at most `WIDTH` columns for the end of the terminal: `LINES` at most, and one for each limit.
+
+    Long texts go on in further lines as long as there are such left.
+    """
     found = answer(summary)
     first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
-    return [*first, *_place_lines(found.places), *(textwrap.shorten(text, WIDTH) for text in _texts(found))]
+    texts = list(_texts(found))
+    lines = [*first, *_place_lines(found.places)]
+    spare = max(LINES - len(lines) - len(texts), 0)
+    for text in texts:
+        own = textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=1 + spare)
+        spare -= len(own) - 1
+        lines += own
+    return lines
 
 
 def _place_lines(places: Sequence[Place]) -> list[str]:
