@@ -38,7 +38,7 @@ class ModelTable(Table):
     """[model]"""
 
     deck: str
-    """Abaqus .inp or Nastran .bdf, .dat, .nas, .fem, relative to the study file."""
+    """Abaqus .inp, Nastran .bdf, .dat, .nas, .fem or LS-DYNA .k, .key, .dyn, relative to the study file."""
     units: UnitsName = "mm-t-s"
     """Units of the deck and the study: length, mass, time. They label results; nothing is converted. Materials in
     the other of the two are refused."""
@@ -303,7 +303,8 @@ class StudyConfig(Table):
     material: dict[str, MaterialTable] = {}
     """[material.NAME]: materials of the deck with other numbers."""
     section: dict[str, SectionTable] = {}
-    """[section.NAME]: sections and springs of the deck with another number."""
+    """[section.NAME]: sections and springs of the deck with another number. NAME may be that of a set of all elements
+    of one section."""
     nodes: dict[str, NodesTable] = {}
     """[nodes.NAME]: node sets by labels or coordinates."""
     support: dict[str, SupportTable] = {}
