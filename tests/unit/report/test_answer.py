@@ -147,7 +147,10 @@ def test_eight_lines_of_eighty_columns(count):
 
 
 def test_a_long_text_goes_on_where_there_are_lines_left():
-    cause = {"words": "mode 3 at 44 Hz of the panel, " * 4 + "end", "changes_words": ["a clip at node 17, " * 5 + "end"]}
+    cause = {
+        "words": "mode 3 at 44 Hz of the panel, " * 4 + "end",
+        "changes_words": ["a clip at node 17, " * 5 + "end"],
+    }
     lines = answer_lines(summary([place("rib", cause=cause, n5=1.0)]))
     assert len(lines) <= 8
     assert " ".join(" ".join(lines).split()).count("end") == 2

@@ -34,7 +34,8 @@ class Growth:
     before: FloatArray
     """(m,) lowest in the one before."""
     in_the_end: FloatArray
-    """(m,) lowest in the motion that repeats."""
+    """(m,) lowest in the motion that repeats; of a gap whose lowest rises from period to period that of the last: its
+    transient has been larger before."""
     left: FloatArray
     """(m,) share of the transient that a period leaves."""
 
@@ -56,15 +57,17 @@ def growth(time: FloatArray, gap: FloatArray, period: float | None) -> Growth | 
     rows = [np.searchsorted(time, last - k * period - NOTHING * period) for k in range(3)]
     if any(np.abs(time[at] - last + k * period).max() > 2.0 * NOTHING * period for k, at in enumerate(rows)):
         return None  # instants that do not come again
-    lowest, before, d1, d2, moved = np.empty((5, gap.shape[1]))
+    lowest, before, third, d1, d2, moved = np.empty((6, gap.shape[1]))
     step = max(1, NUMBERS // last.size)
     for first in range(0, gap.shape[1], step):
         some = slice(first, first + step)
         now, then, first_of_all = (gap[at, some] for at in rows)
-        lowest[some], before[some], moved[some] = now.min(axis=0), then.min(axis=0), np.ptp(now, axis=0)
+        lowest[some], before[some], third[some] = (of.min(axis=0) for of in (now, then, first_of_all))
+        moved[some] = np.ptp(now, axis=0)
         d1[some], d2[some] = np.abs(now - then).max(axis=0), np.abs(then - first_of_all).max(axis=0)
     r = np.where(d1 <= NOTHING * moved, 0.0, np.minimum(d1 / np.where(d2 > 0.0, d2, 1.0), SLOWEST))
-    return Growth(lowest, before, lowest - d1 * r / (1.0 - r), r)
+    rises = (third <= before) & (before <= lowest)
+    return Growth(lowest, before, np.where(rises, lowest, lowest - d1 * r / (1.0 - r)), r)
 
 
 def faded_in(history: History, fade: float) -> str:

@@ -21,10 +21,15 @@ OMEGA, ZETA = 2.0 * np.pi * 10.0, 0.02
 FINAL = 1.0 / (2.0 * ZETA * OMEGA**2)
 
 
-def told(periods: int, gap: float, period: float | None = 0.1) -> tuple[str, float]:
-    """The sentence, and how far the motion has come, over what it comes to."""
+def told(periods: int, gap: float, period: float | None = 0.1, pushed: float = np.inf) -> tuple[str, float]:
+    """The sentence, and how far the motion has come, over what it comes to.
+
+    Parameters
+    ----------
+    pushed : s after which nothing drives the mass any more.
+    """
     time = np.linspace(0.0, 0.1 * periods, SAMPLES * 40 * periods + 1)
-    loads = forces_on(time, [0], np.sin(OMEGA * time))
+    loads = forces_on(time, [0], np.sin(OMEGA * time) * (time < pushed))
     mass = system_of(np.eye(1), np.array([[OMEGA**2]]), alpha=2.0 * ZETA * OMEGA)
     gaps = channels([[-1.0]], gap, 1e3 * OMEGA**2)
     history = simulate_flow(diagonalise(mass), gaps, loads, OutputRequest(np.array([0])))
@@ -44,6 +49,13 @@ def test_motion_that_grows_towards_the_gap_is_told():
 def test_motion_that_stays_below_the_gap_is_quiet(periods, gap):
     said, reached = told(periods, gap * FINAL)
     assert reached < 1.0
+    assert said == ""
+
+
+def test_motion_that_dies_away_is_quiet():
+    """Its first swing is its largest: pi / 2 p / k = pi zeta A by a push of half a sine of its own period."""
+    said, reached = told(5, 0.065 * FINAL, pushed=0.05)
+    assert reached == pytest.approx(np.pi * ZETA, rel=0.05)
     assert said == ""
 
 
