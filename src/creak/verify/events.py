@@ -254,13 +254,14 @@ def _peak_and_impulse(
 def _filtered_peak(
     history: History, channels: IntArray, first: int, last: int, f_max: float, raw: float, together: bool = False
 ) -> float:
-    """Largest low-passed force of one channel, or of all `together`, between the rows beside an event."""
+    """Largest low-passed force of one channel, or of all `together`, between the rows beside an event; 0 where the
+    low-pass of what comes before and after outweighs it: contact does not pull."""
     time = history.time
     begin, end = max(0, first - 1), min(last + 1, time.size - 1)
     if f_max * float(np.median(np.diff(time[begin : end + 1]))) >= 0.45:
         return float(history.force[first : last + 1, channels].sum(axis=1).max()) if together else raw
     a, b = np.searchsorted(time, [time[begin] - REACH / f_max, time[end] + REACH / f_max])
-    rows, top = slice(int(a), int(b)), -np.inf
+    rows, top = slice(int(a), int(b)), 0.0
     for part in [slice(None)] if together else blocks(channels.size, int(b - a)):
         force = history.force[rows][:, channels[part]]
         even, smooth = low_pass_uneven(time[rows], force.sum(axis=1)[:, None] if together else force, f_max)

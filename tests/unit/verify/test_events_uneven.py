@@ -262,3 +262,15 @@ def test_an_event_that_presses_at_the_last_instant_is_unfinished():
     assert cut.t_end == time[n - 1]
     assert cut.impulse == pytest.approx(K * DEPTH * 2.0 * HALF / np.pi, rel=1e-2)
     assert event.impulse == pytest.approx(2.0 * K * DEPTH * 2.0 * HALF / np.pi, rel=1e-3)
+
+
+def test_a_faint_touch_beside_a_hard_one_has_no_force_below_zero():
+    """The low-pass of the hard one swings below zero where the faint one is."""
+    time = 5e-5 * np.arange(8001)
+    hard, least = dip(time), 0.0
+    for after in np.arange(0.001, 0.015, 0.001):
+        faint = np.abs(time - START - 2.0 * HALF - after) < 2e-4
+        gap = np.where(faint, -1e-5, hard)
+        events = find_events(history_of(time, gap, K * np.maximum(0.0, -gap)), stop(), 0.0, 100.0)
+        least = min(least, *(e.force_place for e in events), *(e.force_peak_filtered for e in events))
+    assert least == 0.0
