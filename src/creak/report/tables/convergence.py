@@ -127,6 +127,12 @@ def run_table(c: Convergence, units: Units) -> Table:
     return Table(head, rows)
 
 
+PARTED = (
+    "Single events of this run part from repeat to repeat: `settled to` is how far the repeats came, and no bound. "
+    "What holds are the sums and distributions."
+)
+
+
 def total_table(c: Convergence) -> Table:
     """Figures of the whole run: change by each family, settled to."""
     pairs = [f"{a} to {b}" for a, b in c.families.values()]
@@ -160,7 +166,8 @@ def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
         for e in c.events[:most]
     ]
     cut = f"The first {most} of {len(c.events)} events; convergence.csv holds all." if len(c.events) > most else ""
-    return Table(head, rows, 1, cut, groups=groups)
+    note = " ".join(filter(None, (PARTED if c.chaotic else "", cut)))
+    return Table(head, rows, 1, note, groups=groups)
 
 
 def run_rows(c: Convergence, units: Units) -> list[list[str]]:

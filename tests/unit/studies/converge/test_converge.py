@@ -14,6 +14,7 @@ from creak.contact.laws.parameters import Curves
 from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.model.units import UNITS
+from creak.report.tables.convergence import event_table as settling_table
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.events import event_table
 from creak.studies.converge import repeats as module
@@ -391,6 +392,7 @@ def test_few_events_that_have_not_settled_are_told_in_one_sentence(open_ones, sa
     last = [event(float(t), force=f) for t, f in (force | open_ones).items()]
     c = assess(outcomes(base=before, h2=before, h4=last), "reduced", (0.0, 60.0), 0.01)
     assert not c.chaotic
+    assert "part from repeat" not in settling_table(c, UNITS["mm-t-s"]).note
     verdict = _of_convergence(c)
     assert (verdict.word, verdict.reasons) == ("settled", said)
 
@@ -484,6 +486,7 @@ def test_dense_events_are_compared_by_their_distributions():
     assert c.statistics["step"].force.value == 0.0
     assert any("50 events per second" in text for text in findings(c))
     assert any("h/2 (50) and h/4 (50) are alike" in text for text in findings(c))
+    assert settling_table(c, UNITS["mm-t-s"]).note.startswith("Single events of this run part")
 
 
 @pytest.mark.parametrize(("impulse", "words"), [(1.03e-3, "hardest channel has not"), (1.2e-3, "stiffer contact")])
