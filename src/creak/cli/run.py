@@ -277,6 +277,6 @@ def _print_convergence(output: Output, convergence: Convergence, summary: dict[s
     rows = settled_rows(convergence)
     if len(rows) > 1:
         cut = f" (the first {ON_TERMINAL})" if len(convergence.events) > ON_TERMINAL else ""
-        output.table(f"Convergence: what the events have settled to{cut}", rows)
+        output.table(f"Convergence: within what the events have settled{cut}", rows)
     for text in summary["convergence"]["findings"]:
         output.say(f"convergence: {text}")

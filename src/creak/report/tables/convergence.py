@@ -128,15 +128,15 @@ def run_table(c: Convergence, units: Units) -> Table:
 
 
 PARTED = (
-    "Single events of this run part from repeat to repeat: `settled to` is how far the repeats came, and no bound. "
+    "Single events of this run part from repeat to repeat: `within` is how far the repeats came, and no bound. "
     "What holds are the sums and distributions."
 )
 
 
 def total_table(c: Convergence) -> Table:
-    """Figures of the whole run: change by each family, settled to."""
+    """Figures of the whole run: change by each family, and within what it has settled."""
     pairs = [f"{a} to {b}" for a, b in c.families.values()]
-    head = ["whole run", *pairs, f"{BASE} against {c.finest}", "settled to", ""]
+    head = ["whole run", *pairs, f"{BASE} against {c.finest}", "within", ""]
     rows = [
         [
             TOTALS[key],
@@ -151,7 +151,7 @@ def total_table(c: Convergence) -> Table:
 
 
 def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
-    """Each event of the base run: figures with the base step and the shortest one, and what they have settled to."""
+    """Each event of the base run: figures with the base step and the shortest one, and how far they have settled."""
     unit = {
         "start": "s",
         "duration": "ms",
@@ -160,7 +160,7 @@ def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
         "closing_speed": units.speed,
     }
     groups = [("", 1), *((f"{WORDS[name]}, {unit[name]}", 3) for name in FIGURES), ("", 1)]
-    head = ["where", *([BASE, c.finest, "settled to"] * len(FIGURES)), ""]
+    head = ["where", *([BASE, c.finest, "within"] * len(FIGURES)), ""]
     rows = [
         [e.event.group, *(x for f in e.figures.values() for x in _cells(f, c.finest)), _verdict(e)]
         for e in c.events[:most]
@@ -178,7 +178,7 @@ def run_rows(c: Convergence, units: Units) -> list[list[str]]:
 
 
 def settled_rows(c: Convergence) -> list[list[str]]:
-    """Header and one line per event: when, and what each figure has settled to."""
+    """Header and one line per event: when, and within what each figure has settled."""
     head = ["time, s", *(WORDS[name] for name in FIGURES), ""]
     shown = c.events[:ON_TERMINAL]
     return [

@@ -37,7 +37,7 @@ class PlaceRow:
     quality: str
     """Sharpness, roughness and prominence."""
     settled: tuple[str, str]
-    """What force and N5 have settled to."""
+    """Within what force and N5 have settled."""
     bar: float
     """N5 over that of the loudest, %."""
     cause: list[str]
@@ -128,7 +128,7 @@ def _row(
 
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
-    return "" if to is None or not told[figure] else f"settled to {share(to)}"
+    return "" if to is None or not told[figure] else f"within {share(to)}"
 
 
 def _of_ways(told: dict[str, Any]) -> str:

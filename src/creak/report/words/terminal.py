@@ -56,12 +56,12 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
     if any(p["n_max_added"] is not None for p in places):
         columns.append(("N5 added to background, sone", lambda p: _figure(p["n5_added"], ".3g")))
     if any(place_settled(p) is not None for p in places):
-        columns.append(("settled to, %", lambda p: _percent(place_settled(p), ".2g", 100.0)))
+        columns.append(("within, %", lambda p: _percent(place_settled(p), ".2g", 100.0)))
     return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
 
 
 OF_STATE = {STICK_SLIP: ("slips", "slip_share", "friction_energy"), SLIDING: ("slip_share", "friction_energy")}
-"""What a place does by friction -> figures of it that count for what it has settled to."""
+"""What a place does by friction -> figures of it that count for its bar."""
 
 
 def place_settled(place: dict[str, Any]) -> float | None:
