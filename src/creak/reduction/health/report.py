@@ -11,6 +11,7 @@ from creak.assembly.system import System
 from creak.errors import InputError
 from creak.model.mesh import Nodes
 from creak.progress import Progress
+from creak.reduction.health.energies import Energies, energies
 from creak.reduction.health.fixed import FixedModes, fixed_modes
 from creak.reduction.health.free import FreeModes, free_modes
 from creak.reduction.health.rigid import RigidCheck, needs_physical, rigid_check, rigid_motion
@@ -27,6 +28,7 @@ class Health:
     modes: int
     internal: int
     rigid: RigidCheck
+    energy: Energies
     fixed: FixedModes
     free: FreeModes
     f_excitation: float | None
@@ -104,7 +106,7 @@ def health(
     if f_excitation is not None and not f_excitation > 0.0:
         raise InputError(f"excitation up to {f_excitation} Hz", expected="a positive frequency")
     motions = rigid_motion(full, reduced, nodes)
-    rigid = rigid_check(full, reduced, inside, motions)
+    rigid, energy = rigid_check(full, reduced, inside, motions), energies(full, reduced)
     free, cut = free_modes(full, reduced, inside, count, own_modes, progress)
     fixed = fixed_modes(full, reduced, inside, motions, cut, count)
     n = reduced.stats
@@ -114,8 +116,9 @@ def health(
         n.modes,
         n.internal,
         rigid,
+        energy,
         fixed,
         free,
         f_excitation,
-        findings(rigid, fixed, free, f_excitation),
+        findings(rigid, energy, fixed, free, f_excitation),
     )

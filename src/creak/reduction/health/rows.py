@@ -41,6 +41,9 @@ def _rigid_rows(health: Health) -> list[Row]:
             f"strain energy of rigid motion {max(r.strain_energy):.1e}, at most {GROUNDING:.1e}",
         ),
     ]
+    energy = health.energy
+    apart = f"kinetic {energy.kinetic:.1e}, strain {energy.strain:.1e}"
+    rows.append(("energies of random motions", apart, "off those of the full part, relative"))
     if r.boundary_misfit > 0.0:
         rows.append(("rigid motion of the reduced boundary", percent(r.boundary_misfit), "missing"))
     return rows

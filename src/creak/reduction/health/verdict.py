@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from creak.reduction.health.energies import Energies
 from creak.reduction.health.fixed import FixedModes
 from creak.reduction.health.free import GOOD, VERY_GOOD, FreeModes
 from creak.reduction.health.rigid import GROUNDING, RigidCheck
@@ -15,7 +16,8 @@ from creak.words import percent
 RULE, RULE_CONTACT = 3.0, 5.0
 """First mode left out over the highest frequency of interest: rule of thumb, and where contact excites more."""
 MASS_ERROR = 1e-4
-"""Mass properties are exact but for the round-off of K_ii^-1 K_ib, some 1e-16 times the condition of K_ii."""
+"""Mass properties and energies are exact but for the round-off of K_ii^-1 K_ib, some 1e-16 times the condition of
+K_ii."""
 MISFIT = 1e-4
 """Boundary shapes that miss rigid motion by more cannot carry the part's mass."""
 RESIDUAL = 1e-3
@@ -30,10 +32,12 @@ class Findings:
     good: tuple[str, ...]
 
 
-def findings(rigid: RigidCheck, fixed: FixedModes, free: FreeModes, f_excitation: float | None) -> Findings:
+def findings(
+    rigid: RigidCheck, energy: Energies, fixed: FixedModes, free: FreeModes, f_excitation: float | None
+) -> Findings:
     """Judge the figures against the thresholds of this module."""
     lines = [*_range(free, fixed.first_left_out, f_excitation), *_cut(fixed.first_left_out, f_excitation)]
-    lines += [*_mass(rigid), *_ground(rigid), *_free(free, f_excitation), *_fixed(fixed)]
+    lines += [*_mass(rigid), *_ground(rigid), *_energy(energy), *_free(free, f_excitation), *_fixed(fixed)]
     return Findings(tuple(t for bad, t in lines if bad), tuple(t for bad, t in lines if not bad))
 
 
@@ -124,6 +128,12 @@ def _ground(rigid: RigidCheck) -> Iterable[Line]:
         yield False, "the part itself is tied to ground; the reduction adds nothing to that"
     else:
         yield False, "not grounded: rigid motion strains nothing"
+
+
+def _energy(energy: Energies) -> Iterable[Line]:
+    wrong = [f"{name} energy by {percent(e)}" for name, e in vars(energy).items() if e > MASS_ERROR]
+    if wrong:
+        yield True, f"its matrices are not those of its own motion in the full part: {', '.join(wrong)}"
 
 
 def _free(free: FreeModes, f_excitation: float | None) -> Iterable[Line]:
