@@ -12,6 +12,7 @@ import pytest
 from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import two_strips
 from helpers_punch import punched
+from helpers_ties import sections, sheet
 
 
 @pytest.fixture
@@ -108,3 +109,17 @@ def test_an_ignored_word_that_names_nothing_unread_is_told(creak, deck, word):
         assert said.status == 0
         assert told in said.words
         assert said.words.count("left unread") == 1
+
+
+@pytest.mark.parametrize("command", ["modes", "info"])
+def test_nodes_that_a_tie_leaves_out_are_told(creak, tmp_path, command):
+    """A sheet that reaches beyond the other one by a row of its four."""
+    sheets = sheet("LOWER", 1, (4, 4), (0.0, 0.0, 0.0), (40.0, 40.0))
+    sheets += sheet("UPPER", 10_001, (3, 3), (20.0, 5.0, 2.0), (30.0, 30.0)) + sections("LOWER", "UPPER", thickness=2.0)
+    (tmp_path / "tied.inp").write_text(f"{sheets}*TIE, NAME=T\nUPPER_FACE, LOWER_FACE\n*BOUNDARY\nLOWER_NODES, 1, 6\n")
+    said = creak(command, tmp_path / "tied.inp", *(["--count", 1] if command == "modes" else []))
+    assert said.status == 0
+    words = " ".join(said.out.split())
+    assert "read: *TIE, NAME=T (" in words
+    assert "4 of 16 nodes of 'UPPER_FACE' lie farther than" in words
+    assert "not read: *TIE, NAME" not in words

@@ -10,7 +10,7 @@ import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from creak.cli.details import model_detail, tell_vain
+from creak.cli.details import list_unread, model_detail, tell_vain
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
 from creak.model.units import UnitsName
@@ -184,6 +184,7 @@ def _print(output: Output, found: DeckModes) -> None:
 
 
 def _print_checks(output: Output, found: DeckModes) -> None:
+    list_unread(output, tuple(u for u in found.model.unread if u.used))
     if found.prestress is not None:
         output.say(f"with the linear stress of {found.prestress.keyword} ({found.prestress.where})")
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"

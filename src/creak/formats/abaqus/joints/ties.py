@@ -152,16 +152,16 @@ def _note_untied(source: _Source, block: Block, secondary: RawSurface, main: Raw
     title, pair = f"*{block.name}, NAME={block.get('NAME')}", f"{secondary.name!r} and {main.name!r}"
     if found.shared:
         why = f"{found.shared} node(s) of {pair} belong to both surfaces and are joined already"
-        source.deck.note(block, why, changes=False, what=title)
+        source.deck.note(block, why, changes=False, what=title, used=True)
     if not met.tied.all():
         out = np.sort(met.rows[~met.tied])
         why = f"{out.size} of {met.rows.size} nodes of {secondary.name!r} lie farther than {met.tolerance:.4g} "
         why += f"from {main.name!r} and stay untied: {_listed(out, source.nodes)}"
-        source.deck.note(block, why, changes=False, what=title)
+        source.deck.note(block, why, changes=False, what=title, used=True)
     offset = float(np.linalg.norm(met.arm[met.tied], axis=1).max())
     if offset > 0.0 and block.option("ADJUST", "YES") != "NO":
         why = f"creak does not move tied nodes; rigid arms up to {offset:.3g} long bridge the offset of {pair}"
-        source.deck.note(block, why, changes=False, what=f"{title}, ADJUST=YES")
+        source.deck.note(block, why, changes=False, what=f"{title}, ADJUST=YES", used=True)
 
 
 def _main_surface(surface: RawSurface, source: _Source, block: Block, where: str) -> MainSurface:

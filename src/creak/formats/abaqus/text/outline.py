@@ -66,9 +66,9 @@ class Outline:
                 if block.name in names:
                     yield scope, block
 
-    def note(self, block: Block, why: str, *, changes: bool, what: str = "") -> None:
-        """List something that creak does not use, once however often it is looked at."""
-        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why))
+    def note(self, block: Block, why: str, *, changes: bool, what: str = "", used: bool = False) -> None:
+        """List something that creak does not use, or what it made of it, once however often it is looked at."""
+        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, used=used))
 
 
 def outline(blocks: Iterable[Block]) -> Outline:
