@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -166,12 +166,13 @@ def covering_sets(model: Model, n: Near, side: int) -> list[str]:
     """
     near, index = n.elements[side], next(i for i, p in enumerate(model.parts) if p.name == n.parts[side])
     every = dict(_sets_of_part(model, index))
-    seen = {name: members for name, members in every.items() if _looks_at(model, name, n.met, side)}
-    return _covering(model, seen, near) or _covering(model, every, near)
+    looking = _covering(model, every, near, lambda name: _looks_at(model, name, n.met, side))
+    return looking or _covering(model, every, near, lambda _: True)
 
 
-def _covering(model: Model, candidates: Mapping[str, IntArray], near: IntArray) -> list[str]:
-    """Those of some sets of elements that fit best."""
+def _covering(model: Model, every: Mapping[str, IntArray], near: IntArray, usable: Callable[[str], bool]) -> list[str]:
+    """Those of some sets of elements that fit best and are usable."""
+    candidates = dict(every)
     left, taken = np.zeros((2, element_numbers(model)[-1]), dtype=bool)
     left[near] = True
     chosen: list[str] = []
@@ -182,6 +183,9 @@ def _covering(model: Model, candidates: Mapping[str, IntArray], near: IntArray) 
         score, name = max(fits, key=lambda f: f[0], default=(0.0, ""))
         if not score or free[name] < LEAST * near.size:
             break
+        if not usable(name):
+            del candidates[name]
+            continue
         chosen.append(name)
         left[candidates[name]] = False
         taken[candidates[name]] = True
