@@ -40,7 +40,7 @@ class Resolution:
     """The same of Systems that are not diagonal."""
 
 
-QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.0025, 0.005)
+QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.01, 0.02)
 
 
 @dataclass(frozen=True)

@@ -42,9 +42,12 @@ IN_TIME = ("tolerance", "step")
 UNREDUCED, CHANCE, BAND, WAYS, SCATTER = "unreduced", "chance", "band", "ways", "scatter"
 """Sources of a change beside the families: the unreduced model; of sums over a chaotic run, chance; of loudness, where
 the band ends, where the modes hand over to the unreduced model, and the scatter of its statistical part."""
-REST = {"modes": 2.0}
-"""Times what half as many modes again change that all further ones may: an error that falls with the number of modes to
-the power 1.7 or faster. Found by coverage (docs/trust.md)."""
+REST = {"modes": 2.0, "tolerance": 4.0 / 3.0}
+"""Family -> times what its run changes that all further refinement may. Half as many modes again: an error that falls
+with the number of modes to the power 1.7 or faster, found by coverage (docs/trust.md). Steps of half the length: an
+error of second order is 4/3 of the difference (Richardson)."""
+COUNTS = ("events", "slips", "slip_rate")
+"""Figures that are counted: finer steps move them by whole numbers."""
 GOES_ON = "goes on when the run ends"
 """Why duration and impulse of an unfinished event are not known."""
 UNSEEN, LEAST = "unseen", {name: 5e-3 if name == "force" else 2e-3 for name in FIGURES}
@@ -172,8 +175,9 @@ class Settling:
         known = {k: abs(x) for k, x in self.changes.items() if k not in self.told}
         if "step" in known and np.isfinite(self.base_error):
             known["step"] = max(known["step"], abs(self.base_error))
-        found = {name: [known[k] for k in families if k in known] for name, families in SOURCES.items()}
-        sizes = {name: float(np.max(x)) * REST.get(name, 1.0) for name, x in found.items() if x}
+        rest = {k: x * (1.0 if self.name in COUNTS and k in IN_TIME else REST.get(k, 1.0)) for k, x in known.items()}
+        found = {name: [rest[k] for k in families if k in rest] for name, families in SOURCES.items()}
+        sizes = {name: float(np.max(x)) for name, x in found.items() if x}
         of = self.limit / OF_DURATION if self.in_time else 1.0
         unseen = {UNSEEN: LEAST[self.name] * of} if sizes and self.name in FIGURES else {}
         return {**sizes, **self.beside, **unseen}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
 from creak.studies.file.case import Driving
 from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
-from creak.studies.file.signals.course import RecordTable, TableTable, columns
+from creak.studies.file.signals.course import PER_FLANK, RecordTable, TableTable, columns
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.warned import Warned
@@ -34,10 +35,15 @@ LEAST = 1e-3
 """Height of a lobe that is followed, as a share of all that a signal spans."""
 FEW = 20
 """Lobes that are followed one by one."""
+MANY, UNEVEN = 50, 4.0
+"""Points from which on they may be those of a record, and how far its spacing differs: nine tenths to one tenth."""
+TRAVEL = 0.02
+"""Share of all that a signal spans, by which it goes in the time that tells how steep it is."""
 PER_LOBE, FEWEST = 10.0, 2.5
 """Flight steps in a lobe at half its height, and how few of them are told."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
-"""Of [time] accuracy."""
+SHORTER = {"fine": 4.0}
+"""How finely contact is resolved by [time] accuracy, in shares of a flight step, and how much shorter these are."""
 
 
 def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
@@ -54,13 +60,13 @@ def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
     if not c.time.exact:
         return study, []
     points, course = _wanted(study.driving), study.course
-    wanted = _resolved(study.driving, c.verification, points)
+    wanted = _resolved(study.driving, c.verification, {name: one.step for name, one in points.items()})
     interval = c.output.interval
     if interval is None:
         most = min(wanted, course.end / WRITTEN)
         whole = c.output.field_interval or min(course.period or course.end, course.end)
         interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
-    step = interval / math.ceil(interval / wanted * (1.0 - 1e-9))
+    step = interval / math.ceil(interval / wanted * SHORTER.get(c.time.accuracy, 1.0) * (1.0 - 1e-9))
     tables = {
         "time": c.time.model_copy(update={"integrator": "exact", "step": step, "substeps": SAMPLES}),
         "output": c.output.model_copy(update={"interval": interval}),
@@ -68,15 +74,15 @@ def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
     return replace(study, config=c.model_copy(update=tables)), _unfollowed(study.driving, step, points)
 
 
-def _unfollowed(driving: Driving, step: float, points: Mapping[str, float]) -> list[str]:
+def _unfollowed(driving: Driving, step: float, points: Mapping[str, Wanted]) -> list[str]:
     """Excitations that change faster than flight steps follow; those whose frequencies are known are told by these."""
     return [
         Warned(
-            f"[excitation.{name}] changes within {PER_LOBE * wanted:.2g} s, which flight steps of {step:.2g} s do not "
-            "follow: what this moves may be wrong; a higher [verification] f_max makes them shorter"
+            f"[excitation.{name}] changes within {PER_LOBE * wanted.told:.2g} s, which flight steps of {step:.2g} s do "
+            "not follow: what this moves may be wrong; a higher [verification] f_max makes them shorter"
         )
         for name, wanted in points.items()
-        if FEWEST * step > PER_LOBE * wanted and not driving.excitations[name].signal.highest
+        if FEWEST * step > PER_LOBE * wanted.told and not driving.excitations[name].signal.highest
     ]
 
 
@@ -88,13 +94,21 @@ def _resolved(driving: Driving, v: VerificationTable, points: Mapping[str, float
     return max(min([longest, *steps, *points.values()]), longest / FASTEST)
 
 
-def _wanted(driving: Driving) -> dict[str, float]:
-    """s of the longest flight step that follows each excitation whose frequencies do not tell it."""
+class Wanted(NamedTuple):
+    """s of the longest flight step that follows an excitation."""
+
+    step: float
+    told: float
+    """The same of what is told where no flight step follows it: of a jump these say no more than when it comes."""
+
+
+def _wanted(driving: Driving) -> dict[str, Wanted]:
+    """Those of each excitation whose frequencies do not tell them."""
     found = {}
     for name, table in driving.excitations.items():
         signal = table.signal
         if signal.resolving is not None:
-            found[name] = signal.resolving
+            found[name] = Wanted(signal.resolving, signal.resolving)
         elif isinstance(signal, TableTable) and signal.values is not None:
             found[name] = _between_points(*columns(signal.values))
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
@@ -103,20 +117,35 @@ def _wanted(driving: Driving) -> dict[str, float]:
     return found
 
 
-def _between_points(time: FloatArray, value: FloatArray) -> float:
-    """s of a flight step that follows straight lines between points.
+def _between_points(time: FloatArray, value: FloatArray) -> Wanted:
+    """Flight steps that follow straight lines between points.
 
-    The median of their spacing; where a few lobes are narrower than that, at half their height, a tenth of their width.
-    Many are those of a record with uneven steps, which the median follows as it does even ones.
+    Points that are nearly even, and many, are those of a record: the median of their spacing follows them. So it does
+    where some stand closer, but for a few lobes and flanks that are narrower. Other points draw a shape: its lobes are
+    followed, and the flank in which it goes by `TRAVEL` of all that it spans in the shortest time.
     """
-    if time.size < 2:
-        return np.inf
-    between = np.diff(time)
-    median, first, last = float(np.median(between)), 2.0 * time[0] - time[1], 2.0 * time[-1] - time[-2]
+    between, span = np.diff(time), float(np.ptp(value))
+    if time.size < 2 or not span:
+        return Wanted(np.inf, np.inf)
+    median = float(np.median(between))
+    some, most = np.quantile(between, (0.1, 0.9))
+    if time.size < MANY or most > UNEVEN * some:
+        lobes = _narrow_lobes(time, value) if between.min() < EVEN * median else []
+        told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
+        return Wanted(min(told, _shortest_travel(time, value, TRAVEL * span) / (TRAVEL * PER_FLANK)), told)
     if between.min() > EVEN * median:
-        return median
+        return Wanted(median, median)
+    lobes = _narrow_lobes(time, value)
+    flanks = between[(between < EVEN * median) & (np.abs(np.diff(value)) > TRAVEL * span)]
+    told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
+    return Wanted(min(told, flanks.min() / PER_FLANK) if 0 < flanks.size <= FEW else told, told)
+
+
+def _narrow_lobes(time: FloatArray, value: FloatArray) -> list[float]:
+    """Widths at half height of lobes that are narrower than the median spacing, s."""
     from scipy.signal import find_peaks, peak_widths  # half a second that other studies need not wait for
 
+    first, last, median = 2.0 * time[0] - time[1], 2.0 * time[-1] - time[-2], float(np.median(np.diff(time)))
     time, value = np.concatenate([[first], time, [last]]), np.concatenate([[0.0], value, [0.0]])
     narrow, least = list[float](), LEAST * float(np.ptp(value))
     for side in (value, -value):
@@ -124,4 +153,18 @@ def _between_points(time: FloatArray, value: FloatArray) -> float:
         _, _, *ends = peak_widths(side, peaks)
         left, right = (np.interp(at, np.arange(time.size), time) for at in ends)
         narrow += (right - left)[right - left < median].tolist()
-    return min(narrow) / PER_LOBE if 0 < len(narrow) <= FEW else median
+    return narrow
+
+
+def _shortest_travel(time: FloatArray, value: FloatArray, way: float) -> float:
+    """s in which straight lines between points go by `way`, up and down together, at the fastest."""
+    gone = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(value)))])
+    if gone[-1] <= way:
+        return float(time[-1] - time[0])
+    least = np.inf
+    for t, g in ((time, gone), (-time[::-1], gone[-1] - gone[::-1])):  # from each point on, and up to each
+        from_ = np.flatnonzero(g + way <= g[-1])
+        end = np.searchsorted(g, g[from_] + way, side="left")
+        share = (g[from_] + way - g[end - 1]) / (g[end] - g[end - 1])
+        least = min(least, float((t[end - 1] + share * (t[end] - t[end - 1]) - t[from_]).min()))
+    return least

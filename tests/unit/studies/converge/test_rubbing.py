@@ -42,7 +42,8 @@ def convergence(told=(), **runs: Rub | tuple[Rub, ...]):
         family = next((f for f, pair in LAST_TWO.items() if pair == (BASE, names[key])), "")
         repeat = Repeat(names[key], family, 1e-3, judged=key not in told)
         every = rubs if isinstance(rubs, tuple) else (rubs,)
-        outcomes[names[key]] = Outcome(repeat, (), 1.0, 0.0, 0.0, 100, END, 0.1, rubs=every)
+        modes = 15 if names[key] == MORE_MODES else 10
+        outcomes[names[key]] = Outcome(repeat, (), 1.0, 0.0, 0.0, 100, END, 0.1, modes=modes, rubs=every)
     count = len(outcomes[BASE].rubs)
     places = [("belt", k + 1) for k in range(count)]
     return assess(outcomes, "reduced", (0.0, END), 0.002, places=Followed(rub_names=tuple(places)))
@@ -116,10 +117,10 @@ def test_one_slip_more_is_none():
 
 
 def test_energy_of_steady_sliding_must_settle():
-    assert verdict(base=Rub(slides(), FORCE), finer=Rub(slides(1.04), FORCE)).word == SETTLED
+    assert verdict(base=Rub(slides(), FORCE), finer=Rub(slides(1.03), FORCE)).word == SETTLED
     said = verdict(base=Rub(slides(), FORCE), finer=Rub(slides(1.1), FORCE))
     assert said.word == UNSETTLED
-    assert "energy by friction by 9.1 %" in said.reasons[0]
+    assert "energy by friction by 12 %" in said.reasons[0]
 
 
 def test_a_squeak_that_dies_out_later_is_unsettled():
@@ -144,7 +145,7 @@ def test_slips_of_what_slides_or_sticks_in_all_runs_decide_nothing():
 @pytest.mark.parametrize(
     ("other", "word"),
     [
-        (Pressing(10.4, 1.0), SETTLED),
+        (Pressing(10.3, 1.0), SETTLED),
         (Pressing(11.0, 1.0), UNSETTLED),
         (Pressing(10.0, 1.2), UNSETTLED),
         (None, UNSETTLED),

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
 import creak
+from creak.studies.file.changes import with_changes
+from creak.studies.prepare.flight_steps import _between_points
 from creak.studies.prepare.setup import set_up
 
 DECK = """*NODE
@@ -75,11 +78,32 @@ def test_one_that_no_step_follows_is_told(tmp_path):
     assert told.startswith("[excitation.blow] changes within 1e-07 s, which flight steps of ")
 
 
-def test_a_jump_takes_no_shorter_steps(tmp_path):
-    """Only when it comes hangs on them."""
-    steps = {}
-    for name, between in (("jump", [(0.11, 0.0), (0.11 + 1e-7, 5.0), (0.15 - 1e-3, 5.0)]), ("none", [])):
-        setup = set_up(study_of(tmp_path, "table", between))
-        steps[name] = setup.study.config.time.step
-        assert not any("changes within" in note for note in setup.notes)
-    assert steps["jump"] == steps["none"]
+@pytest.mark.parametrize("width", [1e-7, 1e-4])
+def test_the_flank_between_plateaus_is_followed(tmp_path, width):
+    """The mass swings about 5 / k from where the flank's middle lies: 5 / k (1 - cos(omega t) sinc(omega width / 2))."""
+    study = study_of(tmp_path, "table", [(0.1103, 0.0), (0.1103 + width, 5.0), (0.15 - 1e-3, 5.0)])
+    assert not any("changes within" in note for note in set_up(study).notes)
+    history = creak.run(study, converge=False).runs["reduced"].history
+    x, k = history.time - 0.1103 - 0.5 * width, 1e-2 * OMEGA**2
+    after = (x > width) & (history.time < 0.149)
+    half = 0.5 * OMEGA * width
+    exact = 5.0 / k * (1.0 - np.cos(OMEGA * x) * np.sin(half) / half)
+    assert np.abs(history.displacement[:, 0] - exact)[after].max() < 1e-3 * 5.0 / k
+
+
+def test_many_uneven_samples_are_those_of_a_record():
+    """Their spacing differs by up to a half; few points that draw a shape are followed by their steepest flank."""
+    rng = np.random.default_rng(5)
+    time = np.cumsum(1e-3 * (1.0 + rng.uniform(-0.5, 0.5, 500)))
+    wanted = _between_points(time, rng.standard_normal(500)).step
+    assert wanted == pytest.approx(np.median(np.diff(time)))
+    assert _between_points(np.array([0.0, 0.1, 0.101, 0.3]), np.array([0.0, 0.0, 2.0, 2.0])).step == pytest.approx(2e-4)
+    assert _between_points(np.array([0.0, 0.1]), np.array([3.0, 3.0])).step == math.inf
+
+
+def test_fine_steps_are_shorter(tmp_path):
+    """Four times, for what is driven as well."""
+    study = study_of(tmp_path, "table", [(0.11, 0.0), (0.1101, 5.0)])
+    fine = with_changes(study, {"time.accuracy": "fine"})
+    steps = [set_up(one).study.config.time.step for one in (study, fine)]
+    assert steps[1] == pytest.approx(0.25 * steps[0], rel=0.01)
