@@ -84,9 +84,22 @@ def common_rayleigh(model: Model) -> Rayleigh:
     return Rayleigh(alpha, beta)
 
 
+MOSTLY = 0.5
+"""Share of the elements from which on a structure counts as undamped although some of it is damped."""
+
+
 def is_damped(model: Model) -> bool:
     """Whether a material, a point mass, a spring or a dashpot of the model damps anything."""
     return any(_damps(block.section) for block in model.blocks)
+
+
+def undamped_words(model: Model) -> str:
+    """`900 of 1,000 shells, solids and beams`: those that no material damps where it damps others of the model; empty
+    where these are few."""
+    structural = [b for b in model.blocks if isinstance(b.section, Structural)]
+    bare = sum(b.ids.size for b in structural if not _damps(b.section))
+    every = sum(b.ids.size for b in structural)
+    return f"{bare:,} of {every:,} shells, solids and beams" if is_damped(model) and bare > MOSTLY * every else ""
 
 
 def _damps(section: Section) -> bool:

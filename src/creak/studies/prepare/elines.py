@@ -157,23 +157,25 @@ def _drawn(model: Model, given: Lines, name: str) -> GapOperator:
 
 
 def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: IntArray, where: str) -> None:
-    """Refuse a place along a line that is on neither side of it: farther than `REACH` and the nodes are apart there."""
+    """Refuse a place that does not lie between both sides: off the way from its secondary node to the nearest main one,
+    farther than `REACH` and the nodes are apart there."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
     X, reach = model.nodes.coords, REACH * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
     main = nodes_of(model, t.main or "", where=f"{where} main").rows
-    beyond, least = [], []
-    for rows in (main, secondary):
-        tree = cKDTree(X[rows])
-        off, nearest = tree.query(places)
-        apart = tree.query(X[rows[nearest]], k=2)[0][:, 1] if rows.size > 1 else np.zeros(off.size)
-        beyond.append(off - apart)
-        least.append(off)
-    k = int(np.min(beyond, axis=0).argmax())
-    if min(b[k] for b in beyond) > reach:
+    trees = [cKDTree(X[rows]) for rows in (main, secondary)]
+    ends = [X[secondary[trees[1].query(places)[1]]]]
+    ends.append(X[main[trees[0].query(ends[0])[1]]])
+    apart = sum(tree.query(at, k=2)[0][:, 1] for tree, at in zip(trees, ends[::-1], strict=True) if tree.n > 1)
+    way = ends[1] - ends[0]
+    length = np.maximum(np.einsum("nx,nx->n", way, way), np.finfo(float).tiny)
+    share = np.clip(np.einsum("nx,nx->n", places - ends[0], way) / length, 0.0, 1.0)
+    off = np.linalg.norm(places - ends[0] - share[:, None] * way, axis=1)
+    k = int((off - apart).argmax())
+    if (off - apart)[k] > reach:
         raise InputError(
-            f"no node of {t.main!r} or {t.secondary!r} lies near ({', '.join(f'{x:g}' for x in places[k])}): the "
-            f"nearest is {min(off[k] for off in least):.4g} away",
+            f"({', '.join(f'{x:g}' for x in places[k])}) does not lie between {t.main!r} and {t.secondary!r}: the way "
+            f"between the nearest nodes is {off[k]:.4g} off",
             where=f"{where} points",
             expected=f"places between both sides, in the deck's axes and units, to {reach:.3g} (1/100 of the model's "
             "size) and the distance of the nodes there",

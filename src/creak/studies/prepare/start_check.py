@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation
-from creak.assembly.part import Rayleigh, is_damped
+from creak.assembly.part import Rayleigh, is_damped, undamped_words
 from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System
 from creak.contact.crossing import crossing_warnings
@@ -91,16 +91,28 @@ def drive_warnings(
 def undamped_warnings(
     model: Model, damping: DampingTable, touching: Touching, superelements: Sequence[System]
 ) -> list[str]:
-    """A model in which nothing damps: neither the deck nor the study says how, nor that nothing does."""
-    said = any(given is not None for given in (damping.modal, damping.rayleigh, damping.from_test))
+    """A model in which nothing damps, or hardly any element: neither the deck nor the study says how, nor that nothing
+    does."""
+    if any(given is not None for given in (damping.modal, damping.rayleigh, damping.from_test)):
+        return []
     laws = [*(t.damping for t in touching.connectors), *(t.damping for t in touching.contacts.values())]
-    if said or any(laws) or is_damped(model) or any(s.damping.extra is not None for s in superelements):
+    fix = (
+        "give the study the line damping.modal = 0.02 above its first table (or modal = 0.02 under [damping]; a deck "
+        "*DAMPING): 2 % of critical in every mode; 0 says that none is meant"
+    )
+    if bare := undamped_words(model):
+        return [
+            Warned(
+                f"{bare} are undamped: the deck damps the others alone, and no study says how, so that their vibration "
+                f"hardly dies out; {fix}"
+            )
+        ]
+    if any(laws) or is_damped(model) or any(s.damping.extra is not None for s in superelements):
         return []
     return [
         Warned(
             "nothing is damped: neither the deck nor a study says how, so that no vibration dies out and each blow "
-            "decides over all that follow; give the study the line damping.modal = 0.02 above its first table (or "
-            "modal = 0.02 under [damping]; a deck *DAMPING): 2 % of critical in every mode; 0 says that none is meant"
+            f"decides over all that follow; {fix}"
         )
     ]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from creak.assembly.part import is_damped
+from creak.assembly.part import is_damped, undamped_words
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
@@ -162,11 +162,13 @@ def _let_go(d: Drive) -> list[str]:
 
 
 def _damping(model: Model) -> list[str]:
-    """None where the deck says it, and creak reads what it says."""
+    """None where the deck says it, of the structure as well, and creak reads what it says."""
     unread = list(dict.fromkeys(u.keyword for u in model.unread if u.damps))
-    if is_damped(model) and not unread:
+    bare = undamped_words(model)
+    if is_damped(model) and not unread and not bare:
         return []
-    none = "the deck has none. Without any no vibration dies out, and each blow decides over all that follow."
+    none = f"{bare} of the deck have none" if bare else "the deck has none"
+    none += ". Without any no vibration dies out, and each blow decides over all that follow."
     return [
         f"# Damping: {f'creak does not read {first_few(unread, len(unread), SHOWN)} of the deck.' if unread else none}",
         f"# {100.0 * DAMPING:g} % of critical is usual for trim and sheet metal that are clipped or screwed together; "

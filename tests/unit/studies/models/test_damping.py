@@ -84,6 +84,20 @@ def test_the_unreduced_model_agrees_in_the_band_and_is_damped_beyond(both):
     assert zeta[~band].min() > ZETA * (1.0 - 1e-4)
 
 
+def test_a_dashpot_in_an_undamped_structure_is_told_as_none(tmp_path):
+    """And the study that creak proposes says how the others are damped."""
+    dashpot = "*ELEMENT, TYPE=DASHPOT1, ELSET=D\n9001, 13\n*DASHPOT, ELSET=D\n3\n1e-6\n*BOUNDARY\n"
+    deck = UNDAMPED.replace("*BOUNDARY\n", dashpot, 1)
+    (said,) = warnings_of(set_up(read_study(write_strips(tmp_path, deck))).notes)
+    assert said.startswith("48 of 48 shells, solids and beams are undamped: the deck damps the others alone")
+    line = re.search(r"damping\.modal = [\d.]+", said).group()
+    assert warnings_of(set_up(read_study(write_strips(tmp_path, deck, f"{line}\n{STUDY}"))).notes) == []
+    model = read_deck(tmp_path / "strips.inp")
+    text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
+    assert "# Damping: 48 of 48 shells, solids and beams of the deck have none." in text
+    assert "modal = 0.02" in text
+
+
 def test_a_model_without_damping_is_told_what_to_write(tmp_path):
     (said,) = warnings_of(set_up(read_study(write_strips(tmp_path, UNDAMPED))).notes)
     assert "nothing is damped" in said

@@ -229,6 +229,10 @@ WRONG = {
         '[eline.a]\nmain = "TIP_LOWER"\nsecondary = "UPPER"\npoints = [[60, 10, 1], [600, 10, 1]]\n',
         ["[eline.a] points", "(600, 10, 1)", "480", "deck's axes and units"],
     ),
+    "places of one side alone": (
+        '[eline.a]\nmain = "OVER"\nsecondary = "TIP_UPPER"\npoints = [[120, 10, 1], [60, 10, 1]]\n',
+        ["[eline.a] points", "(60, 10, 1) does not lie between 'OVER' and 'TIP_UPPER'"],
+    ),
     "same place": ('[eline.a]\nmain = "TIP_UPPER"\nsecondary = "TIP_UPPER"\n', ["one place", "normal"]),
 }
 
