@@ -128,16 +128,19 @@ def _node_sets(sets: Sets) -> dict[str, IntArray]:
 def _element_sets(
     deck: Deck, blocks: tuple[ElementBlock, ...], properties: Properties, sets: Sets
 ) -> dict[str, IntArray]:
-    """PART_<id> and title of every part; SET_PART_<id>, SET_SHELL_<id>, ... and title of every set."""
+    """PART_<id> and title of every part, of parts with one title together; SET_PART_<id>, SET_SHELL_<id>, ... and title
+    of every set."""
     place = {(_family(b), int(i)): (n, k) for n, b in enumerate(blocks) for k, i in enumerate(b.ids.tolist())}
     of_part: dict[int, list[tuple[int, int]]] = {}
     for key, at in place.items():
         of_part.setdefault(deck.part_of.get(key, 0), []).append(at)
     found: dict[str, list[tuple[int, int]]] = {}
+    titled: dict[str, list[tuple[int, int]]] = {}
     for pid, part in properties.parts.items():
         found[part.name] = of_part.get(pid, [])
         if part.title:
-            found.setdefault(plain_name(part.title), found[part.name])
+            titled.setdefault(plain_name(part.title), []).extend(found[part.name])
+    found |= {title: places for title, places in titled.items() if title not in found}
     for i, pids in sets.parts.items():
         found[f"SET_PART_{i}"] = [at for pid in pids for at in of_part.get(pid, [])]
     for keyword, family in ELEMENT_SETS.items():

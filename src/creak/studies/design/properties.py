@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.errors import InputError, suggest
+from creak.formats.deck.text import plain_name
 from creak.model.elasticity import isotropic_sheet
 from creak.model.laminates import of_other_materials, of_thickness, remade
 from creak.model.materials import (
@@ -29,13 +30,15 @@ from creak.model.mesh import Model
 from creak.studies.file.design.property_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
 
+FACTOR = "stiffness_factor"
+
 
 def with_properties(
     model: Model, materials: Mapping[str, MaterialTable], sections: Mapping[str, SectionTable], places: Places
 ) -> tuple[Model, list[str]]:
     """The model with other materials and sections, and what was changed. Names are case-insensitive.
 
-    An element set that holds all elements of one section, as the title of a part, stands for it.
+    An element set stands for the sections that it holds all elements of, as the title of a part, or of several, does.
 
     Raises
     ------
@@ -47,11 +50,12 @@ def with_properties(
     for kind, tables in (("material", materials), ("section", sections)):
         for name, table in tables.items():
             for word in table.given:
-                own = name if kind == "material" else _section_of(model, name)
-                key = _known(known, kind, own, word, places.where(kind, name, word))
                 value = getattr(table, word)
-                model = _changed(model, key, value)
-                notes.append(f"[{kind}.{name}]: {word} is {value:g} in place of {known[key]:g}")
+                for own in sections_of(model, name) if kind == "section" else (name,):
+                    key = _known(model, known, kind, own, word, places.where(kind, name, word))
+                    model = _changed(model, key, value)
+                    of = "" if own.upper() == name.upper() else f" of {own}"
+                    notes.append(f"[{kind}.{name}]: {word}{of} is {value:g} in place of {known[key]:g}")
     return model, notes
 
 
@@ -59,13 +63,17 @@ def properties_of(model: Model) -> dict[tuple[str, str, str], float]:
     """(material or section, NAME, key) -> value, of all that the tables can change.
 
     A material whose density differs between sections, as by the nonstructural mass of a property, is left out with it.
+    Springs of one name whose stiffnesses differ have a factor.
     """
     found: dict[tuple[str, str, str], float] = {}
     unlike: set[tuple[str, str, str]] = set()
     for block in model.blocks:
         for key, value in _numbers(block.section):
             unlike |= {key} if found.setdefault(key, value) != value else set()
-    return {key: value for key, value in found.items() if key not in unlike}
+    alike = {key: value for key, value in found.items() if key not in unlike}
+    return alike | {
+        (kind, name, FACTOR): 1.0 for kind, name, word in unlike if (kind, word) == ("section", "stiffness")
+    }
 
 
 def _numbers(section: Section) -> Iterator[tuple[tuple[str, str, str], float]]:
@@ -87,7 +95,7 @@ def _numbers(section: Section) -> Iterator[tuple[tuple[str, str, str], float]]:
     elif (isinstance(section, GeneralShell) and not section.rigid) or (
         isinstance(section, Bushing | NodalMatrices) and has_stiffness(section)
     ):
-        yield ("section", name, "stiffness_factor"), 1.0
+        yield ("section", name, FACTOR), 1.0
     elif isinstance(section, PointMass) and section.mass > 0.0:
         yield ("section", name, "mass"), section.mass
 
@@ -108,23 +116,23 @@ def _isotropic(material: AnyMaterial) -> Material | None:
     return material if isinstance(material, Material) else None
 
 
-def _section_of(model: Model, name: str) -> str:
-    """The section whose elements a set holds, all of them and no others; else the name itself."""
+def sections_of(model: Model, name: str) -> tuple[str, ...]:
+    """The sections whose elements a set holds, all of them and no others; else the name itself."""
     members = model.element_sets.get(name.upper())
     if members is None or any(b.section.name.upper() == name.upper() for b in model.blocks):
-        return name
-    names = {model.blocks[row].section.name for row in np.unique(members[:, 0]).tolist()}
+        return (name,)
+    names = {model.blocks[row].section.name: None for row in np.unique(members[:, 0]).tolist()}
     every = sum(b.ids.size for b in model.blocks if b.section.name in names)
-    return names.pop() if len(names) == 1 and every == len(members) else name
+    return tuple(names) if "" not in names and every == len(members) else (name,)
 
 
 def _known(
-    known: Mapping[tuple[str, str, str], float], kind: str, name: str, word: str, where: str
+    model: Model, known: Mapping[tuple[str, str, str], float], kind: str, name: str, word: str, where: str
 ) -> tuple[str, str, str]:
     key = (kind, name.upper(), word)
     if key in known:
         return key
-    names = {n for k, n, _ in known if k == kind}
+    names = [n for k, n, _ in known if k == kind]
     words = [w for k, n, w in known if (k, n) == (kind, name.upper())]
     if words:
         raise InputError(
@@ -134,8 +142,11 @@ def _known(
             fix="Give what it has; one number cannot replace thicknesses that differ between elements or plies, or a "
             "density that differs between sections, which holds mass of their own.",
         )
+    sets = [n for n in model.element_sets if kind == "section" and sections_of(model, n) != (n,)]
     raise InputError(
-        f"the deck has no {kind} {name!r} with numbers that a study changes", where=where, fix=suggest(name, names)
+        f"the deck has no {kind} {name!r} with numbers that a study changes",
+        where=where,
+        fix=suggest(plain_name(name), [*names, *sets]),
     )
 
 
@@ -149,6 +160,8 @@ def _changed(model: Model, key: tuple[str, str, str], value: float) -> Model:
 def _other(section: Section, key: tuple[str, str, str], value: float) -> Section:
     """The section with another value; itself where the key is not one of its own."""
     kind, name, word = key
+    if word == FACTOR and isinstance(section, Spring | AxialSpring) and section.name.upper() == name:
+        return replace(section, stiffness=value * section.stiffness)
     if key not in dict(_numbers(section)):
         return section
     if kind == "material":

@@ -304,7 +304,7 @@ class StudyConfig(Table):
     """[material.NAME]: materials of the deck with other numbers."""
     section: dict[str, SectionTable] = {}
     """[section.NAME]: sections and springs of the deck with another number. NAME may be that of a set of all elements
-    of one section."""
+    of one section or more."""
     nodes: dict[str, NodesTable] = {}
     """[nodes.NAME]: node sets by labels or coordinates."""
     support: dict[str, SupportTable] = {}

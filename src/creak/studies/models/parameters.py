@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
-from creak.studies.design.properties import properties_of
+from creak.studies.design.properties import properties_of, sections_of
 from creak.studies.file.changes import value_at
 from creak.studies.file.places import dotted
 from creak.studies.file.reader import Study
@@ -68,8 +68,12 @@ def start_of(study: Study, model: Model, key: str) -> float:
     """
     value = value_at(study.config.model_dump(by_alias=True), key)
     if value is None and key.split(".")[0] in OF_DECK:
-        kind, *name, word = key.split(".")
-        value = properties_of(model).get((kind, ".".join(name).upper(), word))
+        kind, *words, word = key.split(".")
+        name = ".".join(words)
+        every = properties_of(model)
+        own = sections_of(model, name) if kind == "section" else (name,)
+        found = {every.get((kind, one.upper(), word)) for one in own}
+        value = found.pop() if len(found) == 1 else None
     if value is None:
         known = candidates(study, model)
         raise InputError(

@@ -12,6 +12,7 @@ from creak.model.materials import Bushing, GeneralShell, PointMass, Spring
 from creak.studies.design.properties import properties_of
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
+from creak.studies.models.parameters import start_of
 from creak.studies.models.trials import Joined, UpdateCase, joined
 from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.structure import modes_up_to
@@ -156,6 +157,28 @@ def test_springs_of_an_lsdyna_deck_go_by_the_titles_of_their_parts(tmp_path):
         "1 spring or dashpot element(s) between PART_2 and PART_1, first at nodes 5 and 1",
         "1 spring or matrix element(s) between PART_2 and PART_1, first at nodes 6 and 2",
     )
+
+
+def test_a_title_of_several_parts_is_that_of_all_and_springs_that_differ_have_a_factor(tmp_path):
+    """`floor` and `lid` get one title; a second clip has twice the stiffness (S = 2)."""
+    deck = SPRINGS.replace("\nlid\n", "\nfloor\n").replace("5,3,1,5,0\n", "5,3,1,5,0\n7,3,3,7,0,2.\n")
+    (tmp_path / "deck.k").write_text(deck)
+    model = read_model(tmp_path / "deck.k")
+    assert model.element_sets["FLOOR"].shape == (2, 2)
+    path = tmp_path / "study.toml"
+    path.write_text(
+        '[model]\ndeck = "deck.k"\n[section.floor]\nthickness = 0.3\n[section.Clips]\nstiffness_factor = 5.0\n'
+    )
+    changed = linear_structure(read_study(path), model).model
+    assert [b.section.thickness for b in changed.blocks if b.kind == "quad4"] == [0.3, 0.3]
+    assert sorted(b.section.stiffness for b in changed.blocks if b.kind == "axial2") == [50.0, 100.0]
+    assert start_of(read_study(path), model, "section.hooks.stiffness_factor") == 1.0
+    path.write_text('[model]\ndeck = "deck.k"\n[section.CLIPS]\nstiffness = 5.0\n')
+    with pytest.raises(InputError, match=r"'PART_3' of the deck has no single stiffness.*expected stiffness_factor"):
+        linear_structure(read_study(path), model)
+    path.write_text('[model]\ndeck = "deck.k"\n[section."Clip s"]\nstiffness = 5.0\n')
+    with pytest.raises(InputError, match=r"no section 'Clip s'.*Did you mean 'CLIPS'"):
+        linear_structure(read_study(path), model)
 
 
 @pytest.mark.parametrize(

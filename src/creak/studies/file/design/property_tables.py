@@ -32,8 +32,8 @@ class MaterialTable(PropertyTable):
 
 
 class SectionTable(PropertyTable):
-    """[section.NAME]: a section, property or spring of the deck with another number. NAME may also be that of the
-    element set of all its elements, as the title of an LS-DYNA part."""
+    """[section.NAME]: a section, property or spring of the deck with another number. NAME may also be that of an
+    element set of all its elements, as the title of an LS-DYNA part, or of several."""
 
     thickness: Positive | None = None
     """length; of a homogeneous shell. Where elements have thicknesses of their own, these grow by the same factor.
@@ -41,7 +41,8 @@ class SectionTable(PropertyTable):
     stiffness: Positive | None = None
     """force/length, or moment/rad; of springs."""
     stiffness_factor: Positive | None = None
-    """Of a bushing, a connector, a matrix or a laminate: by how much its stiffness is multiplied."""
+    """Of a bushing, a connector, a matrix or a laminate, and of springs of one name whose stiffnesses differ: by how
+    much it is multiplied."""
     mass: Positive | None = None
     """mass; of each point mass."""
 
