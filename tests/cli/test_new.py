@@ -187,6 +187,21 @@ def test_all_supports_are_shaken_though_a_set_is_free(creak, tmp_path):
     assert re.search(r"# As well: TIP_(UPPER|LOWER), by a force\.", text)
 
 
+def test_what_stands_on_springs_is_shaken_by_the_ground_below_them(creak, tmp_path):
+    """Moving the free end of a spring to ground would leave the spring nothing to do."""
+    ground = "*NODE, NSET=GROUND\n9001, 0., 0., 50.\n9014, 0., 10., 50.\n9027, 0., 20., 50.\n"
+    springs = (
+        "*ELEMENT, TYPE=SPRINGA, ELSET=FEET\n9101, 1, 9001\n9102, 14, 9014\n9103, 27, 9027\n*SPRING, ELSET=FEET\n\n5.\n"
+    )
+    deck = two_strips().replace("*BOUNDARY\n", f"{ground}{springs}*BOUNDARY\nGROUND, 1, 6\n", 1)
+    told, study = new(creak, tmp_path, deck)
+    road = study["excitation"]["road"]
+    moved = study.get("nodes", {}).get(road["node_set"], {}).get("labels", [])
+    assert {9001, 9014, 9027} <= {int(label) for label in moved} or road["node_set"] == "GROUND"
+    assert road["kind"] == "displacement"
+    assert told["ready"]
+
+
 def test_a_deck_that_names_nothing_is_shaken_by_all_that_it_holds(creak, tmp_path):
     """Clamped everywhere, as most decks are: the study lets go the normal of the contact and moves all supports."""
     deck = re.sub(r"\*NSET[^\n]*\n[^*]*", "", two_strips() + "ROOT_UPPER, 3\n")

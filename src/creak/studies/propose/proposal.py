@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.model.constraints import supported_nodes
+from creak.model.materials import Discrete
 from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.studies.file.table import DOFS
@@ -185,9 +186,10 @@ def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive 
     """Where the road comes in: nodes that are held all but in one direction; else all supports together; else a force
     on nodes that are free.
 
-    Of sets that would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
+    What stands on springs is not held in the direction of these: the ground that they stand on is moved. Of sets that
+    would do as well the one with the fewest nodes that may touch, for contact cannot move driven nodes.
     """
-    following, structural = _following(model), _with_elements(model)
+    following, structural, sprung = _following(model), _with_elements(model), _on_springs(model, held)
     touching = np.array(sorted({row for c in contacts for row in c.nodes}), dtype=np.int64)
     found: list[tuple[tuple[int, int, int], Drive]] = []
     for name, rows in _named_sets(model).items():
@@ -197,6 +199,8 @@ def _drive(model: Model, held: BoolArray, contacts: Sequence[Contact]) -> Drive 
         if not free:
             continue
         dof, dofs = DOFS[free[0]], _all_held(held, rows)
+        if dofs and sprung[rows, free[0]].any():
+            continue
         if dofs:
             drive = Drive(name, dof, "displacement", f"the deck holds {dofs} of it and leaves {dof} free")
         else:
@@ -255,6 +259,17 @@ def _following(model: Model) -> BoolArray:
     found = np.zeros(model.nodes.count, dtype=bool)
     for c in model.constraints:
         found[c.dependents] = True
+    return found
+
+
+def _on_springs(model: Model, held: BoolArray) -> BoolArray:
+    """(n_node, 3) translations of nodes that a spring, dashpot, bushing or matrix ties to a node that is held there."""
+    found = np.zeros((model.nodes.count, 3), dtype=bool)
+    for block in model.blocks:
+        if isinstance(block.section, Discrete) and block.nodes_idx.shape[1] == 2:
+            a, b = block.nodes_idx.T
+            for one, other in ((a, b), (b, a)):
+                np.logical_or.at(found, one, held[other, :3])
     return found
 
 
