@@ -183,6 +183,20 @@ def test_the_bolted_foot_of_a_bracket_is_asked_and_its_tongue_is_a_contact(creak
     assert (contact["question"], contact["start"]) == ("", 0.0), "what only lies on the other knocks as it is"
 
 
+def test_a_sheet_that_is_welded_flat_on_another_is_asked(creak, tmp_path):
+    """A bushing stands for the weld; without it the sheets only lie on each other."""
+    weld = (
+        "*ELEMENT, TYPE=CONN3D2, ELSET=WELD\n9001, 20, 1020\n*CONNECTOR SECTION, ELSET=WELD, BEHAVIOR=STIFF\nBUSHING\n"
+    )
+    weld += "*CONNECTOR BEHAVIOR, NAME=STIFF\n" + "".join(
+        f"*CONNECTOR ELASTICITY, COMPONENT={k}\n1e4,\n" for k in range(1, 7)
+    )
+    for more, question in ((weld, "pressed"), ("", "")):
+        told, _ = new(creak, tmp_path, two_strips(0.0).replace("*BOUNDARY\n", f"{more}*BOUNDARY\n", 1), "--overwrite")
+        assert [c["question"] for c in told["contacts"]] == [question]
+        assert told["contacts"][0]["start"] == pytest.approx(0.0, abs=1e-9)
+
+
 def nastran_plates(z, thickness=2.0, *, offset="", corners="", turned=False):
     """A plate of 100 x 100 in z = 0 under another one in z, 1 thick; ZOFFS and T1 to T4 of the lower one's elements."""
     lines = ["SOL 103", "CEND", "SPC=1", "BEGIN BULK"]

@@ -147,9 +147,10 @@ def _without_pressed(model: Model, n: Near, c: Contact) -> list[Contact]:
     side = n.parts.index(c.parts[0])
     mine = n.met.where(n.met.side == side)
     away = mine.where(mine.gap > TOUCHING * mine.gap.max(initial=0.0))
-    few = c.closed < MANY or not away.nodes.size or frozenset(n.parts) not in linked_parts(model)
-    if not c.live or few:
+    if not c.live or c.closed < MANY or frozenset(n.parts) not in linked_parts(model):
         return [c]
+    if not away.nodes.size:
+        return [replace(c, question=PRESSED)]
     if all(b.kind in FACES for b in model.blocks if model.parts[b.part].name == c.parts[0]):
         apart = [_tried(model, _nodes(model, away, c.parts, c.main, "near"))]
     else:

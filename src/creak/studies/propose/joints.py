@@ -47,10 +47,11 @@ def joints_of(model: Model) -> tuple[str, ...]:
 
 
 def linked_parts(model: Model) -> set[frozenset[str]]:
-    """Pairs of names of parts that one link, coupling, tie or equation joins."""
+    """Pairs of names of parts that one link, coupling, tie, equation or bushing (a weld is one) joins."""
     part = _part_of(model)
     found: set[frozenset[str]] = set()
-    for _, nodes in _constraints(model.constraints):
+    bushings = [b for b in model.blocks if b.kind == "bush2"]
+    for _, nodes in [*_constraints(model.constraints), *_elements(tuple(bushings))]:
         joined = np.unique(part[nodes])
         names = [model.parts[i].name for i in joined[joined >= 0].tolist()]
         found.update(frozenset(pair) for pair in combinations(names, 2))
