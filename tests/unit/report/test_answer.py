@@ -102,6 +102,17 @@ def test_rates_are_those_of_the_window():
     assert found.places[0].does == "rattles and squeaks"
 
 
+def test_what_hits_at_two_places_at_once_is_one_event():
+    """As the verdict below counts it; each place has its own rate."""
+    told = summary([place("left", force=2.0), place("right", force=2.0)])
+    told["runs"]["reduced"]["events"] = [event(1.0 + 0.2 * k, 2.0) for k in range(1, 5)]
+    found = answer(told)
+    assert found.rate == pytest.approx(4.0)
+    assert [p.rate for p in found.places] == pytest.approx([4.0, 4.0])
+    tile = tiles(found, "Settled.")[2]
+    assert (tile.value, tile.detail) == ("4.0", "at 2 places")
+
+
 def test_the_worst_is_the_loudest_where_it_is_heard():
     found = answer(summary([place("a", force=9.0, n5=0.2), place("b", force=1.0, n5=2.0)]))
     assert found.headline == "2 places rattle; worst is b: clearly audible, 2.0 sone"
@@ -172,7 +183,7 @@ def test_what_is_louder_than_the_standard_reaches_is_loud():
 
 
 def event(t_end, force):
-    return {"t_end": t_end, "force_place": force}
+    return {"t_start": t_end - 0.01, "t_end": t_end, "force_place": force}
 
 
 @pytest.mark.parametrize(

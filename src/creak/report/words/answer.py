@@ -14,6 +14,7 @@ from creak.report.words.text import number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
 from creak.studies.findings.elines import YES
 from creak.studies.findings.limits import limit_words
+from creak.verify.intervals import overlap
 from creak.verify.reliability import UNRELIABLE
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
 from creak.words import first_few, listed
@@ -71,7 +72,7 @@ class Answer:
     """A sentence for each limit of the study."""
     places: tuple[Place, ...]
     rate: float
-    """Events and slips of all places a second."""
+    """Events and slips a second; what hits at several places at once is one event."""
     n5: float | None
     """The same of all contact together."""
     n_max: float
@@ -102,7 +103,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         why,
         tuple(limit_words(summary["limits"] or [])),
         places,
-        sum(p.rate for p in places),
+        _rate(summary, run, places, seconds),
         _n5(sound, beside),
         _n_max(sound, beside),
         beside,
@@ -136,6 +137,15 @@ def _seconds(summary: Mapping[str, Any], run: Mapping[str, Any]) -> float:
     """Length of what is counted."""
     start, end = summary["verification"].get("window") or (0.0, run["end"])
     return float(end) - float(start)
+
+
+def _rate(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[Place], seconds: float) -> float:
+    every = sum(p.rate for p in places)
+    window = summary["verification"].get("window")
+    if window is None or not seconds > 0.0 or not run.get("events"):
+        return every
+    hits = sum(overlap(e["t_start"], e["t_end"], window) for e in run["events"])
+    return min(every, (hits + sum(p["slips"] or 0 for p in run["places"] if _does(p))) / seconds)
 
 
 def _does(p: Mapping[str, Any]) -> str:
@@ -318,7 +328,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
             "not heard" if found.n5 is None else _sones(found.n5),
             "; ".join(text for text in (_band(found), loud) if text) or found.why,
         ),
-        Tile("events a second", number(found.rate, 2), plural(len(found.places), "place")),
+        Tile("events a second", number(found.rate, 2), f"at {plural(len(found.places), 'place')}"),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
     ]
 
