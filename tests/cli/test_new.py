@@ -13,7 +13,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.propose.proposal import propose
 from creak_thesis.door import write_door
-from helpers_decks import two_strips
+from helpers_decks import strip, two_strips
 from helpers_nastran_strips import strips
 from helpers_ties import sections, sheet
 
@@ -89,6 +89,17 @@ def test_a_study_without_contact_is_nothing_to_run_next(creak, tmp_path):
     )
     text = (tmp_path / "strips.toml").read_text()
     assert "The nearest nodes are those of UPPER and LOWER: 5.25 mm" in text  # 4 mm and half of both thicknesses
+
+
+def test_a_part_between_two_others_keeps_them_apart(creak, tmp_path):
+    """A third strip lies on the upper one, nearer to the lower one than the distance."""
+    third = strip(2001, 2001, "TOP", 3.0) + "*SHELL SECTION, ELSET=TOP, MATERIAL=STEEL\n1.0,\n"
+    deck = two_strips().replace("*BOUNDARY\n", f"{third}*BOUNDARY\nROOT_TOP, 1, 6\n", 1)
+    told, _ = new(creak, tmp_path, deck, "--distance", 5)
+    assert {frozenset(c["name"].split("-")) for c in told["contacts"]} == {
+        frozenset(("lower", "upper")),
+        frozenset(("upper", "top")),
+    }
 
 
 def test_distance_decides_what_is_near(creak, tmp_path):

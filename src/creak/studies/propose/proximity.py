@@ -10,7 +10,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import facets_of
 from creak.errors import InputError
 from creak.model.constraints import tied_nodes
@@ -23,6 +23,8 @@ from creak.studies.propose.opposite import Kind, Met, Skin, element_numbers, joi
 
 LEAST = 0.05
 """A set that covers less than this share of what is near is not taken."""
+ASIDE, ENDS = 0.3, 0.02
+"""How far a third part may lie beside the way between two others, and how near to its ends, as shares of it."""
 FITS = 0.8
 """A node set that fits less well than this does not stand for near nodes."""
 
@@ -60,8 +62,9 @@ def skins_of(model: Model) -> dict[int, Skin]:
 def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: float) -> list[Near]:
     """Pairs of parts that come nearer than `distance`, or else than `far`, the nearest first.
 
-    Nodes that links or ties hold are left out: nothing rattles there. Parts without shells and solids have no skin.
-    Two edges are told only of parts that are near each other nowhere else.
+    Nodes that links or ties hold are left out: nothing rattles there. So are those that another part lies before.
+    Parts without shells and solids have no skin. Two edges are told only of parts that are near each other nowhere
+    else.
 
     Parameters
     ----------
@@ -70,8 +73,9 @@ def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: fl
     tied = tied_nodes(model.constraints, model.nodes.count)
     found: list[Near] = []
     for i, j in combinations(skins, 2):
-        there = opposite(model, skins[i], skins[j], far, tied, 0)
-        back = opposite(model, skins[j], skins[i], far, tied, 1)
+        between = [skin for k, skin in skins.items() if k not in (i, j)]
+        there = _in_sight(model, opposite(model, skins[i], skins[j], far, tied, 0), between)
+        back = _in_sight(model, opposite(model, skins[j], skins[i], far, tied, 1), between)
         names = (model.parts[i].name, model.parts[j].name)
         of_kind = partial(_near, skins=(skins[i], skins[j]), distance=distance)
         pairs = [
@@ -83,6 +87,38 @@ def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: fl
             pairs = [of_kind("ends", names, [there.of("ends"), back.of("ends")])]
         found += [pair for pair in pairs if pair is not None]
     return sorted(found, key=lambda n: n.gap)
+
+
+def _in_sight(model: Model, met: Met, others: Sequence[Skin]) -> Met:
+    """Without nodes between which and the nearest point of the other skin a third part lies.
+
+    It does where its nearest point, from either end, is on the way: within `ASIDE` of it as seen from that end.
+    """
+    X, clear = model.nodes.coords, np.ones(met.nodes.size, dtype=bool)
+    for skin in others:
+        rows = np.flatnonzero(clear & (met.gap > 0.0))
+        if not rows.size:
+            break
+        start, end = X[met.nodes[rows]], met.point[rows]
+        corners = X[skin.facets]
+        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+        beside = (np.maximum(start, end) < low).any(axis=1) | (np.minimum(start, end) > high).any(axis=1)
+        rows, start, end = rows[~beside], start[~beside], end[~beside]
+        if rows.size:
+            clear[rows[_lies_on(skin, corners, start, end) | _lies_on(skin, corners, end, start)]] = False
+    return met.where(clear)
+
+
+def _lies_on(skin: Skin, corners: FloatArray, start: FloatArray, end: FloatArray) -> BoolArray:
+    """(n,) whether the skin's point nearest to each start lies on the way to its end."""
+    way = end - start
+    length = np.linalg.norm(way, axis=1)
+    near = nearest_points(start, corners, skin.facets[:, 2] == skin.facets[:, 3], float(length.max()))
+    foot = np.einsum("nc,ncx->nx", near.shape, corners[np.where(near.found, near.facet, 0)]) - start
+    along = np.einsum("nx,nx->n", foot, way) / np.maximum(length, 1e-300)
+    aside = np.sqrt(np.maximum(np.einsum("nx,nx->n", foot, foot) - along**2, 0.0))
+    on_it = (along > ENDS * length) & (along < (1.0 - ENDS) * length) & (aside <= ASIDE * along)
+    return np.asarray(near.found & on_it)
 
 
 def near_beams(model: Model, skins: Mapping[int, Skin], distance: float) -> list[str]:
