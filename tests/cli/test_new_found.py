@@ -217,6 +217,17 @@ def nastran_plates(z, thickness=2.0, *, offset="", corners="", turned=False):
     return "\n".join([*lines, "SPC1,1,123456,1", "SPC1,1,123456,101", "ENDDATA", ""])
 
 
+def test_names_of_the_deck_come_before_numbers(creak, tmp_path):
+    """A property's number is a set as well; its comment is what the user calls it."""
+    (tmp_path / "plates.bdf").write_text(
+        nastran_plates(2.3).replace("PSHELL,1,", "$ Femap Property 1 : Floor\nPSHELL,1,")
+    )
+    said = creak("new", tmp_path / "plates.bdf", "--json")
+    (contact,) = json.loads(said.out)["contacts"]
+    assert {contact["secondary"], contact["main"]} == {"FLOOR", "PID_2"}
+    assert set(contact["name"].split("-")) == {"floor", "pid_2"}
+
+
 @pytest.mark.parametrize(
     ("deck", "gap", "side"),
     [

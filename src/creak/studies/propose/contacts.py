@@ -19,7 +19,7 @@ from creak.progress import Progress
 from creak.studies.prepare.channels import METHODS
 from creak.studies.propose.joints import linked_parts
 from creak.studies.propose.opposite import STRAIGHT, Met
-from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of
+from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of, titles_of
 from creak.words import listed
 
 EVEN = 0.05
@@ -108,9 +108,10 @@ def find_contacts(model: Model, near: Sequence[Near], distance: float, progress:
         ]
     progress("try the contacts", len(near), len(near))
     found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
-    names: dict[str, int] = {}
+    names, titles = dict[str, int](), titles_of(model)
     out = []
     for c in sorted(found, key=lambda c: not c.live):
+        c = replace(c, name=_pair_name([titles.get(part, part) for part in c.parts]))
         k = names[c.name] = names.get(c.name, 0) + 1
         if k > 1:
             own = f"{c.secondary}_{k}" if c.labels else c.secondary

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,6 +26,7 @@ LEAST = 0.05
 """A set that covers less than this share of what is near is not taken."""
 ASIDE, ENDS = 0.3, 0.02
 """How far a third part may lie beside the way between two others, and how near to its ends, as shares of it."""
+NUMBER = re.compile(r"(PID|PART|SET(_[A-Z]+)?)_\d+(\.S(POS|NEG))?")
 FITS = 0.8
 """A node set that fits less well than this does not stand for near nodes."""
 
@@ -216,7 +218,7 @@ def _covering(model: Model, every: Mapping[str, IntArray], near: IntArray, usabl
         free = {name: int(np.count_nonzero(left[s])) for name, s in candidates.items() if not taken[s].any()}
         size = int(np.count_nonzero(left))
         fits = [(2.0 * shared / (size + candidates[name].size), name) for name, shared in free.items()]
-        score, name = max(fits, key=lambda f: f[0], default=(0.0, ""))
+        score, name = max(fits, key=lambda f: (f[0], not is_number(f[1])), default=(0.0, ""))
         if not score or free[name] < LEAST * near.size:
             break
         if not usable(name):
@@ -256,6 +258,26 @@ def fitting_node_set(model: Model, near: IntArray, part: str) -> str | None:
     ]
     score, name = max(fits, default=(0.0, ""))
     return name if score >= FITS else None
+
+
+def is_number(name: str) -> bool:
+    """Whether a name is the number of a part, property or set in a deck, as PID_7 and PART_7.SPOS are."""
+    return NUMBER.fullmatch(name) is not None
+
+
+def titles_of(model: Model) -> dict[str, str]:
+    """Name of a part that is a number -> that of the first set of all its shells and solids that is none."""
+    first, whole = element_numbers(model), dict[bytes, str]()
+    for name, members in model.element_sets.items():
+        if not is_number(name) and not name.startswith("_"):
+            whole.setdefault(np.unique(first[members[:, 0]] + members[:, 1]).tobytes(), name)
+    found = dict[str, str]()
+    for i, part in enumerate(model.parts):
+        own = [row for row, b in enumerate(model.blocks) if b.part == i and (b.kind in SHELL_FACETS or b.kind in FACES)]
+        if own and is_number(part.name):
+            key = np.concatenate([first[row] + np.arange(model.blocks[row].ids.size) for row in own]).tobytes()
+            found |= {part.name: whole[key]} if key in whole else {}
+    return found
 
 
 def numbers_of(model: Model, name: str) -> IntArray:
