@@ -67,7 +67,7 @@ def test_the_tables_of_the_page_are_those_of_the_terminal(record):
 def test_the_answer_of_the_page_is_that_of_the_terminal(record):
     (block,) = re.findall(r"^    (RED: .*?)\n\n", PAGE, flags=re.MULTILINE | re.DOTALL)
     shown = [line.removeprefix("    ") for line in block.splitlines()]
-    assert len(shown) == 5
+    assert len(shown) == 8
     assert "\n".join(shown) in "\n".join(record["printed"]["run"])
 
 

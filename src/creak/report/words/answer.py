@@ -359,7 +359,7 @@ def _band(found: Answer) -> str:
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:
     """Lines of at most `WIDTH` columns for the end of the terminal: `LINES` at most, and one for each limit.
 
-    Long texts go on in further lines as long as there are such left.
+    Long texts go on in further lines as long as there are such left; what does not fit is left out from a semicolon on.
     """
     found = answer(summary)
     first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
@@ -367,10 +367,19 @@ def answer_lines(summary: Mapping[str, Any]) -> list[str]:
     lines = [*first, *_place_lines(found.places)]
     spare = max(LINES - len(lines) - len(texts), 0)
     for text in texts:
-        own = textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=1 + spare)
+        own = _fitting(text, 1 + spare)
         spare -= len(own) - 1
         lines += own
     return lines
+
+
+def _fitting(text: str, most: int) -> list[str]:
+    clauses = text.split("; ")
+    for n in range(len(clauses), 0, -1):
+        lines = textwrap.wrap("; ".join(clauses[:n]), WIDTH, subsequent_indent="  ")
+        if len(lines) <= most:
+            return lines
+    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=most)
 
 
 def _place_lines(places: Sequence[Place]) -> list[str]:
