@@ -33,7 +33,11 @@ def place_rows(found: Robustness) -> list[list[str]]:
     rows = [[*head, f"gap for {100.0 * target:g} %, {units.length}"]]
     for p in found.places:
         spreads = (f"{number(s['median'])} (to {number(s['p95'])})" for s in (p.events, p.impulse, p.force))
-        rows.append([p.name, odds_words(p.rattle), *spreads, _need_words(found, p.name)])
+        odds, need = odds_words(p.rattle), _need_words(found, p.name)
+        if p.rattle.p + p.before_alone.p > p.rattle.high:
+            odds += f", and before the window in {100.0 * p.before_alone.p:.3g} % more"
+            need += "" if need == NONE else ", in the window alone"
+        rows.append([p.name, odds, *spreads, need])
     return rows
 
 

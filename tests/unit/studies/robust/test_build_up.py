@@ -10,6 +10,7 @@ from scipy.signal import lsim
 from scipy.stats import norm
 
 import creak
+from creak.report.tables.robust import place_rows
 from creak.studies.robust.findings import _built_up
 from creak.verify.odds import odds
 
@@ -94,6 +95,9 @@ def test_hits_of_the_build_up_are_told(tmp_path):
     assert place.rattle.hits == 0
     assert place.before.hits == pytest.approx(32 * norm.cdf((before - MEAN) / SIGMA), abs=1.5)
     assert place.before_alone == place.before
+    row = place_rows(found)[1]
+    assert row[1].endswith(f", and before the window in {100.0 * place.before.p:.3g} % more")
+    assert row[-1] == "–" or row[-1].endswith(", in the window alone")
     (told,) = found.as_dict()["warnings"]
     share = f"{100.0 * place.before.p:.0f} %"
     assert told.startswith(f"stop is hit before 0.15 s, as the motion builds up, in {share} of all draws, in {share}")
