@@ -166,13 +166,15 @@ def _show(output: Output, read: Any, rows: Sequence[Row], folder: Path, reports:
     output.wrote(folder / "sweep.csv", folder / "sweep.h5")
     if not reports:
         return
-    from creak.report.sweep_page import MOST, sweep_rows, write_sweep_page
+    from creak.report.sweep_page import MOST, idle_keys, sweep_rows, write_sweep_page
 
     write_sweep_page(read.config.title or read.path.name, rows, folder / "sweep.html")
     output.wrote(folder / "sweep.html")
     output.table("Cases", sweep_rows(rows)[: MOST + 1])
     if len(rows) > MOST:
         output.say(f"and {len(rows) - MOST} more, in {folder / 'sweep.csv'}")
+    for key in idle_keys(rows):
+        output.say(f"note: {key} changes nothing of what touches")
 
 
 def _finish(output: Output, rows: Sequence[Row], folder: Path, known: int) -> None:

@@ -35,6 +35,8 @@ FRICTION = {
 """The same of what rubs; those that no case has are left out."""
 COMPARED = {"impulse_total": "impulse", "friction_energy_total": "friction energy"}
 """What the sentence tells the least and the most of."""
+SAME = 1e-9
+"""Share by which impulses differ that are the same."""
 MOST = 40
 """Rows in the terminal."""
 
@@ -92,7 +94,25 @@ def sentence(rows: Sequence[Row]) -> str:
         said += filter(None, (_between(rows, f"{run}.{key}", name) for key, name in COMPARED.items()))
         if len(said) > 1:
             break
+    said += [f"{key} changes nothing" for key in idle_keys(rows)]
     return f"{'; '.join(said)}."
+
+
+def idle_keys(rows: Sequence[Row]) -> list[str]:
+    """Keys whose values change the impulse of no case, all others being the same: what they belong to does not move, or
+    nothing that touches hangs on it."""
+    run = next((r for r in RUNS if any(f"{r}.impulse_total" in row.outcome.record for row in rows)), RUNS[0])
+    known = [row for row in rows if row.outcome.record.get(f"{run}.impulse_total")]
+    idle = []
+    for key in rows[0].case.changes if known else ():
+        groups: dict[str, dict[str, float]] = {}
+        for row in known:
+            others = repr([row.case.seed, *(value for k, value in row.case.changes.items() if k != key)])
+            groups.setdefault(others, {})[repr(row.case.changes[key])] = row.outcome.record[f"{run}.impulse_total"]
+        several = [list(impulses.values()) for impulses in groups.values() if len(impulses) > 1]
+        if several and all(max(x) - min(x) <= SAME * max(x) for x in several):
+            idle.append(key)
+    return idle
 
 
 def _between(rows: Sequence[Row], column: str, name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from creak.report.sweep_page import sentence, sweep_rows, write_sweep_page
+from creak.report.sweep_page import idle_keys, sentence, sweep_rows, write_sweep_page
 from creak.report.words.text import NONE
 from creak.studies.sweep.case import Outcome
 from creak.studies.sweep.cases import Case
@@ -45,6 +45,14 @@ def test_rows_say_what_each_case_changes_and_how_it_ended():
     assert cells[2][4] == "failed"
     assert len(set(cells[2][5:])) == 1, "nothing is known of it"
     assert sentence(ROWS) == "3 cases; impulse from 0.5000 N s (gap<.1>) to 2.000 N s (b)."
+
+
+def test_a_key_that_changes_nothing_is_told():
+    rows = [row(f"{gap}", gap, 2.0) for gap in (0.1, 0.25)]
+    assert idle_keys(rows) == ["contact.tip.clearance"]
+    assert sentence(rows).endswith("; contact.tip.clearance changes nothing.")
+    assert idle_keys(ROWS) == []
+    assert idle_keys([row("a", 0.1, 0.0), row("b", 0.2, 0.0)]) == [], "nothing touches"
 
 
 def test_friction_is_told_where_anything_rubs():
