@@ -24,7 +24,7 @@ from creak.elements.geometry import DegenerateElement
 from creak.errors import InputError
 from creak.later import later
 from creak.linalg.threads import in_order
-from creak.model.constraints import Constraint, Equation
+from creak.model.constraints import Constraint, Equation, KinematicCoupling, RigidLink
 from creak.model.dofs import PER_NODE, dof_label, node_dofs, nodes_of
 from creak.model.materials import (
     Discrete,
@@ -94,12 +94,21 @@ def is_damped(model: Model) -> bool:
 
 
 def undamped_words(model: Model) -> str:
-    """`900 of 1,000 shells, solids and beams`: those that no material damps where it damps others of the model; empty
-    where these are few."""
-    structural = [b for b in model.blocks if isinstance(b.section, Structural)]
-    bare = sum(b.ids.size for b in structural if not _damps(b.section))
-    every = sum(b.ids.size for b in structural)
-    return f"{bare:,} of {every:,} shells, solids and beams" if is_damped(model) and bare > MOSTLY * every else ""
+    """`900 of 1,000 shells, solids and beams`: those that no material damps where something else of the model is
+    damped; empty where these are few. Elements that move as rigid bodies do not count."""
+    if not is_damped(model):
+        return ""
+    rigid = np.zeros(model.nodes.count, dtype=bool)
+    for c in model.constraints:
+        if isinstance(c, KinematicCoupling | RigidLink):
+            rigid[c.nodes] = True
+    bare = every = 0
+    for b in model.blocks:
+        if isinstance(b.section, Structural):
+            elastic = int((~rigid[b.nodes_idx].all(axis=1)).sum())
+            every += elastic
+            bare += 0 if _damps(b.section) else elastic
+    return f"{bare:,} of {every:,} shells, solids and beams" if bare > MOSTLY * every else ""
 
 
 def _damps(section: Section) -> bool:

@@ -155,13 +155,23 @@ class Structure:
         Where it looked at single events alone, start and closing speed hang on what came before, too (`inherited`).
         """
         unit = event.t_end - event.t_start if name in TIMES else 1.0
-        alone = bool(self.run) or event.t_start < self.first_end
-        more = 0.0 if alone or name not in MOVED else MOVED[name] * self.inherited(event) * unit
+        more = 0.0 if self.begins_anew(event) or name not in MOVED else MOVED[name] * self.inherited(event) * unit
         found = [s.error(name) for s in (*self.weighed, *self.run) if s.event is event]
         known = [x for x in found if x is not None]
         if known:
             return float("inf") if np.isnan(known).any() else max(known) + more
         return self.spread(name, event) * unit + more
+
+    def begins_anew(self, event: Event) -> bool:
+        """Whether what was found of an event holds what came before it, or nothing did."""
+        return bool(self.run) or event.t_start < self.first_end
+
+    @property
+    def of_impulses(self) -> float:
+        """Largest error of an impulse that a spot check found, a share; infinite where the unreduced model has no such
+        event."""
+        found = [x for s in self.weighed if (x := s.error("impulse")) is not None]
+        return float("inf") if np.isnan(found).any() else max(found, default=0.0)
 
     def inherited(self, event: Event) -> float:
         """What the error of earlier impulses moves of an event: the largest that a spot check found, as a share of the

@@ -8,6 +8,13 @@ import operator
 from collections.abc import Callable, Mapping
 
 Value = float | int | str
+
+
+def whole(x: float, *of: float) -> float:
+    """The same as an integer where it is made of integers and is one."""
+    return int(x) if all(isinstance(a, int) for a in of) and abs(x) < EXACT and x == int(x) else x
+
+
 Functions = Mapping[str, Callable[..., float]]
 _BINARY: Mapping[type, Callable[[float, float], float]] = {
     ast.Add: operator.add,
@@ -16,7 +23,7 @@ _BINARY: Mapping[type, Callable[[float, float], float]] = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
-    ast.Pow: lambda a, b: math.pow(a, b),
+    ast.Pow: lambda a, b: whole(math.pow(a, b), a, b),
 }
 _UNARY: Mapping[type, Callable[[float], float]] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 FUNCTIONS: Functions = {
@@ -25,7 +32,7 @@ FUNCTIONS: Functions = {
     **{"abs": abs, "min": min, "max": max, "int": int, "float": float, "round": round},
 }
 """What most decks know."""
-LARGEST = 1e300
+LARGEST, EXACT = 1e300, 2.0**53
 ERRORS = (SyntaxError, ValueError, TypeError, ArithmeticError, KeyError, RecursionError, MemoryError)
 """What `value_of` raises where a text is no such expression."""
 

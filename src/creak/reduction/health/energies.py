@@ -10,6 +10,8 @@ from creak.arrays import FloatArray, Matrix
 from creak.assembly.system import System
 from creak.reduction.health.rigid import motion
 
+ROUND_OFF = 1e-9
+"""Of the terms of an energy, which they lose to each other: smaller energies are none."""
 MOTIONS = 3
 """Random motions that are looked at."""
 
@@ -37,7 +39,8 @@ def energies(full: System, reduced: System) -> Energies:
     if all((e > 0.0).all() for e in own):
         q[boundary:] *= np.sqrt(own[0] / own[1])
     u = motion(full, reduced, q)
-    return Energies(*(_apart(_energy(A, q), _energy(B, u)) for A, B in ((reduced.M, full.M), (reduced.K, full.K))))
+    both = ((reduced.M, full.M), (reduced.K, full.K))
+    return Energies(*(_apart(_energy(A, q), _energy(B, u), _terms(B, u)) for A, B in both))
 
 
 def _only(q: FloatArray, some: slice) -> FloatArray:
@@ -51,6 +54,11 @@ def _energy(A: Matrix, q: FloatArray) -> FloatArray:
     return np.asarray(np.einsum("ij,ij->j", q, np.asarray(A @ q)))
 
 
-def _apart(a: FloatArray, b: FloatArray) -> float:
-    size = np.maximum(np.abs(a), np.abs(b)).max(initial=0.0)
+def _terms(A: Matrix, u: FloatArray) -> FloatArray:
+    """(k,) |u|' |A| |u|: what the terms of the energy are, which may cancel, as those of rigid motion do."""
+    return _energy(abs(A), np.abs(u))
+
+
+def _apart(a: FloatArray, b: FloatArray, terms: FloatArray) -> float:
+    size = np.maximum(np.maximum(np.abs(a), np.abs(b)), ROUND_OFF * terms).max(initial=0.0)
     return float(np.abs(a - b).max() / size) if size else 0.0

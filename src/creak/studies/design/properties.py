@@ -46,12 +46,19 @@ def with_properties(
     """
     if not materials and not sections:
         return model, []
-    known, notes = properties_of(model), []
+    known, notes, seen = properties_of(model), list[str](), dict[str, str]()
     for kind, tables in (("material", materials), ("section", sections)):
         for name, table in tables.items():
             for word in table.given:
                 value = getattr(table, word)
                 for own in sections_of(model, name) if kind == "section" else (name,):
+                    if kind == "section" and seen.setdefault(own.upper(), name) != name:
+                        raise InputError(
+                            f"[section.{seen[own.upper()]}] and [section.{name}] both change {own}",
+                            where=places.where(kind, name),
+                            expected="one table for each section",
+                            fix="Leave one of them out.",
+                        )
                     key = _known(model, known, kind, own, word, places.where(kind, name, word))
                     model = _changed(model, key, value)
                     of = "" if own.upper() == name.upper() else f" of {own}"

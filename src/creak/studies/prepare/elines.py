@@ -69,6 +69,8 @@ class Elines:
         return np.array([row[g] for g in self.points.group], dtype=np.int64)
 
 
+AROUND = 9
+"""A node and those of the four facets round it: how far nodes are apart there."""
 NO_ELINES = Elines((), join([]), np.zeros((0, 3, 3)), np.zeros((0, 3)), np.zeros(0), 100.0)
 
 
@@ -166,7 +168,11 @@ def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: In
     trees = [cKDTree(X[rows]) for rows in (main, secondary)]
     ends = [X[secondary[trees[1].query(places)[1]]]]
     ends.append(X[main[trees[0].query(ends[0])[1]]])
-    apart = sum(tree.query(at, k=2)[0][:, 1] for tree, at in zip(trees, ends[::-1], strict=True) if tree.n > 1)
+    apart = sum(
+        tree.query(at, k=min(AROUND, tree.n))[0][:, -1]
+        for tree, at in zip(trees, ends[::-1], strict=True)
+        if tree.n > 1
+    )
     way = ends[1] - ends[0]
     length = np.maximum(np.einsum("nx,nx->n", way, way), np.finfo(float).tiny)
     share = np.clip(np.einsum("nx,nx->n", places - ends[0], way) / length, 0.0, 1.0)

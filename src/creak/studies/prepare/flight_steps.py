@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,6 +24,8 @@ WRITTEN_PER_PERIOD = 2.0
 """Instants written in a period of the verification's f_max."""
 FASTEST = 100.0
 """Longest flight step over the shortest: loads whose samples are closer are followed as closely as that."""
+STEEPEST = 25.0
+"""The same of flanks: what is left of a jump is when it comes, to half a step."""
 PER_PERIOD = 10.0
 """Flight steps in a period of the excitation, and of the modes that are compared: a cubic through four samples is then
 within 1e-4 of a sine."""
@@ -37,6 +39,8 @@ FEW = 20
 """Lobes that are followed one by one."""
 MANY, UNEVEN = 50, 4.0
 """Points from which on they may be those of a record, and how far its spacing differs: nine tenths to one tenth."""
+PLATEAUS = 0.2
+"""Share of the pieces that rest from which on uneven points draw a shape."""
 TRAVEL = 0.02
 """Share of all that a signal spans, by which it goes in the time that tells how steep it is."""
 PER_LOBE, FEWEST = 10.0, 2.5
@@ -60,10 +64,11 @@ def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
     if not c.time.exact:
         return study, []
     points, course = _wanted(study.driving), study.course
-    wanted = _resolved(study.driving, c.verification, {name: one.step for name, one in points.items()})
+    shown = _resolved(study.driving, c.verification, [one.told for one in points.values()])
+    wanted = min(shown, _resolved(study.driving, c.verification, [one.step for one in points.values()], STEEPEST))
     interval = c.output.interval
     if interval is None:
-        most = min(wanted, course.end / WRITTEN)
+        most = min(shown, course.end / WRITTEN)
         whole = c.output.field_interval or min(course.period or course.end, course.end)
         interval = whole / math.ceil(whole / most * (1.0 - 1e-9))
     step = interval / math.ceil(interval / wanted * SHORTER.get(c.time.accuracy, 1.0) * (1.0 - 1e-9))
@@ -86,12 +91,12 @@ def _unfollowed(driving: Driving, step: float, points: Mapping[str, Wanted]) -> 
     ]
 
 
-def _resolved(driving: Driving, v: VerificationTable, points: Mapping[str, float]) -> float:
+def _resolved(driving: Driving, v: VerificationTable, points: Sequence[float], fastest: float = FASTEST) -> float:
     """s of a flight step that follows what is compared and the excitations: their highest frequency, their `points`."""
     longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
     highest = highest_frequency(driving)
     steps = [1.0 / (PER_PERIOD * highest)] if highest else []
-    return max(min([longest, *steps, *points.values()]), longest / FASTEST)
+    return max(min([longest, *steps, *points]), longest / fastest)
 
 
 class Wanted(NamedTuple):
@@ -120,16 +125,18 @@ def _wanted(driving: Driving) -> dict[str, Wanted]:
 def _between_points(time: FloatArray, value: FloatArray) -> Wanted:
     """Flight steps that follow straight lines between points.
 
-    Points that are nearly even, and many, are those of a record: the median of their spacing follows them. So it does
-    where some stand closer, but for a few lobes and flanks that are narrower. Other points draw a shape: its lobes are
-    followed, and the flank in which it goes by `TRAVEL` of all that it spans in the shortest time.
+    Many points that are nearly even, or between which the signal hardly ever rests, are those of a record: the median
+    of their spacing follows them. So it does where some stand closer, but for a few lobes and flanks that are narrower.
+    Other points draw a shape: its lobes are followed, and the flank in which it goes by `TRAVEL` of all that it spans
+    in the shortest time.
     """
-    between, span = np.diff(time), float(np.ptp(value))
-    if time.size < 2 or not span:
+    if time.size < 2 or not np.ptp(value):
         return Wanted(np.inf, np.inf)
+    between, span = np.diff(time), float(np.ptp(value))
     median = float(np.median(between))
     some, most = np.quantile(between, (0.1, 0.9))
-    if time.size < MANY or most > UNEVEN * some:
+    plateaus = float(np.mean(np.abs(np.diff(value)) <= LEAST * span))
+    if time.size < MANY or (most > UNEVEN * some and plateaus > PLATEAUS):
         lobes = _narrow_lobes(time, value) if between.min() < EVEN * median else []
         told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
         return Wanted(min(told, _shortest_travel(time, value, TRAVEL * span) / (TRAVEL * PER_FLANK)), told)

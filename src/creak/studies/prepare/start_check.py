@@ -103,7 +103,7 @@ def undamped_warnings(
     if bare := undamped_words(model):
         return [
             Warned(
-                f"{bare} are undamped: the deck damps the others alone, and no study says how, so that their vibration "
+                f"{bare} are undamped: the deck damps other elements alone, and no study says how, so that vibration "
                 f"hardly dies out; {fix}"
             )
         ]

@@ -71,6 +71,18 @@ def test_included_files_are_shifted_by_names_and_keep_local_ones(tmp_path):
     assert at[201] == [9.0, 2.0, 0.0]
 
 
+def test_local_names_are_known_below_their_file_and_integers_stay_integers(tmp_path):
+    """The section of an included file has the local value; 2**3/3 and mod(7,4)/2 are 2 and 1 of integers."""
+    head = "*PARAMETER\nR half_r  1.0\n*PARAMETER_LOCAL\nR half_r  5.0\n*PARAMETER_EXPRESSION\nI a       2**3/3\nI b       mod(7,4)/2\n"
+    section = "*SECTION_SHELL\n1,2\n&half_r\n"
+    plate = PLATE.replace(section, "*INCLUDE\nsub.k\n")
+    assert plate != PLATE
+    text = HEAD.replace("R half_r  7/2.0\n", "") + head + plate + "*NODE\n50,&a,&b,0.\n"
+    model = read(tmp_path, text, sub=section)
+    assert model.blocks[0].section.thickness == 5.0
+    assert model.nodes.coords[model.nodes.ids.tolist().index(50)].tolist() == [2.0, 1.0, 0.0]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [

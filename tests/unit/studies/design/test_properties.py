@@ -173,6 +173,10 @@ def test_a_title_of_several_parts_is_that_of_all_and_springs_that_differ_have_a_
     assert [b.section.thickness for b in changed.blocks if b.kind == "quad4"] == [0.3, 0.3]
     assert sorted(b.section.stiffness for b in changed.blocks if b.kind == "axial2") == [50.0, 100.0]
     assert start_of(read_study(path), model, "section.hooks.stiffness_factor") == 1.0
+    both = "[section.PART_1]\nthickness = 0.2\n[section.FLOOR]\nthickness = 0.3\n"
+    path.write_text(f'[model]\ndeck = "deck.k"\n{both}')
+    with pytest.raises(InputError, match=r"\[section.PART_1\] and \[section.FLOOR\] both change PART_1"):
+        linear_structure(read_study(path), model)
     path.write_text('[model]\ndeck = "deck.k"\n[section.CLIPS]\nstiffness = 5.0\n')
     with pytest.raises(InputError, match=r"'PART_3' of the deck has no single stiffness.*expected stiffness_factor"):
         linear_structure(read_study(path), model)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
+from creak.assembly.part import undamped_words
 from creak.assembly.system import System
 from creak.dynamics.diagonal import modal_matrices
 from creak.formats.abaqus.reader import read_deck
@@ -89,13 +90,32 @@ def test_a_dashpot_in_an_undamped_structure_is_told_as_none(tmp_path):
     dashpot = "*ELEMENT, TYPE=DASHPOT1, ELSET=D\n9001, 13\n*DASHPOT, ELSET=D\n3\n1e-6\n*BOUNDARY\n"
     deck = UNDAMPED.replace("*BOUNDARY\n", dashpot, 1)
     (said,) = warnings_of(set_up(read_study(write_strips(tmp_path, deck))).notes)
-    assert said.startswith("48 of 48 shells, solids and beams are undamped: the deck damps the others alone")
+    assert said.startswith("48 of 48 shells, solids and beams are undamped: the deck damps other elements alone")
     line = re.search(r"damping\.modal = [\d.]+", said).group()
     assert warnings_of(set_up(read_study(write_strips(tmp_path, deck, f"{line}\n{STUDY}"))).notes) == []
     model = read_deck(tmp_path / "strips.inp")
     text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
     assert "# Damping: 48 of 48 shells, solids and beams of the deck have none." in text
     assert "modal = 0.02" in text
+
+
+def test_elements_of_a_rigid_body_need_no_damping(tmp_path):
+    """The undamped upper strip hangs on a reference node; the lower one is damped."""
+    steel = re.search(r"\*MATERIAL, NAME=STEEL\n(?:(?!\*SHELL).*\n)*", two_strips()).group()
+    bare = re.sub(r"\*DAMPING[^\n]*\n", "", steel).replace("STEEL", "BARE")
+    deck = (
+        two_strips().replace(steel, steel + bare).replace("ELSET=UPPER, MATERIAL=STEEL", "ELSET=UPPER, MATERIAL=BARE")
+    )
+    rigid = "*NODE\n9001, 0., 0., 9.\n*NSET, NSET=ALL_UPPER, GENERATE\n1, 39, 1\n*RIGID BODY, REF NODE=9001, TIE NSET=ALL_UPPER\n"
+    (tmp_path / "a.inp").write_text(deck)
+    (tmp_path / "b.inp").write_text(deck.replace("*BOUNDARY\n", f"{rigid}*BOUNDARY\n9001, 1, 6\n", 1))
+    assert undamped_words(read_deck(tmp_path / "a.inp")) == ""  # half of them
+    extra = deck.replace("ELSET=LOWER, MATERIAL=STEEL", "ELSET=LOWER, MATERIAL=BARE").replace("BARE", "STEEL", 0)
+    (tmp_path / "c.inp").write_text(
+        extra + "*ELEMENT, TYPE=DASHPOT1, ELSET=D\n9101, 1013\n*DASHPOT, ELSET=D\n3\n1e-6\n"
+    )
+    assert undamped_words(read_deck(tmp_path / "c.inp")).startswith("48 of 48")
+    assert undamped_words(read_deck(tmp_path / "b.inp")) == ""
 
 
 def test_a_model_without_damping_is_told_what_to_write(tmp_path):

@@ -67,23 +67,40 @@ class _Reader:
     """Those of *PARAMETER, by name."""
     places: dict[str, str] = field(default_factory=dict)
 
-    def read(self, path: Path, included_at: str, above: tuple[Path, ...], shift: Shift, form: _Format) -> None:
+    def read(
+        self,
+        path: Path,
+        included_at: str,
+        above: tuple[Path, ...],
+        shift: Shift,
+        form: _Format,
+        known: ChainMap[str, Value] | None = None,
+    ) -> None:
+        """The blocks of a file, with the values that names have there: its own, those of the files above, and all."""
         here = (*above, path.absolute())
         local, local_places = dict[str, Value](), dict[str, str]()
-        values = ChainMap(local, self.values)
+        values = (ChainMap(self.values) if known is None else known).new_child(local)
         for plain in _split(path, read_lines(path, included_at, PROGRAM, ENDINGS, self.budget), form):
             block = replace(plain, values=values)
             if block.name in NAMES:
                 own = LOCAL in block.name
                 define(block, local if own else self.values, local_places if own else self.places)
             elif block.name in INCLUDES:
-                self._include(block, path, here, shift, _Format(block.long, block.wide))
+                self._include(block, path, here, shift, _Format(block.long, block.wide), values)
             elif block.name in PATHS:
                 self.folders += [path.parent / line.text.strip() for line in block.lines]
             else:
                 self.blocks.append(replace(block, shift=shift))
 
-    def _include(self, block: Block, path: Path, above: tuple[Path, ...], shift: Shift, form: _Format) -> None:
+    def _include(
+        self,
+        block: Block,
+        path: Path,
+        above: tuple[Path, ...],
+        shift: Shift,
+        form: _Format,
+        known: ChainMap[str, Value],
+    ) -> None:
         names, rest = _file_names(block)
         if block.name == "INCLUDE_TRANSFORM":
             names, shift = names[:1], _shifted(replace(block, shift=shift), rest)
@@ -91,7 +108,7 @@ class _Reader:
             places = [folder / name.text for folder in (path.parent, self.main.parent, *self.folders)]
             target = next((p for p in places if p.exists() and not p.is_dir()), places[0])
             refuse_loop(target, above, name.where, f"*{block.name}")
-            self.read(target, name.where, above, shift, form)
+            self.read(target, name.where, above, shift, form, known)
 
 
 def _split(path: Path, lines: list[str], form: _Format) -> list[Block]:

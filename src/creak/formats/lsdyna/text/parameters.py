@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 
 from creak.errors import InputError
-from creak.formats.deck.expressions import ERRORS, FUNCTIONS, Functions, Value, error_word, value_of
+from creak.formats.deck.expressions import ERRORS, FUNCTIONS, Functions, Value, error_word, value_of, whole
 from creak.formats.lsdyna.text.cards import LONG, TENS, Block
 from creak.formats.matrices.checks import field_value
 
@@ -26,7 +26,12 @@ def _nearest_integer(x: float) -> int:
 _FUNCTIONS: Functions = {
     **FUNCTIONS,
     **{name: getattr(math, name) for name in ("sinh", "cosh", "tanh", "asinh", "acosh", "atanh")},
-    **{"aint": lambda x: float(math.trunc(x)), "nint": _nearest_integer, "mod": math.fmod, "sign": math.copysign},
+    **{
+        "aint": lambda x: float(math.trunc(x)),
+        "nint": _nearest_integer,
+        "mod": lambda a, b: whole(math.fmod(a, b), a, b),
+    },
+    "sign": lambda a, b: whole(math.copysign(a, b), a, b),
 }
 
 
