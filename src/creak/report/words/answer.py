@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-import textwrap
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from creak.errors import shortened
 from creak.report.words.text import number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
 from creak.studies.findings.elines import YES
@@ -28,11 +26,9 @@ PRESSED = ((FAINT, "soft"), (5.0, "moderate"), (math.inf, "hard"))
 """The same of the force of a place, N, where nothing is heard."""
 LOUDER = 2.0
 """Times as hard as all that is counted, from which on a hit before it is told."""
-OWN = "creak's own words, for want of a [limit]"
-WIDTH, LINES = 80, 8
-"""Columns and lines of the terminal's answer."""
 SHOWN = 3
-"""Places of the terminal's answer."""
+"""Places and lines that are named."""
+OWN = "creak's own words, for want of a [limit]"
 
 
 @dataclass(frozen=True)
@@ -191,11 +187,11 @@ def _is_rare(n5: float, n_max: float) -> bool:
 
 def _how_loud(n5: float, n_max: float) -> str:
     if _is_rare(n5, n_max):
-        return f"rare, up to {_sones(n_max)}"
-    return f"{word_of(n5, HEARD)}, {_sones(n5)}"
+        return f"rare, up to {sones(n_max)}"
+    return f"{word_of(n5, HEARD)}, {sones(n5)}"
 
 
-def _sones(n5: float) -> str:
+def sones(n5: float) -> str:
     return f"{number(n5, 2)} sone" if math.isfinite(n5) else "beyond ISO 532-1"
 
 
@@ -314,7 +310,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     worst, first = _worst(found.places), re.split(r"[.:]", trust)[0]
     word = "" if found.n5 is None else word_of(found.n5, HEARD)
     if found.n5 is not None and _is_rare(found.n5, found.n_max):
-        word = f"heard in less than 5 % of the time, up to {_sones(found.n_max)}"
+        word = f"heard in less than 5 % of the time, up to {sones(found.n_max)}"
     loud = f"{word}; {found.why}" if word else ""
     of_all = " of all places" if len(found.places) > 1 else ""
     return [
@@ -325,8 +321,8 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
         ),
         Tile(
             "loudness added to the background" if found.beside else f"loudness{of_all}, N5",
-            "not heard" if found.n5 is None else _sones(found.n5),
-            "; ".join(text for text in (_band(found), loud) if text) or found.why,
+            "not heard" if found.n5 is None else sones(found.n5),
+            "; ".join(text for text in (band_words(found), loud) if text) or found.why,
         ),
         Tile("events a second", number(found.rate, 2), f"at {plural(len(found.places), 'place')}"),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
@@ -349,62 +345,8 @@ def computed_to(band: Mapping[str, Any] | None) -> float | None:
     return None if band is None or end is None or end >= band["high"] else float(end)
 
 
-def _band(found: Answer) -> str:
+def band_words(found: Answer) -> str:
     if found.band is None:
         return ""
     beyond = "" if found.computed is None else f", statistical above {number(found.computed, 2)} Hz"
     return f"from {number(found.band[0], 2)} to {number(found.band[1], 2)} Hz{beyond}"
-
-
-def answer_lines(summary: Mapping[str, Any]) -> list[str]:
-    """Lines of at most `WIDTH` columns for the end of the terminal: `LINES` at most, and one for each limit.
-
-    Long texts go on in further lines as long as there are such left; what does not fit is left out from a semicolon on.
-    """
-    found = answer(summary)
-    first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
-    texts = list(_texts(found))
-    lines = [*first, *_place_lines(found.places)]
-    spare = max(LINES - len(lines) - len(texts), 0)
-    for text in texts:
-        own = _fitting(text, 1 + spare)
-        spare -= len(own) - 1
-        lines += own
-    return lines
-
-
-def _fitting(text: str, most: int) -> list[str]:
-    clauses = text.split("; ")
-    for n in range(len(clauses), 0, -1):
-        lines = textwrap.wrap("; ".join(clauses[:n]), WIDTH, subsequent_indent="  ")
-        if len(lines) <= most:
-            return lines
-    return textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=most)
-
-
-def _place_lines(places: Sequence[Place]) -> list[str]:
-    """A line for each of the first places, and one for the others."""
-    shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
-    lines = []
-    for p in shown:
-        heard = "" if p.n5 is None else f", Nmax {_sones(p.n_max)}" if p.is_rare else f", N5 {_sones(p.n5)}"
-        told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
-        lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
-    return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
-
-
-def _texts(found: Answer) -> Iterator[str]:
-    worst = next((p for p in found.places if p.cause), None)
-    if worst is not None:
-        yield f"cause: {worst.cause}"
-        if worst.helps:
-            yield f"would help: {worst.helps}"
-    if found.places and found.before:
-        yield found.before
-    yield from found.limits
-    own = [] if found.limits else [f"judged by {found.why}"]
-    band = [] if found.band is None else [f"loudness {_band(found)}"]
-    if found.computed is None and own and band:
-        yield f"{own[0]}; {band[0]}"
-    else:
-        yield from (*own, *band)

@@ -11,11 +11,11 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.coupling import Driven, couple
+from creak.assembly.damped import is_damped
 from creak.assembly.part import (
     Rayleigh,
     assemble_blocks,
     common_rayleigh,
-    is_damped,
     loose_system,
     part_system,
 )

@@ -9,7 +9,7 @@ import pytest
 
 import creak
 from creak.report.tables.sounds import sound_tables
-from creak.report.words.answer import answer_lines
+from creak.report.words.answer_lines import answer_lines
 from creak.sound.carriers import SEED
 from creak.studies.findings.followed import followed
 from creak.studies.findings.places import find_places
