@@ -74,11 +74,10 @@ demo-newest demo-lowest: demo-%:
 	$(KERNELS) $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --set reduction.f_max=1500 --no-converge --out build/$*/door/results
 
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
-# drawn, and with the lowest what is compiled; cards of decks are text, which no version reads otherwise. What else creak
-# takes of a package is looked up by tests/packaging/test_names_taken.py.
-UNIT := $(addprefix tests/unit/,api linalg model report signals sound studies/file studies/findings) \
+# drawn; what the lowest compile is run by their demo. Cards of decks are text, which no version reads otherwise. What
+# else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
+UNIT := $(addprefix tests/unit/,api linalg report signals sound studies/file studies/findings) \
   $(wildcard tests/unit/formats/test_*.py)
-unit-lowest: UNIT += $(addprefix tests/unit/,assembly contact)
 unit-newest unit-lowest: unit-%:
 	$(KERNELS) CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 
