@@ -131,10 +131,11 @@ def _with_problem(e: EventSettling, structure: Structure) -> EventSettling:
 
 def _magnified(f: Settling, before: Sequence[EventSettling], unit: float) -> float:
     """Change of a figure over the largest one of an impulse before, by the family in which that is largest; shares, of
-    times of the event's duration."""
+    times of the event's duration. Impulses that a run lacks are no measure of what was changed."""
     found = 0.0
     for family in PERTURBED:
-        moved = max(_moved(x.figures["impulse"], family, 1.0) for x in before)
+        known = [abs(x.figures["impulse"].changes.get(family, 0.0)) for x in before]
+        moved = max((c for c in known if np.isfinite(c)), default=0.0)
         if moved > ROUND_OFF:
             found = max(found, _moved(f, family, unit) / moved)
     return found

@@ -56,3 +56,10 @@ def test_blows_that_are_alike_pass_nothing_more_on():
     base = [hit(0.1 * k) for k in range(1, 5)]
     more = [hit(0.1 * k, 1.0, 0.01) for k in range(1, 5)]
     assert unreduced("impulse", base, more) == pytest.approx([E] * 4, rel=0.05)
+
+
+def test_an_event_that_a_run_lacks_is_no_measure_for_the_next():
+    """The first blow is moved by 2 %, the second one is gone, the third one moved by 10 %: five times the first."""
+    base = [hit(0.1, 10.0), hit(0.3), hit(0.5)]
+    *_, last = unreduced("impulse", base, [hit(0.1, 10.0, 0.02), hit(0.5, 1.0, 0.1)])
+    assert last == pytest.approx(E + (0.1 / 1.1 / (0.02 / 1.02) - 1.0) * E, rel=0.05)
