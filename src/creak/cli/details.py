@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
-    """A line for each keyword that was not read."""
+    """A line for each keyword that was not read, or of which something is to be told."""
     for u in unread:
         output.say(f"{u.word}: {u.keyword} ({u.where}): {u.why}")
 

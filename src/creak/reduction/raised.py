@@ -27,16 +27,22 @@ def raised(
     before, inside, P = basis.fixed.omega2.size, basis.inside, basis.P
     more = fixed_interface_basis(inside, P, f_max, None, progress, further=True, found=basis.fixed)
     basis = replace(basis, fixed=more.fixed)
+    if matrices.C is not None:
+        return basis, _anew(system, basis, matrices, progress)
     omega2 = basis.fixed.omega2[before:]
     side, stiff = (mode_rows(basis, A)[before:] for A in (inside.M_ib, inside.K_ib))
     low, unit = side - stiff / omega2[:, None], np.eye(omega2.size)
     M = _bordered(matrices.M, low, low, unit)
-    if matrices.C is not None or not _holds(basis, M):
-        made = reduced_matrices(system, basis, progress)
-        return basis, replace(made, static=replace(matrices.static, modes=None))
+    if not _holds(basis, M):
+        return basis, _anew(system, basis, matrices, progress)
     K = _bordered(matrices.K, np.zeros_like(low), np.zeros_like(low), np.diag(omega2))
     alone = _bordered(matrices.M_alone, side, low, unit)
     return basis, Matrices(K, M, alone, None, replace(matrices.static, modes=None))
+
+
+def _anew(system: System, basis: Basis, before: Matrices, progress: Progress | None) -> Matrices:
+    made = reduced_matrices(system, basis, progress)
+    return replace(made, static=replace(before.static, modes=None))
 
 
 def _holds(basis: Basis, M: Matrix) -> bool:

@@ -179,14 +179,11 @@ class Structure:
 
         A check begins at the reduced model's state, which has these errors already.
         """
-        found = [(x, s.event.impulse) for s in self.weighed if (x := s.error("impulse")) is not None]
-        if not found:
-            return 0.0
-        share, impulse = np.array(found).T
-        if np.isnan(share).any():
-            return float("inf")
-        most = float(share.max())
-        return min(most, float((share * impulse).max()) / event.impulse) if event.impulse > 0.0 else most
+        most = self.of_impulses
+        if not np.isfinite(most) or not event.impulse > 0.0:
+            return most
+        sizes = [x * s.event.impulse for s in self.weighed if (x := s.error("impulse")) is not None]
+        return min(most, max(sizes, default=0.0) / event.impulse)
 
     def spread(self, name: str, event: Event) -> float:
         """Within this lies the difference of an event that was not looked at, by those that were.

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.studies.converge.rubbing import settled_rubs
 from creak.studies.converge.settling import (
     BAND,
@@ -106,16 +107,38 @@ def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[Even
     added. A hard blow that is off by 1 % may so leave a faint one after it off by a fifth, or take it away.
     Durations hang on the last of many touches, in those runs as well, and tell nothing of this.
     """
-    return tuple(_with_problem(_passed_on(e, events, structure), structure) for e in events)
+    ended = sorted(events, key=lambda e: e.event.t_end)
+    ends = np.array([e.event.t_end for e in ended])
+    moved = {family: _most_moved(ended, family) for family in PERTURBED}
+    found = []
+    for e in events:
+        count = int(np.searchsorted(ends, e.event.t_start, side="right"))
+        before = {family: float(most[count - 1]) for family, most in moved.items()} if count else {}
+        found.append(_with_problem(_passed_on(e, before, structure), structure))
+    return tuple(found)
 
 
-def _passed_on(e: EventSettling, events: Sequence[EventSettling], structure: Structure) -> EventSettling:
-    before = [x for x in events if x.event.t_end <= e.event.t_start]
+def _most_moved(ended: Sequence[EventSettling], family: str) -> FloatArray:
+    """(n,) largest share by which a family changes an impulse, of the first 1, 2, ... n events; impulses that its run
+    lacks are no measure of what was changed."""
+    by = np.array([abs(e.figures["impulse"].changes.get(family, 0.0)) for e in ended])
+    return np.maximum.accumulate(np.where(np.isfinite(by), by, 0.0))
+
+
+def _passed_on(e: EventSettling, before: dict[str, float], structure: Structure) -> EventSettling:
+    """The event with what the unreduced model makes of it, and with what errors of impulses before do to it.
+
+    Parameters
+    ----------
+    before : family -> largest share by which it changes an impulse before; empty: there is none.
+    """
     figures, lasts = {}, e.event.t_end - e.event.t_start
     for name, f in e.figures.items():
         by, unit = structure.change(name, e.event), lasts if name in TIMES else 1.0
         if before and name != "duration" and not structure.begins_anew(e.event):
-            by += structure.of_impulses * max(_magnified(f, before, unit) - 1.0, 0.0) * unit
+            magnified = [_moved(f, family, unit) / most for family, most in before.items() if most > ROUND_OFF]
+            if (more := max(magnified, default=0.0) - 1.0) > 0.0:
+                by += structure.of_impulses * more * unit
         figures[name] = replace(f, beside={UNREDUCED: by})
     return replace(e, figures=figures)
 
@@ -127,18 +150,6 @@ def _with_problem(e: EventSettling, structure: Structure) -> EventSettling:
     problem = "; ".join(text for text in (e.problem, "absent in the unreduced run") if text)
     figures = {name: replace(f, problem=problem) for name, f in e.figures.items()}
     return replace(e, problem=problem, figures=figures)
-
-
-def _magnified(f: Settling, before: Sequence[EventSettling], unit: float) -> float:
-    """Change of a figure over the largest one of an impulse before, by the family in which that is largest; shares, of
-    times of the event's duration. Impulses that a run lacks are no measure of what was changed."""
-    found = 0.0
-    for family in PERTURBED:
-        known = [abs(x.figures["impulse"].changes.get(family, 0.0)) for x in before]
-        moved = max((c for c in known if np.isfinite(c)), default=0.0)
-        if moved > ROUND_OFF:
-            found = max(found, _moved(f, family, unit) / moved)
-    return found
 
 
 def _moved(f: Settling, family: str, unit: float) -> float:

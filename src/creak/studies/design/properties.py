@@ -31,6 +31,7 @@ from creak.studies.file.design.property_tables import MaterialTable, SectionTabl
 from creak.studies.file.places import Places
 
 FACTOR = "stiffness_factor"
+"""Key of what has no single stiffness."""
 
 
 def with_properties(

@@ -134,17 +134,13 @@ def _between_points(time: FloatArray, value: FloatArray) -> Wanted:
         return Wanted(np.inf, np.inf)
     between, span = np.diff(time), float(np.ptp(value))
     median = float(np.median(between))
+    lobes = _narrow_lobes(time, value) if between.min() <= EVEN * median else []
+    told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
     some, most = np.quantile(between, (0.1, 0.9))
     plateaus = float(np.mean(np.abs(np.diff(value)) <= LEAST * span))
     if time.size < MANY or (most > UNEVEN * some and plateaus > PLATEAUS):
-        lobes = _narrow_lobes(time, value) if between.min() < EVEN * median else []
-        told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
         return Wanted(min(told, _shortest_travel(time, value, TRAVEL * span) / (TRAVEL * PER_FLANK)), told)
-    if between.min() > EVEN * median:
-        return Wanted(median, median)
-    lobes = _narrow_lobes(time, value)
     flanks = between[(between < EVEN * median) & (np.abs(np.diff(value)) > TRAVEL * span)]
-    told = min(lobes) / PER_LOBE if 0 < len(lobes) <= FEW else median
     return Wanted(min(told, flanks.min() / PER_FLANK) if 0 < flanks.size <= FEW else told, told)
 
 

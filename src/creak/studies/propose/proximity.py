@@ -27,6 +27,7 @@ LEAST = 0.05
 ASIDE, ENDS = 0.3, 0.02
 """How far a third part may lie beside the way between two others, and how near to its ends, as shares of it."""
 NUMBER = re.compile(r"(PID|PART|SET(_[A-Z]+)?)_\d+(\.S(POS|NEG))?")
+"""Names that decks without names give."""
 FITS = 0.8
 """A node set that fits less well than this does not stand for near nodes."""
 
@@ -73,9 +74,10 @@ def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: fl
     distance, far : between the surfaces, in the deck's unit of length.
     """
     tied = tied_nodes(model.constraints, model.nodes.count)
+    boxes = {k: _box(model.nodes.coords[skin.facets].reshape(-1, 3)) for k, skin in skins.items()}
     found: list[Near] = []
     for i, j in combinations(skins, 2):
-        between = [skin for k, skin in skins.items() if k not in (i, j)]
+        between = [(skin, boxes[k]) for k, skin in skins.items() if k not in (i, j)]
         there = _in_sight(model, opposite(model, skins[i], skins[j], far, tied, 0), between)
         back = _in_sight(model, opposite(model, skins[j], skins[i], far, tied, 1), between)
         names = (model.parts[i].name, model.parts[j].name)
@@ -91,22 +93,26 @@ def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: fl
     return sorted(found, key=lambda n: n.gap)
 
 
-def _in_sight(model: Model, met: Met, others: Sequence[Skin]) -> Met:
-    """Without nodes between which and the nearest point of the other skin a third part lies.
+def _box(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Lowest and highest coordinates of points (n, 3)."""
+    return points.min(axis=0), points.max(axis=0)
+
+
+def _in_sight(model: Model, met: Met, others: Sequence[tuple[Skin, tuple[FloatArray, FloatArray]]]) -> Met:
+    """Without nodes between which and the nearest point of the other skin a third part, in its box, lies.
 
     It does where its nearest point, from either end, is on the way: within `ASIDE` of it as seen from that end.
     """
     X, clear = model.nodes.coords, np.ones(met.nodes.size, dtype=bool)
-    for skin in others:
+    for skin, (low, high) in others:
         rows = np.flatnonzero(clear & (met.gap > 0.0))
         if not rows.size:
             break
         start, end = X[met.nodes[rows]], met.point[rows]
-        corners = X[skin.facets]
-        low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
         beside = (np.maximum(start, end) < low).any(axis=1) | (np.minimum(start, end) > high).any(axis=1)
         rows, start, end = rows[~beside], start[~beside], end[~beside]
         if rows.size:
+            corners = X[skin.facets]
             clear[rows[_lies_on(skin, corners, start, end) | _lies_on(skin, corners, end, start)]] = False
     return met.where(clear)
 

@@ -63,3 +63,15 @@ def test_an_event_that_a_run_lacks_is_no_measure_for_the_next():
     base = [hit(0.1, 10.0), hit(0.3), hit(0.5)]
     *_, last = unreduced("impulse", base, [hit(0.1, 10.0, 0.02), hit(0.5, 1.0, 0.1)])
     assert last == pytest.approx(E + (0.1 / 1.1 / (0.02 / 1.02) - 1.0) * E, rel=0.05)
+
+
+def test_where_the_unreduced_model_lacks_an_event_all_bars_are_infinite_and_none_is_unknown():
+    base = [hit(0.1, 10.0), hit(0.3)]
+    lost = Spot(base[0], "drawn", {key: of(base[0]) for key, of in FIGURES.items()}, None)
+    outcomes = {
+        key: Outcome(Repeat(key, family, 1e-3), tuple(base), 1.0, 0.0, 0.0, 100, 1.0, 0.1)
+        for key, family in ((BASE, ""), (MORE_MODES, "modes"))
+    }
+    found = assess(outcomes, "reduced", (0.0, 1.0), 0.01, structure=Structure((lost,), first_end=base[0].t_end))
+    assert [e.figures["impulse"].beside[UNREDUCED] for e in found.events] == [float("inf")] * 2
+    assert found.events[1].figures["closing_speed"].beside[UNREDUCED] == float("inf")
