@@ -12,7 +12,7 @@ from creak.signals.peaks import largest
 RIPPLE = 0.05
 """Share of the peak-to-peak by which a motion leaves its mean before that counts as a stretch on one side of it."""
 DEFINITION = (
-    "A peak of the closing displacement is its largest value in a stretch above its mean over the window; a peak of "
+    "A peak of the closing displacement is its largest value in a stretch above its mean; a peak of "
     "the in-plane motion is the swing from one extreme to the next, stretches above and below the mean in turn, along "
     "the direction of its largest peak-to-peak. A stretch leaves the mean by more than 5 % of the peak-to-peak. The "
     "percentile is that of the peaks of a point, interpolated linearly."

@@ -17,6 +17,9 @@ FLOOR = 1e-9
 that much."""
 UNRELIABLE = "unreliable"
 """Verdict on such a run."""
+FORCED = "shorten the step, soften the contact or dissipate more"
+CHOSEN = 'soften the contact, or take accuracy = "fine"'
+"""What to do about created energy, where the step was forced and where it was not."""
 
 
 def created_of_contact(history: History) -> float:
@@ -57,10 +60,13 @@ def is_finite(history: History) -> bool:
     return all(bool(np.isfinite(t).all()) for t in tables)
 
 
-def reasons_against(history: History) -> list[str]:
-    """Why the figures of a run are worth nothing, a sentence each; empty where nothing speaks against them."""
+def reasons_against(history: History, remedy: str = FORCED) -> list[str]:
+    """Why the figures of a run are worth nothing, a sentence each; empty where nothing speaks against them.
+
+    remedy: `FORCED` or `CHOSEN`.
+    """
     if not is_finite(history):
-        return ["its results are not finite numbers: shorten the step or lower the contact stiffness"]
+        return [f"its results are not finite numbers: {remedy}"]
     found = (
         (history.energy_created, ENERGY_BAR, "the work of the loads"),
         (created_of_contact(history), CONTACT_BAR, "the energy that contact took up"),
@@ -70,7 +76,6 @@ def reasons_against(history: History) -> list[str]:
         for value, bar, what in found
         if value > bar
     ]
-    remedy = "shorten the step, soften the contact or dissipate more"
     created = [f"the time integration created energy, {' and '.join(shares)}: {remedy}"] if shares else []
     return [*created, *_passed_through(history)]
 

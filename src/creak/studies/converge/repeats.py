@@ -104,7 +104,7 @@ def converge(
     v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
     window = (0.0, float(base.history.time[-1])) if exact else result.window
     found = assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
-    return replace(found, unlooked=unlooked)
+    return replace(found, unlooked=unlooked, fine=result.setup.study.config.time.accuracy == "fine")
 
 
 def plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:

@@ -310,6 +310,8 @@ class Convergence:
     """What the reduction may leave out and no repeated run looked at: nothing has settled with regard to it."""
     rubs: tuple[RubSettling, ...] = ()
     """Friction and lasting contact of all its places, as they are ranked, then of what rests."""
+    fine: bool = False
+    """The study asks for the finest accuracy already."""
 
     @property
     def complete(self) -> bool:

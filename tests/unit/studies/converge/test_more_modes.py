@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from creak.api.study import run
@@ -55,7 +57,8 @@ def test_a_complete_part_leaves_nothing_out(tmp_path, step):
     assert any("every part is complete" in text for text in found.summary["convergence"]["findings"])
     assert not c.unlooked
     assert not any("f_max" in remedy_of(family, c)[1] for family in REMEDIES)
-    assert remedy_of("modes", c)[0] == REMEDIES["tolerance"][0]
+    assert remedy_of("modes", c) == REMEDIES["tolerance"]
+    assert "finest" in remedy_of("modes", replace(c, fine=True))[1]
 
 
 def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
