@@ -84,7 +84,7 @@ def at_supports(model, x):  # type: ignore[no-untyped-def]
                 else:
                     momentum -= x.dots[1, j]
         for j in range(x.force.size):
-            reaction -= model.rows_s[j, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
+            reaction -= model.rates_s[j, 1, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
         x.damper[a], x.reaction[a], x.momentum[a] = damper, reaction + damper, momentum
 
 

@@ -26,7 +26,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
 from creak.dynamics.flow.model import FlowForm, driven, flow_model, following
-from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator
+from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator, thrown
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -93,12 +93,9 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
     rows_u, loads, shared = driven(on, terms, gaps)
     push = inverse[:, n:] @ back.T
     rows, rates = rows_u @ basis, rows_u @ speeds
-    still = np.zeros((4, n))
     own = C.diagonal()[alone]
-    still[:, : alone.size] = _inverse_blocks(
-        np.stack([0.0 * own, scale[alone], -(omega[alone] ** 2) / scale[alone], -own])
-    )
-    still[:, alone.size :] = _inverse_blocks(B)
+    blocks = np.hstack([np.stack([0.0 * own, scale[alone], -(omega[alone] ** 2) / scale[alone], -own]), B])
+    still = _inverse_blocks(blocks)
     model = flow_model(
         shared,
         ((0, 2 * n), (0, 2 * n), (0, 2 * n)),
@@ -122,8 +119,21 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
 
     mobility = (rows_u[: gaps.m] / mass) ** 2
     q = following(terms)
-    follow = np.array([start(x, np.zeros(n)).ravel() for x in q.T]).reshape(q.shape[1], 2 * n).T
-    return FlowForm(model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility, follow)
+
+    def thrown_by(h: float, forces: FloatArray) -> FloatArray:
+        b0, b1, b2, b3 = blocks
+        one, two = thrown(b0 + b3, b0 * b3 - b1 * b2, h)
+        first, second, rests = forces[:, :n], forces[:, n:], still.any(axis=0)
+        at = np.hstack([still[0] * first + still[1] * second, still[2] * first + still[3] * second])
+        return np.asarray(np.tile(one, 2) * at - np.tile(np.where(rests, two, 0.0), 2) * forces)
+
+    none = np.zeros_like(q)
+    ways = [
+        np.array([start(u, v).ravel() for u, v in zip(a.T, b.T, strict=True)]).reshape(q.shape[1], 2 * n).T
+        for a, b in ((q, none), (none, q))
+    ]
+    own_motion = (model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility)
+    return FlowForm(*own_motion, ways[0], thrown_by, ways[1])
 
 
 def _mass_products(system: System) -> FloatArray:

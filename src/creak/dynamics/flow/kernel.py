@@ -67,6 +67,8 @@ class Scheme(NamedTuple):
     """(level + 1, ...) exact motion in a step of each level"""
     W: FloatArray
     """(m + 2 f, m + 2 f) mobility of the channels in a step near contact"""
+    U: FloatArray
+    """(m + 2 f, m + 2 f) h U p makes up for rates in the middle of kicks p that do not change (`FlowForm.thrown`)"""
     gain: FloatArray
     """half a step near contact over each mass"""
     band: IntArray
@@ -183,7 +185,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
                 look_near(block, model, now, after, h, not springs)
             else:
                 look_gaps(model, after)
-        book_half(model, laws, W, h, now, desk.share, after.energy)
+        book_half(model, laws, W, scheme.U, h, now, steady.force, desk.share, after.energy)
         if steady.mark[0] != NONE:
             book_steady(steady, h, given, now, after)
     if model.damped:
@@ -228,7 +230,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
     """
     model, scheme, block, cone = by_reference(model), by_reference(scheme), by_reference(block), by_reference(cone)
     desk, out, now, after = by_reference(desk), by_reference(out), by_reference(now), by_reference(after)
-    H, laws, W, gain, lasting, light = scheme.H, scheme.laws, scheme.W, scheme.gain, scheme.lasting, scheme.light
+    H, laws, W, lasting, light = scheme.H, scheme.laws, scheme.W, scheme.lasting, scheme.light
     n_x, levels = model.order.size, scheme.P.shape[0] - 1
     course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
     steady = desk.steady
@@ -275,7 +277,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             if held:
                 code = DONE
             elif level == levels:
-                code = press(model, laws, A, W, light, gain, h, now, after, share, block.is_near, desk.factor)
+                code = press(model, scheme, A, h, steady.force, now, after, share, block.is_near, desk.factor)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):

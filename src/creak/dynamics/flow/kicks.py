@@ -38,13 +38,13 @@ SWEEPS = 3
 
 
 @inner
-def press(model, laws, A, W, light, gain, h, now, after, share, watched, kept):  # type: ignore[no-untyped-def]
+def press(model, scheme, A, h, steady, now, after, share, watched, kept):  # type: ignore[no-untyped-def]
     """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
 
-    A: None where only springs press, on coordinates with mass: then no solver is compiled. watched: (m,) channels whose
-    gaps are those of the motion; the others are open.
+    A: None where only springs press, on coordinates with mass: then no solver is compiled. steady: (m + 2 f,) forces
+    that go on between the kicks. watched: (m,) channels whose gaps are those of the motion; the others are open.
     """
-    m = model.gap0.size
+    m, laws, W, gain, light = model.gap0.size, scheme.laws, scheme.W, scheme.gain, scheme.light
     quiet(after)
     if not (model.presses and any_closed(after)):
         return DONE
@@ -55,7 +55,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched, kept): 
             if after.gap[i] < 0.0:
                 after.force[i] = spring_force(laws, i, after.gap[i])
     else:
-        code = solve_kick(laws, A, W, h, now, after, share, kept)
+        code = solve_kick(laws, A, W, scheme.U, h, steady, now, after, share, kept)
         if code != DONE:
             return code
     if model.damped:
@@ -78,7 +78,7 @@ def press(model, laws, A, W, light, gain, h, now, after, share, watched, kept): 
             for j in range(after.force.size):
                 for i in range(m):
                     after.gap[i] += A[i, j] * after.force[j]
-    book_half(model, laws, W, -h, after, share, after.energy)
+    book_half(model, laws, W, scheme.U, -h, after, steady, share, after.energy)
     if closing:
         if model.damped:
             book_touch(laws, W, h, now, after, share)
@@ -100,19 +100,35 @@ def any_closed(after):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyped-def]
-    """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver."""
+def solve_kick(laws, A, W, U, h, steady, now, after, share, kept):  # type: ignore[no-untyped-def]
+    """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver.
+
+    What a damped pair seems to move by as it is thrown to and fro is no motion: what sticks would creep.
+    """
     m = after.gap.size
     put(after.force, 0, now.force)
     put(after.stuck, 0, now.stuck)
     seen = after.rate.copy()
     turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
+    for i in range(seen.size):
+        seen[i] += seeming(U, h, now, steady, i)
     slip, rate = seen[m:], seen[:m].copy()
     for j in range(slip.size):
         slip[j] = h * slip[j] - RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
     gap, stuck, force = after.gap.copy(), after.stuck, after.force
     free = Unpressed(gap, rate, slip, RATE / h, RATE, h)
     return solve_step(A, free, by_value(laws), stuck, force, by_value(kept))
+
+
+@inner
+def seeming(U, h, x, steady, i):  # type: ignore[no-untyped-def]
+    """What channel i seems to lack of its rate in the middle of kicks as at the instant x."""
+    total = 0.0
+    for j in range(x.force.size):
+        kicked = x.force[j] - steady[j]
+        if kicked != 0.0:
+            total += h * U[j, i] * kicked
+    return total
 
 
 @inner
@@ -280,8 +296,10 @@ def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
 
 
 @inner
-def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-def]
+def book_half(model, laws, W, U, h, x, steady, share, energy):  # type: ignore[no-untyped-def]
     """What half a kick gives to modes, supports, dampers and friction; x.rate: in the middle of the whole kick.
+
+    Friction works on the way: what it gives to pairs that are thrown to and fro, and lose it at once, is left out.
 
     h: the step, negative for the half before the instant.
     """
@@ -294,12 +312,14 @@ def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-d
         rate = x.rate[j] + 0.25 * h * dot(W[j], x.weighed)
         carried = 0.0
         for a in range(x.support.shape[1]):
-            carried += model.rows_s[j, a] * x.support[1, a]
+            carried += model.rates_s[j, 1, a] * x.support[1, a]
         energy[GIVEN] += impulse * x.force[j] * (rate - carried)
         energy[EXTERNAL] -= impulse * x.force[j] * carried
         if j >= m:
+            apparent = impulse * (x.force[j] - steady[j]) * seeming(U, abs(h), x, steady, j)
+            energy[GIVEN] += apparent
             if not x.stuck[(j - m) // 2]:
-                energy[FRICTION] -= impulse * x.force[j] * rate
+                energy[FRICTION] -= impulse * x.force[j] * rate + apparent
         elif model.damped:
             energy[CONTACT_DAMPING] -= impulse * (x.force[j] - spring_force(laws, j, x.gap[j])) * rate
 

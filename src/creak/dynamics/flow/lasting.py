@@ -259,8 +259,8 @@ def go(model, scheme, desk, P, h, now, after, block):  # type: ignore[no-untyped
         carried = turned = 0.0
         for j in range(now.support.shape[1]):
             s0, s1 = now.support[0, j], after.support[0, j]
-            carried += model.rows_s[q, j] * (s1 - s0)
-            turned += model.rows_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[j], h))
+            carried += model.lean_s[q, j] * (s1 - s0)
+            turned += model.lean_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[j], h))
         after.energy[GIVEN] += a * (way - carried) + b1 * (turn - turned)
         after.energy[EXTERNAL] -= a * carried + b1 * turned
     push(model, after.force, after.F)

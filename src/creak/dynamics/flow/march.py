@@ -222,6 +222,7 @@ class FlowRun:
         n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
         rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
         W = symmetric((push * (2.0 / h * gain)) @ rates.T)
+        U = -1.0 / h * self.form.thrown(h, push) @ rates.T
         light = not heavy.all()
         static = np.zeros_like(W)
         if light:
@@ -241,6 +242,7 @@ class FlowRun:
             steepest(steps.laws),
             np.stack([self.form.flow(steps.H / 2**level) for level in range(steps.levels + 1)]),
             W,
+            np.ascontiguousarray(U),
             gain,
             steps.band,
             steps.reach,
@@ -329,7 +331,7 @@ class FlowRun:
         x.x[:] = at_start(self.form, model, terms)
         m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
         x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
-        x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rows_s @ x.support[1]
+        x.rate[:] = model.rates @ z[model.v0 : model.v1] + np.einsum("ios,os->i", model.rates_s, x.support[:2])
         rest = self.gaps.resting
         still = np.array_equal(x.gap, model.gap0) and not np.any((x.gap < 0.0) & (rest[:m] <= 0.0))
         if model.presses and rest.any() and still:

@@ -18,7 +18,7 @@ from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow.propagator import propagator
+from creak.dynamics.flow.propagator import propagator, thrown
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 
@@ -46,7 +46,11 @@ class FlowModel(NamedTuple):
     lean: FloatArray
     """(m + 2 f, p1 - p0) of forces that go on"""
     rows_s: FloatArray
-    """(m + 2 f, n_support)"""
+    """(m + 2 f, n_support) of displacements"""
+    rates_s: FloatArray
+    """(m + 2 f, 2, n_support) of rates, from displacements and velocities; by the latter kicks push the supports"""
+    lean_s: FloatArray
+    """(m + 2 f, n_support) what forces that go on push of the supports"""
     gap0: FloatArray
     preload: FloatArray
     presses: bool
@@ -141,6 +145,11 @@ class FlowForm:
     """(m, n) square of what a mode moves of a gap, over its mass; 0 where it has none."""
     follow: FloatArray
     """(u1 - u0, n_support) of z where the pairs follow the supports at rest."""
+    thrown: Callable[[float, FloatArray], FloatArray]
+    """Step near contact, forces (k, p1 - p0) on z -> (k, v1 - v0) of z in the middle of kicks of these that do not
+    change: a pair that is damped, and thrown to and fro by them, seems to move there."""
+    follow_rate: FloatArray
+    """(v1 - v0, n_support) of z where they follow slow supports, over the speed of these."""
 
     def motion(self, x: FlowState) -> tuple[FloatArray, FloatArray]:
         """(n,) coordinates of the System at an instant, and their velocities."""
@@ -183,6 +192,8 @@ def single_modes(
         omega**2,
         rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
         following(terms),
+        lambda h, forces: forces * np.where(moves, -thrown(-c / mass, k / mass, h)[1] / mass, 0.0),
+        following(terms),
     )
 
 
@@ -213,8 +224,12 @@ def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[
         "support": terms.loads.support,
         "force": terms.loads.force,
     }
+    rows_s = np.ascontiguousarray(np.vstack([on.G_s, on.T_s]))
+    rates_s = np.stack([np.zeros_like(rows_s), rows_s], axis=1)
     shared = {name: np.ascontiguousarray(A, dtype=float) for name, A in sampled.items()} | {
-        "rows_s": np.ascontiguousarray(np.vstack([on.G_s, on.T_s])),
+        "rows_s": rows_s,
+        "rates_s": rates_s,
+        "lean_s": rows_s,
         "gap0": gaps.gap0.astype(float),
         "preload": preload,
         "presses": bool(gaps.presses),
@@ -259,7 +274,9 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     Of what the filter takes off a gap, the pairs have a part in common with the supports that carry them: where these
     move slowly beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part is given to
     the supports, which take its share of the force as well. Else a stop on the support that the part stands on would
-    open and close with the way of both.
+    open and close with the way of both, and what sticks on a part that is carried along would creep: of a speed that
+    no kick makes, sin(omega h) / (omega h) is missing as well. Complex pairs rest in velocities that cancel each other;
+    where the filter takes one of them, the place of the supports gives what is missing.
 
     Parameters
     ----------
@@ -276,6 +293,7 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
 
     rates = through(model.rates, pushed, model.v0, model.v1)
     lean = through(model.rates, mollifier * np.cos(0.5 * form.omega * h) ** 2, model.v0, model.v1)
+    rates_s, lean_s = _ridden(form, rates), np.ascontiguousarray(_ridden(form, lean)[:, 1])
     push = rates
     if form.root.ndim > 1:
         push, lean = (np.ascontiguousarray((A @ form.root) @ form.root.T) for A in (rates, lean))
@@ -289,9 +307,16 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
         own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
         load[j], load_u[j], load_v[j] = -rest[own] @ lean[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
     rows_s = np.ascontiguousarray(model.rows_s + (model.rows - rows) @ form.follow)
-    return model._replace(
-        rows=rows, rates=rates, push=push, lean=lean, rows_s=rows_s, load=load, load_u=load_u, load_v=load_v
-    )
+    seen = {"rows": rows, "rates": rates, "rows_s": rows_s, "rates_s": rates_s, "lean_s": lean_s}
+    return model._replace(push=push, lean=lean, load=load, load_u=load_u, load_v=load_v, **seen)
+
+
+def _ridden(form: FlowForm, rates: FloatArray) -> FloatArray:
+    """(m + 2 f, 2, n_support) what rows of rates, some pairs taken off, need of the supports to see them follow."""
+    model = form.model
+    off = model.rates - rates
+    of_place = off @ form.follow if form.root.ndim > 1 else np.zeros_like(model.rows_s)  # of single modes no rate
+    return np.ascontiguousarray(model.rates_s + np.stack([of_place, off @ form.follow_rate], axis=1))
 
 
 def amplitudes(model: FlowModel, rows: slice) -> FloatArray:

@@ -225,8 +225,7 @@ def look_rates(model, after):  # type: ignore[no-untyped-def]
     m, z = after.gap.size, after.x.reshape(after.x.size)
     times(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
     for i in range(m):
-        for j in range(after.support.shape[1]):
-            after.rate[i] += model.rows_s[i, j] * after.support[1, j]
+        after.rate[i] += ridden(model.rates_s[i], after)
 
 
 @inner
@@ -265,9 +264,16 @@ def place_of(model, i, u, x, begin):  # type: ignore[no-untyped-def]
 @inner
 def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
     """Its rate."""
-    rate = dot(model.rates[i], v)
-    for j in range(after.support.shape[1]):
-        rate += model.rows_s[i, j] * after.support[1, j]
+    return dot(model.rates[i], v) + ridden(model.rates_s[i], after)
+
+
+@inner
+def ridden(row, x):  # type: ignore[no-untyped-def]
+    """What the supports add to a rate; row (2, n_support)."""
+    rate = 0.0
+    for order in range(2):
+        for j in range(row.shape[1]):
+            rate += row[order, j] * x.support[order, j]
     return rate
 
 
