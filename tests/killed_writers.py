@@ -65,32 +65,30 @@ def page_of(result: creak.Result) -> str:
     return f"<head>{META.format(result.found.identity.id)}<title>x – creak report</title></head>"
 
 
-def told(read: Callable[[], str]) -> str:
-    """The run that a reader finds, or its refusal."""
+def told(read: Callable[[Path], str], folder: Path, ids: dict[str, str]) -> str:
+    """The run that a reader finds in a folder, or its refusal."""
     try:
-        return read()
+        return ids[read(folder)]
     except InputError as error:
         return f"refused: {error}"
 
 
-def state(folder: Path, ids: dict[str, str]) -> dict[str, str]:
-    """What each reader makes of a folder."""
+def report(folder: Path) -> str:
+    """The run that a report of a folder is of."""
+    saved = creak.open_result(folder)
+    of = str(saved.summary["run"]["id"])
+    summary = saved.summary["runs"]["reduced"]["max_force"]
+    np.testing.assert_allclose(saved.runs["reduced"].force.max(), summary, rtol=1e-12)
+    page = folder / "report.html"
+    assert not page.exists() or of in page.read_text(), "the page is of another run"
+    return of
 
-    def report() -> str:
-        saved = creak.open_result(folder)
-        of = saved.summary["run"]["id"]
-        summary = saved.summary["runs"]["reduced"]["max_force"]
-        np.testing.assert_allclose(saved.runs["reduced"].force.max(), summary, rtol=1e-12)
-        page = folder / "report.html"
-        assert not page.exists() or of in page.read_text(), "the page is of another run"
-        return ids[of]
 
-    def convert() -> str:
-        read_histories(folder / "results.h5")
-        with h5py.File(folder / "results.h5") as file:
-            return ids[file.attrs["run_id"]]
-
-    return {"report": told(report), "convert": told(convert)}
+def convert(folder: Path) -> str:
+    """The run that its histories are of."""
+    read_histories(folder / "results.h5")
+    with h5py.File(folder / "results.h5") as file:
+        return str(file.attrs["run_id"])
 
 
 def main(folder: Path) -> None:
@@ -102,10 +100,10 @@ def main(folder: Path) -> None:
     while True:
         shutil.copytree(folder / "before", work)
         ended = not killed(lambda: results["second"].save(work, page=page_of(results["second"])), step)
-        found = state(work, ids)
+        found = {read.__name__: told(read, work, ids) for read in (report, convert)}
         left = [p.name for p in work.glob(".*")]
         results["first"].save(work)  # the next run in that folder
-        found |= {"left": str(len(left)), "cleaned": str(not list(work.glob(".*"))), "next": state(work, ids)["report"]}
+        found |= {"left": str(len(left)), "cleaned": str(not list(work.glob(".*"))), "next": told(report, work, ids)}
         sys.stdout.write(json.dumps(found | {"ended": str(ended)}) + "\n")
         sys.stdout.flush()
         shutil.rmtree(work)

@@ -124,7 +124,7 @@ def test_steps_divided_near_contact_give_what_short_steps_give():
     whole steps in between, while most of the steps stay whole."""
     system, gaps = two_chains(), between_the_chains()
     gaps = replace(gaps, gap0=np.abs(gaps.gap0) + 2e-3)
-    time = time_axis(0.6, 5e-5)
+    time = time_axis(0.4, 5e-5)
     push = -160.0 * np.sin(2 * np.pi * 3.0 * time) * np.sin(2 * np.pi * 0.5 * time)
     fine = forces_on(time, [N // 2 - 1], push)
     short = simulate(system, gaps, fine, HHT(0.0), OutputRequest(np.arange(N), every=10))

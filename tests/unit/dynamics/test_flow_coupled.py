@@ -128,8 +128,8 @@ def test_contact_agrees_with_radau():
     C[0, 0] = 2.0
     system = system_of(M, K, extra=C, velocity=np.linspace(0.0, -1.0, 8))
     gaps = channels(np.eye(8)[[7, 4]], [1e-3, 2e-3], [1e6, 3e5])
-    flown = fly(system, gaps, 0.2, 1e-3)
-    time = 2e-6 * np.arange(100_001)
+    flown = fly(system, gaps, 0.1, 1e-3)
+    time = 2e-6 * np.arange(50_001)
     loads = Loads(time, np.zeros((3, time.size, 0)), np.zeros((time.size, 0)))
     stepped = simulate_high_order(system, gaps, loads, HHT(), OutputRequest(np.arange(8)), substeps=50)
     a, b = (find_events(h, gaps, merge=1e-4, f_max=1e4) for h in (flown, stepped))
@@ -138,7 +138,7 @@ def test_contact_agrees_with_radau():
         assert one.t_start == pytest.approx(other.t_start, abs=1e-6)
         assert one.impulse == pytest.approx(other.impulse, rel=5e-4)
     assert created_of_contact(flown) < 1e-4
-    at = np.searchsorted(stepped.time, 0.1999)
+    at = np.searchsorted(stepped.time, 0.0999)
     near = np.searchsorted(flown.time, stepped.time[at])
     loss = flown.energy[near, 3]
     assert loss == pytest.approx(stepped.energy[at, 3], rel=5e-3)

@@ -117,7 +117,7 @@ def test_a_second_run_finds_the_modes_of_the_assembly(tmp_path, store, monkeypat
 
 
 def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, store, monkeypatch):
-    study = read_study(write_strips(tmp_path, study=STUDY))
+    study = read_study(write_strips(tmp_path, study=STUDY.replace("periods = 2", "end = 0.1")))
     made, real = [], precheck.linear_gaps
     monkeypatch.setattr(precheck, "linear_gaps", lambda *a: made.append(1) or real(*a))
 
@@ -143,7 +143,7 @@ def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, sto
 
 
 def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, store, monkeypatch):
-    study = read_study(write_strips(tmp_path, study=STUDY))
+    study = read_study(write_strips(tmp_path, study=STUDY.replace("periods = 2", "end = 0.1")))
     made, real = [], health.check
     monkeypatch.setattr(health, "check", lambda *a, **k: made.append(1) or real(*a, **k))
 

@@ -27,6 +27,8 @@ from creak.verify.unreduced import Spot, Structure
 from helpers_bar import IMPULSE, LASTS, bar
 
 AUTO = 'f_max = "auto"'
+UNCHECKED = 'end = 2e-4\n[reference]\nrun = "none"'
+"""Where the stages alone are looked at: no event is held against the unreduced model."""
 
 
 @pytest.fixture(autouse=True)
@@ -68,7 +70,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
 
     for module in (job, repeats):
         monkeypatch.setattr(module, "march_run", counted)
-    found = run(bar(tmp_path, AUTO, time='end = 2e-3\n[reference]\nrun = "none"'))
+    found = run(bar(tmp_path, AUTO, n=40, time=UNCHECKED))
     stages = found.summary["runs"]["reduced"]["stages"]
     assert len(stages) > 2
     assert len(sizes) == len(set(sizes)) == len(stages) + 1
@@ -85,7 +87,7 @@ def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
 
 def test_a_second_run_computes_no_modes_and_finds_the_same(tmp_path, monkeypatch):
     """Further modes of every stage stay beside the superelements, for runs and for the cases of a sweep."""
-    study = bar(tmp_path, AUTO, time="end = 2e-3")
+    study = bar(tmp_path, AUTO, n=40, time=UNCHECKED)
     for keep in ("last", "all"):
         store = tmp_path / keep
         store.mkdir()
@@ -121,7 +123,7 @@ def test_where_the_unreduced_model_disagrees_there_are_more_modes(tmp_path, monk
     """The stage at which more modes change nothing is not the last one; each model is checked once."""
     check, calls = differing([0.1, 0.1, 0.001])
     monkeypatch.setattr(beside, "events_beside", check)
-    found = run(bar(tmp_path, AUTO, time="end = 2e-3"))
+    found = run(bar(tmp_path, AUTO, n=40))
     told = found.summary["runs"]["reduced"]
     proven = [s["proven"] for s in told["stages"]]
     assert [p for p in proven if p is not None] == [False, False, True]
@@ -149,7 +151,7 @@ def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, mo
 def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
     monkeypatch.setattr(auto_band, "BUDGET", 0.0)
     monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
-    told = run(bar(tmp_path, AUTO, time="end = 2e-3")).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40)).summary["runs"]["reduced"]
     assert told["verdict"] == "unsettled"
     assert len(told["stages"]) == 2
     assert told["stages_ended"] in told["reasons"][-1]
@@ -158,7 +160,7 @@ def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
 
 def test_memory_that_does_not_hold_more_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(auto_band, "fits", lambda _: False)
-    told = run(bar(tmp_path, AUTO, time="end = 2e-3")).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40)).summary["runs"]["reduced"]
     assert told["verdict"] == "unsettled"
     assert "unknowns" in told["reasons"][-1]
 
@@ -178,7 +180,7 @@ def test_nothing_that_presses_and_no_modes_need_no_stages(tmp_path):
 
 
 def test_a_forced_step_has_its_stages_too(tmp_path):
-    told = run(bar(tmp_path, AUTO, time="step = 2e-7\nend = 2e-4"), converge=False).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40, time="step = 2e-7\nend = 2e-4"), converge=False).summary["runs"]["reduced"]
     assert len(told["stages"]) > 1
 
 

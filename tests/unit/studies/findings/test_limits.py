@@ -14,7 +14,7 @@ from creak.studies.findings.limits import judged, limit_words
 from creak.studies.findings.places import find_places, ranked
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.heard import Sound, hear
-from helpers_cli import caller
+from helpers_cli import caller, empty_reports
 from helpers_decks import STUDY, write_strips
 
 pytestmark = pytest.mark.once
@@ -69,6 +69,7 @@ def test_limits_stand_in_page_and_terminal(result, folder, monkeypatch, capsys):
     rows = place_table(result.summary)
     assert rows[0][-1] == "N5 added to background, sone"
     assert rows[1][0] == "tip 1"
+    empty_reports(monkeypatch)
     said = caller(monkeypatch, capsys)("run", folder / "study.toml", "--no-converge", "--out", folder / "out")
     assert said.status == 0
     assert "limit level = 30 dB(A) fails at tip 1" in said.words

@@ -41,7 +41,7 @@ def beam(folder: Path, vary: str, clip: str = "", upper: float = 20.0) -> Path:
 def test_needed_gap_is_that_of_the_distribution(tmp_path, key, clip, place):
     """The quantile of a normal distribution behind the largest motion: all of it may grow until SHARE of it is hit."""
     path = beam(tmp_path, f'"{key}" = {NORMAL.format(9.0)}', clip, upper=30.0 if clip else 20.0)
-    found = creak.robust(path, 64, indices=False, threads=1)
+    found = creak.robust(path, 16, indices=False, threads=1)
     needed = LOAD * reach(path) + SIGMA * norm.isf(SHARE)
     own = next(p for p in found.places if p.name == place)
     assert own.need.gap == pytest.approx(9.0 + own.need.shift)
@@ -70,7 +70,7 @@ def test_a_truncated_distribution_moves_as_a_whole(tmp_path, key, sign, end):
     path = beam(tmp_path, vary, clip, upper=30.0)
     if sign < 0.0:
         path.write_text(path.read_text().replace('"step", amplitude = 0.7', '"step", amplitude = -0.7'))
-    found = creak.robust(path, 64, indices=False, threads=1)
+    found = creak.robust(path, 16, indices=False, threads=1)
     need, cut = found.places[1].need, (8.5 - 9.0) / SIGMA
     shift = LOAD * reach(path) - truncnorm.ppf(SHARE, cut, np.inf, 9.0, SIGMA)
     assert need.low <= shift <= need.high
@@ -93,7 +93,7 @@ def test_a_study_that_says_the_numbers_of_the_need_needs_no_more(tmp_path, sign)
         clip = STOP.format("play", f"{key[7:]} = {limit}")
         path = beam(tmp_path, f'"{key}" = {{ type = "normal", sigma = {SIGMA}, {end} = {cut} }}', clip, upper=30.0)
         path.write_text(path.read_text().replace('"step", amplitude = 0.7', f'"step", amplitude = {sign * LOAD}'))
-        return creak.robust(path, 64, indices=False, threads=1)
+        return creak.robust(path, 16, indices=False, threads=1)
 
     first = found(sign * 9.0, sign * 8.5).places[1].need
     again = found(first.numbers[key], first.numbers[f"{key}.{end}"]).places[1].need

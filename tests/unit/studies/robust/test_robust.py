@@ -457,7 +457,7 @@ def test_draws_that_cannot_touch_are_not_marched(tmp_path, monkeypatch, seeds):
     np.testing.assert_allclose(few.slack, every.slack, atol=1e-8 * MEAN)
 
 
-TWO = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.1").replace(
+TWO = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.04").replace(
     'method = "surface-to-surface"', 'method = "node-to-surface"'
 )
 SCATTERED = """[scatter.vary]
@@ -477,7 +477,7 @@ def test_gaps_and_loads_of_all_draws_at_once_are_those_of_each(tmp_path, case):
     if case == "static load":
         text += '[[static]]\nnode_set = "PAIRS"\ndof = "z"\nforce = 0.01\n'
         text += "[[static]]\ngravity = [0, 0, -9810]\n"
-        text = text.replace("end = 0.1", "end = 0.02").replace(  # they press all the time
+        text = text.replace("end = 0.04", "end = 0.02").replace(  # they press all the time
             '"excitation.root', '"static.0.force" = { type = "uniform", low = 0, high = 0.02 }\n"excitation.root'
         )
     setup = set_up(read_study(write_strips(tmp_path, None, text)))

@@ -125,7 +125,7 @@ def test_a_gap_that_shrinks_from_period_to_period_is_kept(tmp_path):
     verdict = summarised(result)["runs"]["reduced"]
     assert verdict["verdict"] == "unsettled"
     assert "may close in a longer run" in verdict["reasons"][0]
-    long = run(tmp_path, short.replace("periods = 6", "periods = 200"))
+    long = run(tmp_path, short.replace("periods = 6", "periods = 80"))
     assert long.runs["reduced"].events
 
 

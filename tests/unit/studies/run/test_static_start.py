@@ -35,8 +35,8 @@ LED = BEAM + "*BOUNDARY\nROOT, 1, 2\nROOT, 4, 6\n"
 SPRING = 50.0
 STOP = f'[[connector]]\ntype = "play"\nname = "stop"\nnodes = "TIP"\ndof = "z"\nstiffness = {SPRING}\n'
 DOWN = f"[[static]]\ngravity = [0, 0, {-GRAVITY}]\n"
-REST = '[reduction]\nf_max = 2000\n[time]\nend = 0.01\n[output]\nnodes = "TIP"\ninterval = 1e-4\n'
-FORCED = REST.replace("end = 0.01", "end = 0.01\nstep = 1e-4")
+REST = '[reduction]\nf_max = 2000\n[time]\nend = 0.01\naccuracy = "quick"\n[output]\nnodes = "TIP"\ninterval = 1e-4\n'
+FORCED = REST.replace('accuracy = "quick"', "step = 1e-4")
 EXACT = 1e-3
 """Of all closed forms."""
 
@@ -191,7 +191,7 @@ def test_a_stop_that_carries_weight_lets_go_at_the_static_force(tmp_path):
             f"values = [[0.0, 0.0], [0.01, {factor * carried}]] }}\n"
         )
         tables = DOWN + pulse + f"{STOP}lower = {-clear}\n"
-        runs = run(tmp_path, HELD, tables, REST.replace("end = 0.01", 'end = 0.0125\naccuracy = "quick"')).runs.values()
+        runs = run(tmp_path, HELD, tables, REST.replace("end = 0.01", "end = 0.0125")).runs.values()
         assert [bool((one.history.force[-1] == 0.0).all()) for one in runs] == [opens, opens]
 
 

@@ -39,14 +39,25 @@ def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
 
 
 def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path, monkeypatch):
+    """A worker that died while it waited is replaced, none is left, and the environment stays."""
     monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 1)
-    bad = replace(tasks["seed=1"], write=die)
+    bad, before = replace(tasks["seed=1"], write=die), dict(os.environ)
     with local_workers(1) as outcomes:
-        found = dict(outcomes([bad, tasks["seed=2"]]))
-    assert found["seed=1"].status == "failed"
-    assert "its worker process died every time" in found["seed=1"].error
-    assert found["seed=2"].status == "done"
-    assert (tmp_path / "out" / "deaths").read_text() == "x"
+        ran = outcomes([bad, tasks["seed=2"], tasks["seed=1"]])
+        name, failed = next(ran)
+        assert (name, failed.status) == ("seed=1", "failed")
+        assert "its worker process died every time" in failed.error
+        assert (tmp_path / "out" / "deaths").read_text() == "x"
+        name, other = next(ran)
+        assert (name, other.status) == ("seed=2", "done")
+        (first,) = multiprocessing.active_children()
+        assert dict(os.environ) == before
+        first.kill()
+        first.join()
+        assert next(ran)[1].status == "done"
+        (second,) = multiprocessing.active_children()
+        assert second.pid != first.pid
+    assert not second.is_alive()
 
 
 def test_fewer_threads_that_the_environment_asks_for_hold(monkeypatch):
@@ -56,19 +67,3 @@ def test_fewer_threads_that_the_environment_asks_for_hold(monkeypatch):
     for asked, given in (("1", "1"), ("9", "4"), ("0", "4"), ("2,1", "4"), ("", "4")):
         monkeypatch.setenv("OMP_NUM_THREADS", asked)
         assert threads_of(4) == {**dict.fromkeys(THREADS, "4"), "OMP_NUM_THREADS": given}
-
-
-def test_a_worker_that_died_while_it_waited_is_replaced_and_none_is_left(tasks):
-    """The environment stays."""
-    before = dict(os.environ)
-    with local_workers(1) as outcomes:
-        ran = outcomes([tasks["seed=1"], tasks["seed=2"]])
-        assert next(ran)[1].status == "done"
-        (first,) = multiprocessing.active_children()
-        assert dict(os.environ) == before
-        first.kill()
-        first.join()
-        assert next(ran)[1].status == "done"
-        (second,) = multiprocessing.active_children()
-        assert second.pid != first.pid
-    assert not second.is_alive()
