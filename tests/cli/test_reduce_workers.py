@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import pickle
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.precheck import ready
 from creak.studies.tasks import workers
+from helpers_cli import workers_here
 from helpers_decks import STUDY, two_strips, write_strips
 
 STUDY_OF_TIPS = STUDY.replace('secondary = "UNDER"', 'secondary = "TIPS"').replace("periods = 2", "periods = 1")
@@ -36,10 +36,9 @@ def here(monkeypatch):
     """Workers of this process; how many were asked for."""
     asked: list[int] = []
 
-    @contextmanager
     def local_workers(count: int):
         asked.append(count)
-        yield lambda jobs: ((job.name, job.run()) for job in jobs)
+        return workers_here(count)
 
     monkeypatch.setattr(workers, "local_workers", local_workers)
     return asked
