@@ -6,9 +6,11 @@ import gc
 import os
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 
 import pytest
+import typer.main
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -20,6 +22,14 @@ RAN: dict[str, bool] = {}
 """Test -> whether it passed, with all its parameters."""
 SPENT: Counter[str] = Counter()
 """Test -> CPU time of it, its fixtures and its processes, s."""
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _commands_made_once():
+    """Typer makes all commands of a program anew for each call, which takes as long as a short one."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(typer.main, "get_command", cache(typer.main.get_command))
+        yield
 
 
 @pytest.fixture(scope="session")

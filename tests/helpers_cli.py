@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import io
-from contextlib import redirect_stderr, redirect_stdout
+from collections.abc import Iterator
+from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 
 import pytest
 
 from creak.cli.main import main
 from creak.formats.stored.run_identity import META
+from creak.studies.tasks.queue import Runner
 
 EMPTY = f"<!DOCTYPE html><head>{META}<title>x – creak report</title></head>"
 
@@ -48,6 +50,12 @@ def say(*words: object) -> Said:
         with pytest.raises(SystemExit) as stop:
             main()
     return Said(int(stop.value.code or 0), *(x.buffer.getvalue().decode("utf-8") for x in (out, err)))
+
+
+@contextmanager
+def workers_here(count: int) -> Iterator[Runner]:
+    """In place of `local_workers`: jobs are run in this process, one after the other."""
+    yield lambda jobs: ((job.name, job.run()) for job in jobs)
 
 
 def empty_reports(monkeypatch) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 import creak
 import creak_thesis
+from helpers_source import nodes_of
 
 ROOT = Path(creak.__file__).parent
 LAYERS = (
@@ -58,6 +59,7 @@ class Import:
         return names[1] if len(names) > 1 else ""
 
 
+@cache
 def folder_of(path: Path) -> str:
     relative = path.relative_to(ROOT)
     return relative.parts[0] if len(relative.parts) > 1 else relative.stem
@@ -66,12 +68,6 @@ def folder_of(path: Path) -> str:
 @cache
 def files() -> list[Path]:
     return sorted(ROOT.rglob("*.py"))
-
-
-@cache
-def nodes_of(path: Path) -> tuple[ast.AST, ...]:
-    """Of the syntax tree of a file, which every rule looks at."""
-    return tuple(ast.walk(ast.parse(path.read_text(encoding="utf-8"), filename=str(path))))
 
 
 def imports_of(path: Path) -> list[Import]:
@@ -89,6 +85,7 @@ def imports_of(path: Path) -> list[Import]:
     return found
 
 
+@cache
 def module_file(module: str) -> Path | None:
     """File of a creak module, None for anything else."""
     names = module.split(".")

@@ -11,10 +11,12 @@ import creak as api
 from creak.errors import InputError
 from creak.model.units import UNITS
 from creak.report.tables.comparison import _places
-from helpers_cli import say
+from helpers_cli import empty_reports, say
 from helpers_decks import STUDY, write_strips
 from helpers_docs import ROOT
 
+SHORT = STUDY.replace("f_min = 5", "f_min = 20").replace("period = 0.2", "period = 0.05") + "[reference]\nrun = false\n"
+GAPS = SHORT.replace('main = "OVER"', 'main = "OVER"\nclearance = "gaps.csv"')
 QUIET = ("--quiet", "--no-converge", "--animation-mb", 0)
 
 
@@ -23,10 +25,12 @@ def folder(tmp_path_factory):
     """A study, its result, and one with half the friction-free gap and another load."""
     folder = tmp_path_factory.mktemp("compared")
     study = write_strips(folder, study=STUDY + "[reference]\nrun = false\n")
-    assert say("run", study, *QUIET).status == 0
     softer = ("--set", "contact.tip.clearance=0.4", "--set", "excitation.root.signal.amplitude=0.06")
-    assert say("run", study, "--out", folder / "closer", *softer, *QUIET).status == 0
-    assert say("run", study, "--out", folder / "rubbing", "--set", "contact.tip.friction=0.3", *QUIET).status == 0
+    with pytest.MonkeyPatch.context() as patch:
+        empty_reports(patch)
+        assert say("run", study, *QUIET).status == 0
+        assert say("run", study, "--out", folder / "closer", *softer, *QUIET).status == 0
+        assert say("run", study, "--out", folder / "rubbing", "--set", "contact.tip.friction=0.3", *QUIET).status == 0
     return folder
 
 
@@ -108,7 +112,7 @@ def test_the_page_is_one_file_with_both(folder, creak, tmp_path):
     assert not re.search(r'(src|href)="https?:', text)
 
 
-def test_a_changed_study_is_run_and_compared(folder, creak, tmp_path):
+def test_a_changed_study_is_run_and_compared(folder, creak, no_page, tmp_path):
     said = creak("compare", folder / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html", "--json")
     assert said.status == 0
     found = json.loads(said.out)
@@ -136,13 +140,13 @@ def test_mistakes_are_named(folder, creak, words, told):
 
 
 @pytest.mark.parametrize(("name", "what"), [("strips.inp", "deck"), ("gaps.csv", "other files")])
-def test_files_of_other_content_are_told(creak, tmp_path, name, what):
+def test_files_of_other_content_are_told(creak, no_page, tmp_path, name, what):
     """The digests are those of the files themselves; a study that is run again with a change needs them as they were."""
-    study = write_strips(tmp_path, study=STUDY.replace('main = "OVER"', 'main = "OVER"\nclearance = "gaps.csv"'))
+    study = write_strips(tmp_path, study=GAPS)
     (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
     file, shown = tmp_path / name, []
     for out in ("before", "after"):
-        assert say("run", study, "--out", tmp_path / out, "--set", "reference.run=none", *QUIET).status == 0
+        assert say("run", study, "--out", tmp_path / out, *QUIET).status == 0
         shown.append(f"SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()[:12]}")
         comment = "** a word\n" if name.endswith("inp") else "14,0.3\n"
         file.write_text(file.read_text() + comment)
@@ -154,9 +158,8 @@ def test_files_of_other_content_are_told(creak, tmp_path, name, what):
 
 
 @pytest.mark.parametrize(("name", "what"), [("strips.inp", "the deck of"), ("gaps.csv", "the other files that")])
-def test_a_study_is_not_run_with_a_change_on_other_files(creak, tmp_path, name, what):
-    text = STUDY.replace('main = "OVER"', 'main = "OVER"\nclearance = "gaps.csv"') + "[reference]\nrun = false\n"
-    study, file = write_strips(tmp_path, study=text), tmp_path / name
+def test_a_study_is_not_run_with_a_change_on_other_files(creak, no_page, tmp_path, name, what):
+    study, file = write_strips(tmp_path, study=GAPS), tmp_path / name
     (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
     assert say("run", study, *QUIET).status == 0
     kept = file.read_bytes()

@@ -32,6 +32,7 @@ def changed(*pairs):
     return study
 
 
+@pytest.mark.usefixtures("no_page")
 def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
     study = changed(("[time]\n", '[time]\nintegrator = "generalised-alpha"\nrho_inf = 0.8\nsubsteps = 4\n'))
     status, summary = run(tmp_path, study, monkeypatch)
@@ -46,6 +47,7 @@ def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
     assert summary["verification"]["events"]["missed"] == 0
 
 
+@pytest.mark.usefixtures("no_page")
 def test_hard_contact_with_friction(tmp_path, monkeypatch):
     study = changed(
         ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),

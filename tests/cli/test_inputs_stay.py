@@ -12,13 +12,14 @@ import typer
 
 from creak.cli.main import app
 from creak.formats.wav import write_wav
+from helpers_cli import workers_here
 from helpers_decks import STUDY, two_strips
 
 pytestmark = pytest.mark.slow
 
 SHAKEN = (
     STUDY.replace("step = 5e-4", 'accuracy = "quick"')
-    .replace("periods = 2", "end = 0.06\n[output]\nfield_interval = 0.01\n[reference]\nrun = false")
+    .replace("periods = 2", "end = 0.06\n[output]\ninterval = 5e-4\nfield_interval = 0.01\n[reference]\nrun = false")
     .replace(
         '"multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3', '"table", file = "shake.csv"'
     )
@@ -112,17 +113,18 @@ def made(tmp_path_factory):
             "convert strips.inp own.bdf --mass lumped",
             "convert strips.inp own.inp",
             "run study.toml --no-converge --animation-mb 0",
-            "run study.toml --no-converge --animation-mb 0 --out other --no-keep",
         ):
             app([*words.split(), "--quiet"], standalone_mode=False)
     finally:
         os.chdir(before)
+    shutil.copytree(folder / "results", folder / "other")
     return folder
 
 
 @pytest.fixture
 def here(made, tmp_path, monkeypatch, no_page):
-    """A copy of it to work in."""
+    """A copy of it to work in; workers are this process."""
+    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", workers_here)
     shutil.copytree(made, tmp_path / "made")
     monkeypatch.chdir(tmp_path / "made")
     return tmp_path / "made"
@@ -185,7 +187,8 @@ def test_an_output_in_a_folder_onto_an_input(creak, here, words, names, inputs):
             assert {path: (here / path).read_bytes() for path in inputs} == given, (name, target, how)
 
 
-WRITTEN = [(words, (f"out{ending}",)) for words, ending, _ in NAMED]
+WRITTEN = [(words, (f"out{ending}",)) for words, ending, _ in NAMED if not words.startswith(UPDATE)]
+WRITTEN += [(f"{UPDATE} --page OUT/a.html --json OUT/b.json", ("a.html", "b.json"))]
 WRITTEN += [(words, names) for words, names, _ in FOLDERS]
 WRITTEN = [(words, names, sum(len(row[1]) for row in WRITTEN[:k])) for k, (words, names) in enumerate(WRITTEN)]
 OTHERS = (b'{"mine": 1}\n', b"*HEADING\nmy own\n", b"title = 'mine'\n", b"\x89HDF\r\n\x1a\n")

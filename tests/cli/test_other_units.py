@@ -11,6 +11,9 @@ from helpers_decks import STUDY, two_strips, write_strips
 HEARD = STUDY.replace("periods = 2", "end = 0.1") + "\n[listener.driver]\nposition = [60.0, 10.0, 500.0]\n"
 
 
+pytestmark = pytest.mark.usefixtures("no_page")
+
+
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
@@ -32,7 +35,10 @@ def test_a_deck_all_in_units_that_no_study_can_name_has_no_loudness(creak, tmp_p
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["other_units"] == odd
     assert summary["sound"] == {"missing": f"none: {odd}, so nothing is known in Pa"}
-    plain = creak("run", write_strips(tmp_path, None, HEARD), "--quick", "--out", tmp_path / "plain")
-    assert plain.status == 0
-    assert json.loads((tmp_path / "plain" / "summary.json").read_text())["other_units"] is None
-    assert "missing" not in json.loads((tmp_path / "plain" / "summary.json").read_text())["sound"]
+
+
+def test_a_deck_in_the_units_of_its_study_is_heard(creak, tmp_path):
+    assert creak("run", write_strips(tmp_path, None, HEARD), "--quick", "--out", tmp_path / "out").status == 0
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["other_units"] is None
+    assert "missing" not in summary["sound"]

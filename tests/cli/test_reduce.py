@@ -39,7 +39,8 @@ def creak(monkeypatch, capsys, *arguments) -> tuple[int, str]:
 
 @pytest.fixture
 def study(tmp_path):
-    return write_strips(tmp_path, tip_deck(), NEAR_TIP.replace("periods = 2", "periods = 1"))
+    short = NEAR_TIP.replace("periods = 2", "periods = 1")
+    return write_strips(tmp_path, tip_deck(), f"{short}[reference]\nrun = false\n")
 
 
 def summary(folder) -> dict:

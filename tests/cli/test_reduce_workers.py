@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import pickle
-from contextlib import contextmanager
 
 import numpy as np
 import pytest
@@ -19,14 +18,19 @@ from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.precheck import ready
 from creak.studies.tasks import workers
+from helpers_cli import workers_here
 from helpers_decks import STUDY, two_strips, write_strips
 
-STUDY_OF_TIPS = STUDY.replace('secondary = "UNDER"', 'secondary = "TIPS"').replace("periods = 2", "periods = 1")
-"""Contact at the last quads only, so that much of each strip is inside."""
+STUDY_OF_TIPS = (
+    STUDY.replace('secondary = "UNDER"', 'secondary = "TIPS"')
+    .replace("periods = 2", "end = 0.05")
+    .replace("amplitude = 0.05", "amplitude = 0.2")
+)
+"""Contact at the last quads only, so that much of each strip is inside; they meet at once."""
 
 
 @pytest.fixture
-def study(tmp_path):
+def study(tmp_path, no_page):
     deck = two_strips().replace("*SURFACE, NAME=UNDER", "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*SURFACE, NAME=UNDER")
     return write_strips(tmp_path, deck, STUDY_OF_TIPS)
 
@@ -36,10 +40,9 @@ def here(monkeypatch):
     """Workers of this process; how many were asked for."""
     asked: list[int] = []
 
-    @contextmanager
     def local_workers(count: int):
         asked.append(count)
-        yield lambda jobs: ((job.name, job.run()) for job in jobs)
+        return workers_here(count)
 
     monkeypatch.setattr(workers, "local_workers", local_workers)
     return asked
@@ -107,7 +110,7 @@ def figures(folder):
 def test_a_run_has_its_parts_reduced_by_workers(creak, study, tmp_path, here, monkeypatch):
     """Each f_max that "auto" tries is a job for each part; what comes out is what one process finds."""
     text = study.read_text().replace("f_max = 3000", 'f_max = "auto"').replace("step = 5e-4\n", "")
-    study.write_text(text.replace('run = "whole"', 'run = "none"'))
+    study.write_text(text + '[reference]\nrun = "none"\n')
     alone = creak("run", study, "--out", tmp_path / "one", "--no-keep", "--no-converge", "--quiet")
     raised: list[tuple[str, int]] = []
     real = part_jobs_module.run_part

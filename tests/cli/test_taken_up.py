@@ -20,7 +20,7 @@ from creak.cli.output import ProgressBars
 from creak.errors import WriteError
 from creak.studies.run import checkpoint
 from creak.studies.run.checkpoint import ENDING, Checkpoint
-from helpers_cli import Said
+from helpers_cli import Said, empty_reports
 from helpers_decks import STUDY, write_strips
 
 UNREDUCED = (
@@ -114,7 +114,9 @@ def ask(number: signal.Signals):
 def whole(tmp_path_factory) -> Iterator[Path]:
     """The results of a run that nothing stopped."""
     study = write_strips(tmp_path_factory.mktemp("whole"), study=UNREDUCED)
-    run_setup(set_up(study), converge=False, record=False).save(study.parent / "results")
+    with pytest.MonkeyPatch.context() as patch:
+        empty_reports(patch)
+        run_setup(set_up(study), converge=False, record=False).save(study.parent / "results")
     yield study.parent
     shutil.rmtree(study.parent)
 

@@ -8,16 +8,34 @@ import tomllib
 import pytest
 
 from creak.studies.file.reader import read_study
+from helpers_cli import say
 from helpers_modal import csv_text, measured_strip, strip_deck
-from helpers_update import KEYS, true_modes, write_plate, write_plate_test
+from helpers_update import KEYS, STUDY, true_modes, write_plate, write_plate_test
 
 BOUNDED = ("--parameter", "section.left.thickness=1:3", "--parameter", KEYS[1], "--parameter", KEYS[2])
 
 
+@pytest.fixture(scope="module")
+def truth(tmp_path_factory):
+    return true_modes(tmp_path_factory.mktemp("truth"))
+
+
 @pytest.fixture
-def plate(tmp_path):
-    study = write_plate(tmp_path)
-    return study, write_plate_test(true_modes(tmp_path), tmp_path / "test.csv", seed=3, count=12)
+def plate(truth, tmp_path):
+    return write_plate(tmp_path), write_plate_test(truth, tmp_path / "test.csv", seed=3, count=12)
+
+
+@pytest.fixture(scope="module")
+def updated(truth, tmp_path_factory):
+    """A folder with study, test, and all that the command writes; what it says."""
+    folder = tmp_path_factory.mktemp("updated")
+    study, test = write_plate(folder), write_plate_test(truth, folder / "test.csv", seed=3, count=12)
+    files = ("--page", folder / "new" / "page.html", "--json", folder / "update.json")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "90")
+        said = say("update", study, "--test", test, *BOUNDED, *files)
+    assert said.status == 0, said.words
+    return folder, said
 
 
 def files(folder):
@@ -25,42 +43,39 @@ def files(folder):
 
 
 @pytest.mark.slow
-def test_tables_page_and_the_changed_study(creak, plate, tmp_path, monkeypatch):
-    study, test = plate
-    monkeypatch.setenv("COLUMNS", "90")
-    before = study.read_bytes()
-    page, figures = tmp_path / "new" / "page.html", tmp_path / "update.json"
-    said = creak("update", study, "--test", test, *BOUNDED, "--page", page, "--json", figures)
-    assert said.status == 0, said.words
-    assert study.read_bytes() == before
-    text = (tmp_path / "study_updated.toml").read_text(encoding="utf-8")
+def test_tables_page_and_the_changed_study(creak, updated):
+    folder, said = updated
+    assert (folder / "study.toml").read_text(encoding="utf-8") == STUDY
+    text = (folder / "study_updated.toml").read_text(encoding="utf-8")
     head = text.splitlines()[:2]
     assert head[0].startswith("# study.toml, written by creak with what `creak update` found beside test.csv:")
     assert head[1].startswith("# section.left.thickness: 1.")
-    data = json.loads(figures.read_text())
+    data = json.loads((folder / "update.json").read_text())
     tables = tomllib.loads(text)
     assert tables["section"]["left"]["thickness"] == pytest.approx(data["parameters"][0]["after"], rel=1e-6)
     assert tables["model"] == {"deck": "plate.inp"}
-    assert read_study(tmp_path / "study_updated.toml").config.section["FEET"].stiffness == pytest.approx(2.0, rel=0.05)
+    assert read_study(folder / "study_updated.toml").config.section["FEET"].stiffness == pytest.approx(2.0, rel=0.05)
     assert data["rms_after"] < 0.02 < 0.1 < data["rms_before"]
     assert [p["key"] for p in data["parameters"]] == ["section.left.thickness", *KEYS[1:]]
     assert all(p["low_95"] < p["after"] < p["high_95"] for p in data["parameters"])
     assert len(data["fitted"]) == len(data["slopes"]) == len(data["after"]["pairs"])
     assert " ".join(data["sentence"].split()) in said.words
-    shown = page.read_text(encoding="utf-8")
+    shown = (folder / "new" / "page.html").read_text(encoding="utf-8")
     assert 'id="parameters"' in shown
     assert "section.left.thickness" in shown
-    assert creak("update", study, "--test", test, *BOUNDED, "-q").status == 0  # its own file is replaced
+    words = ("update", folder / "study.toml", "--test", folder / "test.csv", *BOUNDED[:2])
+    assert creak(*words, "-q").status == 0  # its own file is replaced
+    assert (folder / "study_updated.toml").read_text(encoding="utf-8") != text
+    (folder / "study_updated.toml").write_text(text, encoding="utf-8")
 
 
 @pytest.mark.slow
-def test_the_updated_study_has_the_modes_that_were_promised(creak, plate, tmp_path):
+def test_the_updated_study_has_the_modes_that_were_promised(creak, updated, tmp_path):
     """Begun from the changed study, the update changes nothing more."""
-    study, test = plate
-    assert creak("update", study, "--test", test, *BOUNDED, "-q").status == 0
-    again, figures = tmp_path / "study_updated.toml", tmp_path / "again.json"
-    keys = [word.replace("=1:3", "") for word in BOUNDED]
-    assert creak("update", again, "--test", test, *keys, "-q", "--json", figures).status == 0
+    folder, _ = updated
+    keys, figures = [word.replace("=1:3", "") for word in BOUNDED], tmp_path / "again.json"
+    words = ("update", folder / "study_updated.toml", "--test", folder / "test.csv", *keys, "-q", "--json", figures)
+    assert creak(*words).status == 0
     for p in json.loads(figures.read_text())["parameters"]:
         assert p["after"] == pytest.approx(p["before"], rel=1e-4)
 
@@ -79,7 +94,7 @@ def test_without_parameters_nothing_is_changed(creak, plate, tmp_path):
 
 
 @pytest.mark.slow
-def test_what_cannot_be_believed_is_told(creak, plate, tmp_path):
+def test_what_cannot_be_believed_is_told(creak, plate, truth, tmp_path):
     """Thickness, modulus and density of one half: two combinations of three."""
     study, test = plate
     keys = [f"--parameter={k}" for k in ("section.LEFT.thickness", "material.STEEL.youngs_modulus=2e5:2.2e5")]
@@ -87,7 +102,7 @@ def test_what_cannot_be_believed_is_told(creak, plate, tmp_path):
     assert said.status == 0, said.words
     assert "has stopped at its bound" in said.err
     assert "something else differs too" in said.err
-    few = write_plate_test(true_modes(tmp_path), tmp_path / "few.csv", count=4)
+    few = write_plate_test(truth, tmp_path / "few.csv", count=4)
     said = creak("update", study, "--test", few, *BOUNDED, "--out", tmp_path / "few.toml")
     assert said.status == 0, said.words
     assert "over-fitted: 3 parameters from 4 modes, with 1 left to check by" in " ".join(said.err.split())
@@ -121,10 +136,10 @@ def refused(creak, folder, what, study, test, *words):
     assert files(folder) == before
 
 
-def test_other_mistakes_are_one_message(creak, plate, tmp_path):
+def test_other_mistakes_are_one_message(creak, plate, truth, tmp_path):
     study, test = plate
     key = ("--parameter", KEYS[0])
-    one = write_plate_test(true_modes(tmp_path), tmp_path / "one.csv", count=2)
+    one = write_plate_test(truth, tmp_path / "one.csv", count=2)
     refused(creak, tmp_path, "3 parameters are more than the 2 measured modes with a partner", study, one, *BOUNDED)
     refused(creak, tmp_path, f"the parameter {KEYS[0]} is given twice", study, test, *key, *key)
     other = ("--parameter", KEYS[0].replace("LEFT", "left"))

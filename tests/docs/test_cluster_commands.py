@@ -111,7 +111,7 @@ def cluster(tmp_path_factory):
 
 def test_a_sweep_on_a_cluster_started_as_the_page_says(cluster, monkeypatch, capsys):
     folder, port, _, _ = cluster
-    write_strips(folder, study=STUDY.replace("periods = 2", "periods = 1"))
+    write_strips(folder, study=STUDY.replace("periods = 2", "end = 0.02") + "[reference]\nrun = false\n")
     (folder / "sweep.toml").write_text('base = "study.toml"\nseeds = [1, 2]\n', encoding="utf-8")
     (line,) = SWEEP.finditer(text_of(PAGE))
     words = shlex.split(line[2].replace("HOST:8786", f"127.0.0.1:{port}").replace("SWEEP.toml", "sweep.toml"))

@@ -16,7 +16,7 @@ import tomllib
 
 import pytest
 
-from helpers_cli import caller, empty_reports
+from helpers_cli import caller, empty_reports, workers_here
 from helpers_commands import Command, Workshop, all_commands, concrete, inputs, outputs, shorten_thesis
 from helpers_docs import PAGES, ROOT, of_the_source, shell_words
 
@@ -35,8 +35,10 @@ def workshop(tmp_path_factory):
 
 @pytest.fixture
 def say(monkeypatch, capsys):
-    """Runs a command in a folder. The shell is bash and its files are in that folder; the thesis is short, reports empty."""
+    """Runs a command in a folder. The shell is bash and its files are in that folder; the thesis is short, reports empty,
+    and workers are this process."""
     call = caller(monkeypatch, capsys)
+    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", workers_here)
     empty_reports(monkeypatch)
     shorten_thesis(monkeypatch)
 

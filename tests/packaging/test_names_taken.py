@@ -6,10 +6,14 @@ import ast
 import importlib
 import importlib.util
 import inspect
+from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
+
+from helpers_source import nodes_in, nodes_of
 
 SRC = Path(__file__).parents[2] / "src"
 PACKAGES = ("numpy", "scipy", "numba", "threadpoolctl", "pypardiso", "h5py", "pydantic", "typer", "rich")
@@ -17,6 +21,7 @@ PACKAGES += ("plotly", "matplotlib", "jinja2", "markupsafe", "distributed")
 NOTHING = object()
 
 
+@cache
 def module_of(name: str) -> Any:
     """None where it is no module of a package that is looked at, or that is installed."""
     package = name.partition(".")[0]
@@ -25,10 +30,10 @@ def module_of(name: str) -> Any:
     return importlib.import_module(name)
 
 
-def missing(text: str) -> tuple[list[str], int]:
+def missing(nodes: Sequence[ast.AST]) -> tuple[list[str], int]:
     """What is not there, and how many names and keywords were looked up."""
-    tree, of, lost, looked = ast.parse(text), dict[str, Any](), list[str](), 0
-    for node in ast.walk(tree):
+    of, lost, looked = dict[str, Any](), list[str](), 0
+    for node in nodes:
         if isinstance(node, ast.Import):
             for alias in node.names:
                 if (module := module_of(alias.name)) is not None:
@@ -47,7 +52,7 @@ def missing(text: str) -> tuple[list[str], int]:
             return None
         return _member(owner, node.attr) if inspect.ismodule(owner) else getattr(owner, node.attr, None)
 
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Attribute) and (found := found_of(node)) is not None:
             looked += 1
             lost += [ast.unparse(node)] if found is NOTHING else []
@@ -67,6 +72,7 @@ def _member(owner: Any, name: str) -> Any:
     return found
 
 
+@cache
 def keywords_of(found: Any) -> set[str] | None:
     """None where a call takes any, or does not tell."""
     try:
@@ -79,7 +85,7 @@ def keywords_of(found: Any) -> set[str] | None:
 def test_what_is_taken_is_there():
     lost, looked = list[str](), 0
     for path in sorted(SRC.rglob("*.py")):
-        found, count = missing(path.read_text(encoding="utf-8"))
+        found, count = missing(nodes_of(path))
         lost += [f"{path.relative_to(SRC)}: {name}" for name in found]
         looked += count
     assert lost == []
@@ -97,4 +103,4 @@ def test_what_is_taken_is_there():
     ],
 )
 def test_what_is_not_there_is_found(text, lost):
-    assert missing(text)[0] == lost
+    assert missing(nodes_in(text))[0] == lost
