@@ -76,7 +76,7 @@ demo-newest demo-lowest: demo-%:
 # The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
 # drawn; what the lowest compile is run by their demo. Cards of decks are text, which no version reads otherwise. What
 # else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
-UNIT := $(addprefix tests/unit/,api linalg report signals sound studies/file studies/findings) \
+UNIT := $(addprefix tests/unit/,linalg report signals sound studies/file) \
   $(wildcard tests/unit/formats/test_*.py)
 unit-newest unit-lowest: unit-%:
 	$(KERNELS) CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging

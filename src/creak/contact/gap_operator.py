@@ -216,13 +216,17 @@ def join(operators: Sequence[GapOperator]) -> GapOperator:
     """All channels of several operators as one (possibly with no channels)."""
     labels = np.unique(np.concatenate([o.labels for o in operators])) if operators else np.zeros(0, dtype=np.int64)
 
+    columns = [np.searchsorted(labels, o.labels) for o in operators]
+
     def stacked(pick: int) -> Matrix:
-        pieces = []
-        for o in operators:
-            A = (o.G, *o.tangents)[pick].tocoo()
-            columns = np.searchsorted(labels, o.labels)[A.col]
-            pieces.append(sp.coo_matrix((A.data, (A.row, columns)), shape=(o.m, labels.size)))
-        return sp.vstack(pieces, format="csr") if pieces else sp.csr_matrix((0, 0))
+        pieces = [sp.csr_matrix((o.G, *o.tangents)[pick]) for o in operators]
+        if not pieces:
+            return sp.csr_matrix((0, 0))
+        ends = np.concatenate([[0], *(np.diff(A.indptr) for A in pieces)]).cumsum()
+        at = np.concatenate([own[A.indices] for own, A in zip(columns, pieces, strict=True)])
+        found = sp.csr_matrix((np.concatenate([A.data for A in pieces]), at, ends), shape=(ends.size - 1, labels.size))
+        found.sum_duplicates()
+        return found
 
     matrices = {"labels": labels.astype(np.int64), "G": stacked(0), "tangents": (stacked(1), stacked(2))}
     return GapOperator(**matrices, **joined(GapOperator, operators, [o.m for o in operators]))

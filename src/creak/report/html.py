@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import functools
 import gzip
 import json
 from dataclasses import dataclass
@@ -173,14 +174,20 @@ def _motion_parts(result: Findings, motions: scene.Animations, shape: dict[str, 
 
 def file_parts() -> dict[str, Any]:
     """Style, scripts and colours that a page with plots and a 3-D view holds."""
-    from plotly.offline import get_plotlyjs
-
     own = {name.replace(".", "_"): Markup((FILES / name).read_text(encoding="utf-8")) for name in SCRIPTS}
     return own | {
         "css": Markup((FILES / "report.css").read_text(encoding="utf-8")),
-        "plotly": _packed(get_plotlyjs()),
+        "plotly": _plotly(),
         "colours": script_json(palette.DARK),
     }
+
+
+@functools.cache
+def _plotly() -> Markup:
+    """The library of the plots."""
+    from plotly.offline import get_plotlyjs
+
+    return _packed(get_plotlyjs())
 
 
 def _packed(text: str) -> Markup:

@@ -307,7 +307,7 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
         own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
         load[j], load_u[j], load_v[j] = -rest[own] @ lean[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
     rows_s = np.ascontiguousarray(model.rows_s + (model.rows - rows) @ form.follow)
-    seen = {"rows": rows, "rates": rates, "rows_s": rows_s, "rates_s": rates_s, "lean_s": lean_s}
+    seen: Shared = {"rows": rows, "rates": rates, "rows_s": rows_s, "rates_s": rates_s, "lean_s": lean_s}
     return model._replace(push=push, lean=lean, load=load, load_u=load_u, load_v=load_v, **seen)
 
 
