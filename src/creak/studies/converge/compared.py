@@ -38,6 +38,8 @@ from creak.verify.unreduced import Structure
 NOTHING = Followed()
 PERTURBED = ("softer", "stiffer", "stiffness", "modes")
 """Families whose runs change the impulses themselves: what becomes of that later shows how sensitive an event is."""
+FARTHEST = 10.0
+"""Errors of impulses over what a run changes of them, up to which what follows is drawn out in proportion."""
 WHOLE_RUN: dict[str, Callable[[Outcome], float]] = {
     "events": lambda o: float(len(o.events)),
     "impulse": lambda o: o.impulse,
@@ -104,7 +106,8 @@ def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[Even
     How sensitive an event is show the runs that change contact or the structure (`PERTURBED`): where they move the
     impulses before by a share c at most and a figure of the event by x, an error e of those impulses moves it by
     e x / c, e being the largest that a spot check found. What is more than e, which `Structure.change` has already, is
-    added. A hard blow that is off by 1 % may so leave a faint one after it off by a fifth, or take it away.
+    added. A hard blow that is off by 1 % may so leave a faint one after it off by a fifth, or take it away. Where c is
+    below a tenth of e (`FARTHEST`) x is what the run changes by itself, and no more than tenfold of it is told.
     Durations hang on the last of many touches, in those runs as well, and tell nothing of this.
     """
     ended = sorted(events, key=lambda e: e.event.t_end)
@@ -136,7 +139,8 @@ def _passed_on(e: EventSettling, before: dict[str, float], structure: Structure)
     for name, f in e.figures.items():
         by, unit = structure.change(name, e.event), lasts if name in TIMES else 1.0
         if before and name != "duration" and not structure.begins_anew(e.event):
-            magnified = [_moved(f, family, unit) / most for family, most in before.items() if most > ROUND_OFF]
+            least = max(structure.of_impulses / FARTHEST, ROUND_OFF)
+            magnified = [_moved(f, family, unit) / max(most, least) for family, most in before.items()]
             if (more := max(magnified, default=0.0) - 1.0) > 0.0:
                 by += structure.of_impulses * more * unit
         figures[name] = replace(f, beside={UNREDUCED: by})

@@ -45,6 +45,13 @@ def test_a_faint_event_after_a_hard_one_inherits_as_the_runs_show():
     assert last == pytest.approx(E + 1.0 * E, rel=0.05)
 
 
+def test_what_a_run_changes_without_moving_the_impulses_before_is_its_own():
+    """A hundred-thousandth before and a thousandth of the event: tenfold of that at most, not a hundredfold of 1 %."""
+    base = [hit(0.1, 10.0), hit(0.3)]
+    _, later = unreduced("impulse", base, [hit(0.1, 10.0, 1e-5), hit(0.3, 1.0, 1.5e-3)])
+    assert later == pytest.approx(E + 0.5 * E, rel=0.05)
+
+
 def test_an_event_that_goes_when_the_one_before_changes_is_all_that_may_be_lost():
     """It is there no more where 2 % are changed: half of it hangs on an error of 1 %."""
     base = [hit(0.1, 10.0), hit(0.3)]
