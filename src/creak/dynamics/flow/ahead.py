@@ -55,13 +55,13 @@ def compile_short() -> None:
     """The part of it that takes short steps without the solver, and keeps books, a quarter."""
     run = _at_rest(False)
     model, scheme, desk, x, block = run.model, run.scheme, run.desk, run.empty(), run.block
-    W, gain, h = scheme.W, scheme.gain, scheme.H
+    W, h = scheme.W, scheme.H
     opened = model, scheme.slope, scheme.band, desk.D, desk.energy, desk.course
     _compile(
         (load_step, (model, 0, h, desk.course, desk.drive, desk.D)),
         (open_block, (block, *opened, h, h, 0, 0, x, True)),
         (advance, (model, scheme, True, desk, 0, 0, True, x, x, block)),
-        (press, (model, scheme.laws, None, W, True, gain, h, x, x, desk.share, block.is_near, desk.factor)),
+        (press, (model, scheme, None, h, desk.steady.force, x, x, desk.share, block.is_near, desk.factor)),
         (book_flow, (model, desk.drive, h, x, x)),
         (complete, (model, scheme.laws, W, h, desk.steady.force, x)),
     )
