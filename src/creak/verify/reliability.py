@@ -70,6 +70,7 @@ def reasons_against(history: History, remedy: str = FORCED) -> list[str]:
     found = (
         (history.energy_created, ENERGY_BAR, "the work of the loads"),
         (created_of_contact(history), CONTACT_BAR, "the energy that contact took up"),
+        (_given_by_damping(history), CONTACT_BAR, "the work of the loads by what damps the structure"),
     )
     shares = [
         f"{percent(value, 3)} of {what} (at most {percent(bar, 3)} is sound)"
@@ -78,6 +79,11 @@ def reasons_against(history: History, remedy: str = FORCED) -> list[str]:
     ]
     created = [f"the time integration created energy, {' and '.join(shares)}: {remedy}"] if shares else []
     return [*created, *_passed_through(history)]
+
+
+def _given_by_damping(history: History) -> float:
+    """Largest energy that the damping of the structure, which can only take, has given so far: a share of the work."""
+    return max(0.0, -float(history.energy[:, ENERGIES.index("damping")].min())) / history.energy_scale
 
 
 def _passed_through(history: History) -> list[str]:

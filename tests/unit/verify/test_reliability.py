@@ -61,6 +61,14 @@ def test_a_light_part_on_a_heavy_one_is_held_against_its_contact():
     assert "step" not in reasons_against(history, CHOSEN)[0]  # nobody has set one
 
 
+def test_damping_that_gives_energy_is_told():
+    history = bounce(0.0)
+    energy = history.energy.copy()
+    energy[-1, ENERGIES.index("damping")] = -0.2 * history.energy_scale
+    (reason,) = reasons_against(replace(history, energy=energy))
+    assert "20 % of the work of the loads by what damps the structure" in reason
+
+
 def test_both_bars_and_what_is_just_below_them():
     assert reasons_against(bounce(0.99 * CONTACT_BAR)) == []
     assert len(reasons_against(bounce(1.01 * CONTACT_BAR))) == 1

@@ -26,7 +26,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
 from creak.dynamics.flow.model import FlowForm, driven, flow_model, following
-from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator, thrown
+from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, lightly_damped, phi, propagator, thrown
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -122,7 +122,9 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
 
     def thrown_by(h: float, forces: FloatArray) -> FloatArray:
         b0, b1, b2, b3 = blocks
-        one, two = thrown(b0 + b3, b0 * b3 - b1 * b2, h)
+        turned = b0 + b3, b0 * b3 - b1 * b2
+        (one, two), light = thrown(*turned, h), lightly_damped(*turned)
+        one, two = light * (one - 1.0), light * two
         first, second, rests = forces[:, :n], forces[:, n:], still.any(axis=0)
         at = np.hstack([still[0] * first + still[1] * second, still[2] * first + still[3] * second])
         return np.asarray(np.tile(one, 2) * at - np.tile(np.where(rests, two, 0.0), 2) * forces)

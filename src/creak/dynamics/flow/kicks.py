@@ -110,11 +110,10 @@ def solve_kick(laws, A, W, U, h, steady, now, after, share, kept):  # type: igno
     put(after.stuck, 0, now.stuck)
     seen = after.rate.copy()
     turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
-    for i in range(seen.size):
-        seen[i] += seeming(U, h, now, steady, i)
+    turn_rates(laws, U, -h, steady, share, seen)
     slip, rate = seen[m:], seen[:m].copy()
     for j in range(slip.size):
-        slip[j] = h * slip[j] - RATE * GIVE / (1.0 + GIVE) * A[m + j, m + j] * now.force[m + j]
+        slip[j] = h * slip[j] - THETA * GIVE * h * h * W[m + j, m + j] * now.force[m + j]
     gap, stuck, force = after.gap.copy(), after.stuck, after.force
     free = Unpressed(gap, rate, slip, RATE / h, RATE, h)
     return solve_step(A, free, by_value(laws), stuck, force, by_value(kept))

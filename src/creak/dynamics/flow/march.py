@@ -222,7 +222,7 @@ class FlowRun:
         n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
         rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
         W = symmetric((push * (2.0 / h * gain)) @ rates.T)
-        U = -1.0 / h * self.form.thrown(h, push) @ rates.T
+        U = -1.0 / h * symmetric(self.form.thrown(h, push) @ rates.T)
         light = not heavy.all()
         static = np.zeros_like(W)
         if light:
@@ -234,7 +234,7 @@ class FlowRun:
         self._check_dampers()
         self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or light)
         give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(W))
-        self.A = np.ascontiguousarray(static + THETA * h * h / RATE * (W + np.diag(give)))
+        self.A = np.ascontiguousarray(static + h * h / RATE * (THETA * (W + np.diag(give)) + U))
         steps = self.steps
         self.scheme = Scheme(
             steps.H,

@@ -18,7 +18,7 @@ from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow.propagator import propagator, thrown
+from creak.dynamics.flow.propagator import lightly_damped, propagator, thrown
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 
@@ -147,7 +147,7 @@ class FlowForm:
     """(u1 - u0, n_support) of z where the pairs follow the supports at rest."""
     thrown: Callable[[float, FloatArray], FloatArray]
     """Step near contact, forces (k, p1 - p0) on z -> (k, v1 - v0) of z in the middle of kicks of these that do not
-    change: a pair that is damped, and thrown to and fro by them, seems to move there."""
+    change, beyond its rest: a pair that is damped lightly, and thrown to and fro by them, seems to move there."""
     follow_rate: FloatArray
     """(v1 - v0, n_support) of z where they follow slow supports, over the speed of these."""
 
@@ -180,6 +180,7 @@ def single_modes(
     slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
     model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, m, k, (none,) * 3)
     share = np.where(moves, 1.0 / np.where(moves, k, 1.0), 0.0)
+    light = lightly_damped(-c / mass, k / mass)
     return FlowForm(
         model,
         omega,
@@ -192,7 +193,7 @@ def single_modes(
         omega**2,
         rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
         following(terms),
-        lambda h, forces: forces * np.where(moves, -thrown(-c / mass, k / mass, h)[1] / mass, 0.0),
+        lambda h, forces: forces * np.where(moves, -light * thrown(-c / mass, k / mass, h)[1] / mass, 0.0),
         following(terms),
     )
 

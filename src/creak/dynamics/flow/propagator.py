@@ -36,6 +36,8 @@ SINGLE = 15
 """Rows of a propagator of single modes; one of pairs has 40."""
 
 
+LIGHT = (0.1, 0.3)
+"""Shares of critical up to which a pair is lightly damped, and from which on it is not."""
 ALIKE = 1e-6
 """Half the distance of the two speeds of a pair, times h, below which they are taken that far apart."""
 
@@ -115,6 +117,13 @@ def thrown(trace: FloatArray, determinant: FloatArray, h: float) -> tuple[FloatA
     first, second = _x_coth_x(0.5 * h * (half + root)), _x_coth_x(0.5 * h * (half - root))
     b = ((first - second) / (2.0 * root)).real
     return (0.5 * (first + second)).real - b * half, b
+
+
+def lightly_damped(trace: FloatArray, determinant: FloatArray) -> FloatArray:
+    """(n,) 1 for pairs damped by up to `LIGHT[0]` of critical, 0 from `LIGHT[1]` on, and for those that do not turn."""
+    turns = determinant > 0.0
+    share = np.where(turns, -0.5 * trace / np.sqrt(np.where(turns, determinant, 1.0)), np.inf)
+    return np.clip((LIGHT[1] - share) / (LIGHT[1] - LIGHT[0]), 0.0, 1.0)
 
 
 def _x_coth_x(x: Any) -> Any:
