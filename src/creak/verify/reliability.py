@@ -60,11 +60,12 @@ def is_finite(history: History) -> bool:
     return all(bool(np.isfinite(t).all()) for t in tables)
 
 
-def reasons_against(history: History, remedy: str = FORCED) -> list[str]:
+def reasons_against(history: History, *, forced: bool = True) -> list[str]:
     """Why the figures of a run are worth nothing, a sentence each; empty where nothing speaks against them.
 
-    remedy: `FORCED` or `CHOSEN`.
+    forced: its step was; else creak chose it.
     """
+    remedy = FORCED if forced else CHOSEN
     if not is_finite(history):
         return [f"its results are not finite numbers: {remedy}"]
     found = (

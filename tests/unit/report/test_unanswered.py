@@ -32,11 +32,6 @@ def exact(text):
     return text.replace("step = 5e-4\n", "")
 
 
-def quick(text):
-    """The same by its longest steps: for runs that are not repeated."""
-    return text.replace("step = 5e-4", 'accuracy = "quick"')
-
-
 def run(folder, text, deck=None, **more):
     (folder / "plates.inp").write_text(deck or small.plates())
     (folder / "study.toml").write_text(text)
@@ -76,7 +71,7 @@ def test_what_drives_something_else_closes_no_gap(tmp_path):
 1e-3
 *MATERIAL"""
     deck = small.plates().replace("*MATERIAL", mass, 1) + "ROOT_UPPER, 3\n901, 1\n901, 3, 6\n900, 1, 6\n"
-    text = quick(small.study_text(pairs="", reference=False)).replace("ROOT_UPPER", "LONELY").replace('"z"', '"y"')
+    text = exact(small.study_text(pairs="", reference=False)).replace("ROOT_UPPER", "LONELY").replace('"z"', '"y"')
     for precheck in ("margin = 5.0", "margin = 0.01", "enabled = false"):
         result = run(tmp_path, text.replace("margin = 5.0", precheck), deck, converge=False)
         assert "no gap" in result.summary["unanswered"], precheck
@@ -86,7 +81,7 @@ def test_what_drives_something_else_closes_no_gap(tmp_path):
 def test_a_page_of_a_deck_in_other_units_says_so_first(tmp_path):
     """Steel in GPa and kg/mm^3, as decks in mm, kg and ms have it; the light and the headline go by no figure."""
     deck = small.plates().replace("210000., 0.3", "210., 0.3").replace("7.85e-9", "7.85e-6")
-    found = run(tmp_path, quick(small.study_text(reference=False)), deck, converge=False)
+    found = run(tmp_path, exact(small.study_text(reference=False)), deck, converge=False)
     odd = "he deck looks to be in mm-kg-ms, not in mm-t-s as the study says"
     assert found.summary["other_units"] == f"t{odd}"
     assert re.search(rf'<p class="answer (amber|red)" id="answer">T{odd}, so no figure is in', found.page(0.0))
@@ -109,7 +104,7 @@ def test_contact_that_presses_is_an_answer_although_nothing_closes(result_of):
 
 @pytest.fixture(scope="module")
 def unchecked(tmp_path_factory):
-    return run(tmp_path_factory.mktemp("unchecked"), quick(small.study_text(reference=False)), converge=False)
+    return run(tmp_path_factory.mktemp("unchecked"), exact(small.study_text(reference=False)), converge=False)
 
 
 def test_what_nothing_checked_is_grey(unchecked):
@@ -151,7 +146,7 @@ def test_convergence_is_told_of_the_runs_that_were_made(tmp_path):
 
 def test_the_method_says_no_stiffness_was_chosen_only_where_none_was(tmp_path, unchecked):
     stiff = small.study_text(contact=small.CONTACT + "stiffness = 50.0\n", reference=False)
-    chosen = run(tmp_path, quick(stiff), converge=False)
+    chosen = run(tmp_path, exact(stiff), converge=False)
     words = "No step, stiffness or scheme was chosen by hand"
     assert words in paragraph(findings_of(unchecked.found))
     assert words not in paragraph(findings_of(chosen.found))

@@ -66,29 +66,6 @@ def columns(model, x):  # type: ignore[no-untyped-def]
 
 
 @inner
-def at_supports(model, x):  # type: ignore[no-untyped-def]
-    """Damper forces, reactions and momenta at the supports from the products of the load columns with the motion."""
-    s, m = x.support, model.gap0.size
-    for a in range(s.shape[1]):
-        damper = reaction = momentum = 0.0
-        for b in range(s.shape[1]):
-            damper += model.C_ss[a, b] * s[1, b]
-            reaction += model.K_ss[a, b] * s[0, b]
-            momentum += model.M_ss[a, b] * s[1, b]
-        for j in range(model.order.size):
-            if model.column[j] == a and model.order[j] <= ACCELERATION:
-                if model.order[j] == VELOCITY:
-                    damper -= x.dots[1, j]
-                elif model.order[j] == DISPLACEMENT:
-                    reaction -= x.dots[0, j]
-                else:
-                    momentum -= x.dots[1, j]
-        for j in range(x.force.size):
-            reaction -= model.rates_s[j, 1, a] * (x.force[j] - (model.preload[j] if j < m else 0.0))
-        x.damper[a], x.reaction[a], x.momentum[a] = damper, reaction + damper, momentum
-
-
-@inner
 def carried(model, x):  # type: ignore[no-untyped-def]
     """Kinetic and strain energy that the supports take part in."""
     kinetic = strain = 0.0
@@ -141,7 +118,6 @@ def book_flow(model, drive, h, now, after):  # type: ignore[no-untyped-def]
     """
     e = after.energy
     columns(model, after)
-    at_supports(model, after)
     loads = work_of_loads(drive, h, now, after)
     k0, s0 = carried(model, now)
     k1, s1 = carried(model, after)
@@ -212,7 +188,6 @@ def begin_books(model, laws, W, h, steady, x):  # type: ignore[no-untyped-def]
     """Take the energy of the first instant as given; steady: as for `in_contact`."""
     model, laws, x = by_reference(model), by_reference(laws), by_reference(x)
     columns(model, x)
-    at_supports(model, x)
     kinetic, strain, light = stored(model, x)
     more_kinetic, more_strain = carried(model, x)
     e = x.energy

@@ -109,12 +109,6 @@ class FlowState(NamedTuple):
     amplitude: FloatArray
     dots: FloatArray
     """(2, n_x) load columns times displacement, velocity."""
-    damper: FloatArray
-    """(n_support,) damper forces on the supports."""
-    reaction: FloatArray
-    """(n_support,) of the supports, without inertia."""
-    momentum: FloatArray
-    """(n_support,) M_sq v + M_ss s'."""
     energy: FloatArray
     """The book (`books`)."""
 
@@ -180,7 +174,7 @@ def single_modes(
     slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
     model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, m, k, (none,) * 3)
     share = np.where(moves, 1.0 / np.where(moves, k, 1.0), 0.0)
-    light = lightly_damped(-c / mass, k / mass)
+    light, follow = lightly_damped(-c / mass, k / mass), following(terms)
     return FlowForm(
         model,
         omega,
@@ -192,9 +186,9 @@ def single_modes(
         lambda u, v: np.stack([u, v]),
         omega**2,
         rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
-        following(terms),
+        follow,
         lambda h, forces: forces * np.where(moves, -light * thrown(-c / mass, k / mass, h)[1] / mass, 0.0),
-        following(terms),
+        follow,
     )
 
 
@@ -358,8 +352,5 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
         np.zeros((3, n_s)),
         np.zeros(n_x),
         np.zeros((2, n_x)),
-        np.zeros(n_s),
-        np.zeros(n_s),
-        np.zeros(n_s),
         np.zeros(SIZE),
     )

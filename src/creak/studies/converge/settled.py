@@ -16,7 +16,7 @@ from creak.studies.run.one_run import Run
 from creak.studies.run.steady import faded_in, may_still_close
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES
-from creak.verify.reliability import CHOSEN, FORCED, UNRELIABLE, reasons_against
+from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
 
@@ -51,7 +51,7 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
     A run whose answer could not have been another one has not settled, however exact it is.
     """
     table = result.setup.study.config.time
-    against = reasons_against(run.history, CHOSEN if table.exact else FORCED)
+    against = reasons_against(run.history, forced=not table.exact)
     if against:
         return Verdict(UNRELIABLE, tuple(against))
     if why := unanswered(result):

@@ -38,7 +38,7 @@ from creak.studies.run.precheck import ready, run_with_closed, with_closed
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
 from creak.verify.matching import EventMatch
-from creak.verify.reliability import CHOSEN, FORCED, UNRELIABLE, reasons_against
+from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.unreduced import Structure
 
 if TYPE_CHECKING:
@@ -245,10 +245,10 @@ def run_study(
 
 def run_warnings(marching: Marching, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
     """What the user should know of each run; where it is the same of both, once."""
-    remedy = CHOSEN if marching.table.exact else FORCED
+    against = partial(reasons_against, forced=not marching.table.exact)
     said = {
         name: [
-            *(f"{UNRELIABLE}: {reason}" for reason in reasons_against(run.history, remedy)),
+            *(f"{UNRELIABLE}: {reason}" for reason in against(run.history)),
             *motion_warnings(gaps, run.history),
             *step_warnings(marching, run.events),
         ]

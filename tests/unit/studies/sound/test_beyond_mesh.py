@@ -17,9 +17,7 @@ from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
 from helpers_decks import STEEL, STUDY, patch, write_strips
 
-BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n').replace(
-    "0.05,", "0.1,"
-)
+BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
 
 
 def sheet(first: int, elset: str, z: float) -> str:
