@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-import scipy.linalg as sla
 
 import creak
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
-from creak.dynamics.flow.propagator import thrown
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import in_own_modes
@@ -37,20 +35,6 @@ def test_a_stiff_part_and_the_support_it_stands_on_keep_their_gap(dashpot, measu
         at_most=1e-6,
         source="s'' / omega^2",
     )
-
-
-@pytest.mark.parametrize("share", [0.0, 0.05, 0.999999, 1.0, 3.0])
-@pytest.mark.parametrize("angle", [1e-3, 0.04, 0.3, 2.0])
-def test_a_pair_that_kicks_throw_to_and_fro(share, angle):
-    """In the middle of kicks g that do not change: (1 + E) / 2 (1 - E)^-1 g, E = exp(B h)."""
-    h, omega = 1e-5, angle / 1e-5
-    B, g = np.array([[0.0, 1.0], [-(omega**2), -2.0 * share * omega]]), np.array([0.0, h])
-    a, b = thrown(np.array([np.trace(B)]), np.array([np.linalg.det(B)]), h)
-    found = (a * np.eye(2) + b * B) @ np.linalg.solve(B, -g / h)
-    scale = np.diag([omega, 1.0])
-    E = sla.expm(scale @ B @ np.linalg.inv(scale) * h)
-    exact = np.linalg.solve(scale, 0.5 * (np.eye(2) + E) @ np.linalg.solve(np.eye(2) - E, scale @ g))
-    np.testing.assert_allclose(scale @ found, scale @ exact, rtol=0, atol=1e-7 * np.abs(scale @ exact).max())
 
 
 BELT_SPEED, PULL = 2.0, 1.0

@@ -61,7 +61,7 @@ def compile_short() -> None:
         (load_step, (model, 0, h, desk.course, desk.drive, desk.D)),
         (open_block, (block, *opened, h, h, 0, 0, x, True)),
         (advance, (model, scheme, True, desk, 0, 0, True, x, x, block)),
-        (press, (model, scheme, None, h, desk.steady.force, x, x, desk.share, block.is_near, desk.factor)),
+        (press, (model, scheme, None, h, desk, x, x, block.is_near)),
         (book_flow, (model, desk.drive, h, x, x)),
         (complete, (model, scheme.laws, W, h, desk.steady.force, x)),
     )

@@ -9,8 +9,8 @@ numbers for each pair of conjugate or real eigenvalues; a pair moves by itself, 
 exactly for any step by B_j's exponential and its integrals phi_r. Modes that C does not couple stay as they are,
 rigid ones among them. Where X is ill-conditioned (damping near critical: eigenvectors that nearly coincide) C is
 changed by `NUDGE` of itself, which separates them: Davies, Approximate diagonalization, SIAM J. Matrix Anal. Appl. 29,
-2007. Channels push by the adjoint of the rates that they see in the energy |x|^2 / 2, so that a kick gives the
-structure just what it takes from the channels.
+2007. Channels see and push the modes; what they see of a pair, and how they push it, follows from that (`Pairs`). So a
+kick gives the structure just what it takes from the channels.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL
-from creak.dynamics.flow.model import FlowForm, driven, flow_model, following
-from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, lightly_damped, phi, propagator, thrown
+from creak.dynamics.flow.model import FlowForm, Pairs, driven, flow_model, following
+from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator
 from creak.dynamics.state import LinearTerms
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -106,8 +106,6 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         (whole[n:], (omega / scale)[:, None] * whole[:n], still),
     )
     speed = np.concatenate([np.hypot(scale[alone], own) * (omega[alone] > 0.0), _block_norms(B)])
-    first, second = rows[: gaps.m, :n], rows[: gaps.m, n:]
-    squares = (first**2 + second**2) * (speed > 0.0)
 
     def flow(h: float) -> FloatArray:
         lone = _of_lone(own, scale[alone], omega[alone], h)
@@ -117,25 +115,8 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         x = np.concatenate([scale * (turn.T @ (mass * u)), turn.T @ (mass * v)])
         return np.asarray(inverse @ x).reshape(2, n)
 
-    mobility = (rows_u[: gaps.m] / mass) ** 2
-    q = following(terms)
-
-    def thrown_by(h: float, forces: FloatArray) -> FloatArray:
-        b0, b1, b2, b3 = blocks
-        turned = b0 + b3, b0 * b3 - b1 * b2
-        (one, two), light = thrown(*turned, h), lightly_damped(*turned)
-        one, two = light * (one - 1.0), light * two
-        first, second, rests = forces[:, :n], forces[:, n:], still.any(axis=0)
-        at = np.hstack([still[0] * first + still[1] * second, still[2] * first + still[3] * second])
-        return np.asarray(np.tile(one, 2) * at - np.tile(np.where(rests, two, 0.0), 2) * forces)
-
-    none = np.zeros_like(q)
-    ways = [
-        np.array([start(u, v).ravel() for u, v in zip(a.T, b.T, strict=True)]).reshape(q.shape[1], 2 * n).T
-        for a, b in ((q, none), (none, q))
-    ]
-    own_motion = (model, speed, squares, inverse, flow, basis, speeds, start, omega**2, mobility)
-    return FlowForm(*own_motion, ways[0], thrown_by, ways[1])
+    held = Pairs(basis, speeds, push)
+    return FlowForm(model, rows_u, speed, omega**2, 1.0 / mass, flow, start, following(terms), held)
 
 
 def _mass_products(system: System) -> FloatArray:

@@ -26,7 +26,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.tabular import segment_at, segment_slope
-from creak.dynamics.flow.kicks import GIVE
+from creak.dynamics.flow.along import GIVE
 from creak.dynamics.flow.model import FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import fly, mean_of, mean_value, place_of, rate_of, times
 from creak.dynamics.loads import Loads

@@ -16,6 +16,7 @@ from creak.contact.coulomb_newton import Kept, new_kept
 from creak.contact.laws.parameters import LawArrays
 from creak.dynamics.books import GIVEN
 from creak.dynamics.closing import dips
+from creak.dynamics.flow.along import as_slides_went
 from creak.dynamics.flow.block import (
     APART,
     KNOWN,
@@ -67,8 +68,6 @@ class Scheme(NamedTuple):
     """(level + 1, ...) exact motion in a step of each level"""
     W: FloatArray
     """(m + 2 f, m + 2 f) mobility of the channels in a step near contact"""
-    U: FloatArray
-    """(m + 2 f, m + 2 f) h U p makes up for rates in the middle of kicks p that do not change (`FlowForm.thrown`)"""
     gain: FloatArray
     """half a step near contact over each mass"""
     band: IntArray
@@ -97,6 +96,8 @@ class Desk(NamedTuple):
     steady: Steady
     factor: Kept
     """Of the friction of the last kick."""
+    ahead: FloatArray
+    """(u1 - u0,) of z a step later"""
 
 
 def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
@@ -106,7 +107,8 @@ def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: boo
     rubbing = model.rows.shape[0] if model.rows.shape[0] > m else 0
     held = new_held(model, loads, levels, lasts)
     kept = new_kept(rubbing if rubbing <= MOST else 0)
-    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_steady(model), kept)
+    ahead = np.empty(model.u1 - model.u0)
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_steady(model), kept, ahead)
 
 
 @inner
@@ -185,7 +187,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
                 look_near(block, model, now, after, h, not springs)
             else:
                 look_gaps(model, after)
-        book_half(model, laws, W, scheme.U, h, now, steady.force, desk.share, after.energy)
+        book_half(model, laws, W, h, now, desk.share, after.energy)
         if steady.mark[0] != NONE:
             book_steady(steady, h, given, now, after)
     if model.damped:
@@ -232,7 +234,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
     desk, out, now, after = by_reference(desk), by_reference(out), by_reference(now), by_reference(after)
     H, laws, W, lasting, light = scheme.H, scheme.laws, scheme.W, scheme.lasting, scheme.light
     n_x, levels = model.order.size, scheme.P.shape[0] - 1
-    course, drive, D, energy, share, together = desk.course, desk.drive, desk.D, desk.energy, desk.share, desk.together
+    course, drive, D, energy, together = desk.course, desk.drive, desk.D, desk.energy, desk.together
     steady = desk.steady
     parts = 1 << levels
     springs = not (model.damped or light or now.sliding.size > 0)
@@ -277,7 +279,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             if held:
                 code = DONE
             elif level == levels:
-                code = press(model, scheme, A, h, steady.force, now, after, share, block.is_near, desk.factor)
+                code = press(model, scheme, A, h, desk, now, after, block.is_near)
                 if code != DONE:
                     return code, step, used, kept, swapped, step * H + (at + 1) * h
                 if springs and not acts(after.force, 0, after.force.size):
@@ -296,6 +298,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
                 put(after.before, 0, now.gap)
                 if not light:
                     as_springs_saw(laws, h, steady.force, now, after)
+                    as_slides_went(laws, h, steady.force, now, after)
             for j in range(n_x):
                 shift(drive[j], h)
             for j in range(course.shape[0]):

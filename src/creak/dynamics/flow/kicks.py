@@ -1,7 +1,8 @@
 """Kicks of the channels in compiled code: forces at an instant, half of their impulse before it and half after.
 
-Laws with a damper or friction act on the velocity that the kick itself leaves behind, in one problem for all channels
-that press: on that in its middle and, so that nothing jitters, `THETA` - 1/2 of what it has more than the kick before.
+Dampers act on the velocity that the kick itself leaves behind: on that in its middle and, so that nothing jitters,
+`THETA` - 1/2 of what it has more than the kick before. Friction acts on the way of the step that it begins (`along`).
+Forces of all channels that press are found together.
 Where a channel has closed in the step before an instant, or opens in the step after it, the half of its kick on that
 side gets the share that takes from the motion, or gives back, just what its spring then holds (with what the kick
 itself holds, `held_by_kick`), up to `MOST`: else the kink of the law at zero would create or destroy up to
@@ -15,6 +16,7 @@ import math
 
 from creak.contact.step_problem import Unpressed, solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
+from creak.dynamics.flow.along import GIVE, look_ahead, slide_on
 from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
 from creak.linalg.by_reference import by_value
@@ -22,15 +24,10 @@ from creak.linalg.compiled import inner, inner_fast, with_arrays
 from creak.linalg.loops import acts, dot, fill, put
 
 THETA = 0.6
-"""Share of a kick that the laws see, less THETA - 1/2 of the kick before: 1/2 conserves the energy of a channel that
-sticks but lets it jitter."""
+"""Share of a kick that dampers see, less THETA - 1/2 of the kick before."""
 RATE = 1e5
 """Rates of a kick over the displacements that stand for them in the problem of the channels, times h: so large that
 these displacements do not stretch the springs."""
-GIVE = 0.01
-"""Sliding with which a channel that sticks takes up a change of its force, over what that force moves it in a kick:
-a spring far stiffer than any that a step resolves. Without it the forces that hold more channels than the filter leaves
-modes are not determined, and no solver finds them."""
 MOST = 2.0
 """Largest share of half a kick."""
 SWEEPS = 3
@@ -38,13 +35,13 @@ SWEEPS = 3
 
 
 @inner
-def press(model, scheme, A, h, steady, now, after, share, watched, kept):  # type: ignore[no-untyped-def]
+def press(model, scheme, A, h, desk, now, after, watched):  # type: ignore[no-untyped-def]
     """Channel forces at an instant, and the first half of their kick; 0 or the code of the contact solver.
 
-    A: None where only springs press, on coordinates with mass: then no solver is compiled. steady: (m + 2 f,) forces
-    that go on between the kicks. watched: (m,) channels whose gaps are those of the motion; the others are open.
+    A: None where only springs press, on coordinates with mass: then no solver is compiled. desk: with the loads from
+    the instant on. watched: (m,) channels whose gaps are those of the motion; the others are open.
     """
-    m, laws, W, gain, light = model.gap0.size, scheme.laws, scheme.W, scheme.gain, scheme.light
+    m, laws, W, gain, light, share = model.gap0.size, scheme.laws, scheme.W, scheme.gain, scheme.light, desk.share
     quiet(after)
     if not (model.presses and any_closed(after)):
         return DONE
@@ -55,9 +52,12 @@ def press(model, scheme, A, h, steady, now, after, share, watched, kept):  # typ
             if after.gap[i] < 0.0:
                 after.force[i] = spring_force(laws, i, after.gap[i])
     else:
-        code = solve_kick(laws, A, W, scheme.U, h, steady, now, after, share, kept)
+        if after.slip.size > 0:
+            look_ahead(model, laws, scheme.P[-1], gain, desk.D, h, desk.steady, now, after, desk.ahead)
+        code = solve_kick(laws, A, W, h, now, after, share, desk.factor)
         if code != DONE:
             return code
+        slide_on(laws, A, RATE, h, after)
     if model.damped:
         book_slack(laws, -h, after, now, after.energy)
     if not acts(after.force, 0, after.force.size):
@@ -78,15 +78,12 @@ def press(model, scheme, A, h, steady, now, after, share, watched, kept):  # typ
             for j in range(after.force.size):
                 for i in range(m):
                     after.gap[i] += A[i, j] * after.force[j]
-    book_half(model, laws, W, scheme.U, -h, after, steady, share, after.energy)
+    book_half(model, laws, W, -h, after, share, after.energy)
     if closing:
         if model.damped:
             book_touch(laws, W, h, now, after, share)
         fill(share, 1.0)
         force_on(model, laws, after.force, share, after.F)
-    for i in range(after.sliding.size):
-        if after.force[laws.rubs[i // 2]] > 0.0 and not after.stuck[i // 2]:
-            after.sliding[i] = after.rate[m + i]
     return DONE
 
 
@@ -100,34 +97,25 @@ def any_closed(after):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def solve_kick(laws, A, W, U, h, steady, now, after, share, kept):  # type: ignore[no-untyped-def]
+def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyped-def]
     """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver.
 
-    What a damped pair seems to move by as it is thrown to and fro is no motion: what sticks would creep.
+    What friction changes of the rates of gaps A holds whole, not `THETA` of it.
     """
     m = after.gap.size
     put(after.force, 0, now.force)
     put(after.stuck, 0, now.stuck)
-    seen = after.rate.copy()
-    turn_rates(laws, W, (0.5 - THETA) * h, now.force, share, seen)
-    turn_rates(laws, U, -h, steady, share, seen)
-    slip, rate = seen[m:], seen[:m].copy()
-    for j in range(slip.size):
-        slip[j] = h * slip[j] - THETA * GIVE * h * h * W[m + j, m + j] * now.force[m + j]
+    rate, slip = after.rate[:m].copy(), after.slip.copy()
+    for j in range(now.force.size):
+        if now.force[j] != 0.0:
+            by = (0.5 - THETA if j < m else -0.5) * h * weight(laws, m, share, j) * now.force[j]
+            for i in range(m):
+                rate[i] += W[j, i] * by
+    for i in range(slip.size):
+        slip[i] -= RATE * GIVE / (1.0 + GIVE) * A[m + i, m + i] * now.force[m + i]
     gap, stuck, force = after.gap.copy(), after.stuck, after.force
     free = Unpressed(gap, rate, slip, RATE / h, RATE, h)
     return solve_step(A, free, by_value(laws), stuck, force, by_value(kept))
-
-
-@inner
-def seeming(U, h, x, steady, i):  # type: ignore[no-untyped-def]
-    """What channel i seems to lack of its rate in the middle of kicks as at the instant x."""
-    total = 0.0
-    for j in range(x.force.size):
-        kicked = x.force[j] - steady[j]
-        if kicked != 0.0:
-            total += h * U[j, i] * kicked
-    return total
 
 
 @inner
@@ -295,10 +283,8 @@ def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
 
 
 @inner
-def book_half(model, laws, W, U, h, x, steady, share, energy):  # type: ignore[no-untyped-def]
+def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-def]
     """What half a kick gives to modes, supports, dampers and friction; x.rate: in the middle of the whole kick.
-
-    Friction works on the way: what it gives to pairs that are thrown to and fro, and lose it at once, is left out.
 
     h: the step, negative for the half before the instant.
     """
@@ -311,14 +297,12 @@ def book_half(model, laws, W, U, h, x, steady, share, energy):  # type: ignore[n
         rate = x.rate[j] + 0.25 * h * dot(W[j], x.weighed)
         carried = 0.0
         for a in range(x.support.shape[1]):
-            carried += model.rates_s[j, 1, a] * x.support[1, a]
+            carried += model.rates_s[j, a] * x.support[1, a]
         energy[GIVEN] += impulse * x.force[j] * (rate - carried)
         energy[EXTERNAL] -= impulse * x.force[j] * carried
         if j >= m:
-            apparent = impulse * (x.force[j] - steady[j]) * seeming(U, abs(h), x, steady, j)
-            energy[GIVEN] += apparent
             if not x.stuck[(j - m) // 2]:
-                energy[FRICTION] -= impulse * x.force[j] * rate + apparent
+                energy[FRICTION] -= impulse * x.force[j] * rate
         elif model.damped:
             energy[CONTACT_DAMPING] -= impulse * (x.force[j] - spring_force(laws, j, x.gap[j])) * rate
 

@@ -18,11 +18,12 @@ from creak.contact.step_problem import Unpressed, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.chunks import Chunk, march_chunks
 from creak.dynamics.diagonal import is_modal, modal_matrices
+from creak.dynamics.flow.along import GIVE
 from creak.dynamics.flow.block import FEWEST, STEPS, Block, new_block
 from creak.dynamics.flow.books import begin_books
 from creak.dynamics.flow.coupled import can_couple, coupled_modes
 from creak.dynamics.flow.kernel import FULL, Scheme, march, new_desk
-from creak.dynamics.flow.kicks import GIVE, RATE, THETA
+from creak.dynamics.flow.kicks import RATE, THETA
 from creak.dynamics.flow.lasting import SHORTEST, STIFF, Lasting
 from creak.dynamics.flow.model import (
     DONE,
@@ -31,6 +32,7 @@ from creak.dynamics.flow.model import (
     amplitudes,
     at_start,
     filtered,
+    moved_by,
     resting,
     single_modes,
 )
@@ -197,7 +199,8 @@ class FlowRun:
 
     def _open_log(self) -> None:
         self._own_work()
-        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, self.form.basis)
+        basis = None if self.form.pairs is None else self.form.pairs.basis
+        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, basis)
 
     def _own_work(self) -> None:
         """What a run writes to while it goes on."""
@@ -217,12 +220,12 @@ class FlowRun:
         h, m, k = self.steps.h, self.model.m, self.model.k
         heavy = m > 0.0
         gain = np.where(heavy, 0.5 * h / np.where(heavy, m, 1.0), 0.0)
-        if self.form.basis is not None:
+        if self.form.pairs is not None:
             gain = np.full(2 * m.size, 0.5 * h)
         n = self.model.rows.shape[0] if self.model.presses else 0  # nothing presses: no compliance
         rows, rates, push = self.model.rows[:n], self.model.rates[:n], self.model.push[:n]
         W = symmetric((push * (2.0 / h * gain)) @ rates.T)
-        U = -1.0 / h * symmetric(self.form.thrown(h, push) @ rates.T)
+        P = np.stack([self.form.flow(self.steps.H / 2**level) for level in range(self.steps.levels + 1)])
         light = not heavy.all()
         static = np.zeros_like(W)
         if light:
@@ -233,16 +236,18 @@ class FlowRun:
         self._check_light(light)
         self._check_dampers()
         self.solver = bool(self._solver or self.model.damped or self.gaps.rubbing or light)
-        give = np.where(np.arange(n) < gaps.m, 0.0, GIVE * np.diag(W))
-        self.A = np.ascontiguousarray(static + h * h / RATE * (THETA * (W + np.diag(give)) + U))
+        self.A = static + h * h / RATE * THETA * W
+        along = moved_by(P[-1], 2.0 * gain * push) @ rows[gaps.m :].T / RATE
+        self.A[gaps.m :], self.A[: gaps.m, gaps.m :] = along.T, along[: gaps.m]
+        own = slice(gaps.m, None)
+        self.A[own, own] = symmetric(self.A[own, own]) + GIVE * np.diag(np.diag(self.A)[own])
         steps = self.steps
         self.scheme = Scheme(
             steps.H,
             steps.laws,
             steepest(steps.laws),
-            np.stack([self.form.flow(steps.H / 2**level) for level in range(steps.levels + 1)]),
+            P,
             W,
-            np.ascontiguousarray(U),
             gain,
             steps.band,
             steps.reach,
@@ -331,7 +336,7 @@ class FlowRun:
         x.x[:] = at_start(self.form, model, terms)
         m, z, h = self.gaps.m, x.x.ravel(), self.steps.h
         x.gap[:] = model.gap0 + model.rows[:m] @ z[model.u0 : model.u1] + model.rows_s[:m] @ x.support[0]
-        x.rate[:] = model.rates @ z[model.v0 : model.v1] + np.einsum("ios,os->i", model.rates_s, x.support[:2])
+        x.rate[:] = model.rates @ z[model.v0 : model.v1] + model.rates_s @ x.support[1]
         rest = self.gaps.resting
         still = np.array_equal(x.gap, model.gap0) and not np.any((x.gap < 0.0) & (rest[:m] <= 0.0))
         if model.presses and rest.any() and still:

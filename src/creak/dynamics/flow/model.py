@@ -18,7 +18,7 @@ from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow.propagator import lightly_damped, propagator, thrown
+from creak.dynamics.flow.propagator import SINGLE, UV, propagator
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 
@@ -48,7 +48,7 @@ class FlowModel(NamedTuple):
     rows_s: FloatArray
     """(m + 2 f, n_support) of displacements"""
     rates_s: FloatArray
-    """(m + 2 f, 2, n_support) of rates, from displacements and velocities; by the latter kicks push the supports"""
+    """(m + 2 f, n_support) of rates; so kicks push the supports"""
     lean_s: FloatArray
     """(m + 2 f, n_support) what forces that go on push of the supports"""
     gap0: FloatArray
@@ -83,6 +83,17 @@ class FlowModel(NamedTuple):
     """(4, n) z at rest under loads, pair by pair, of loads on the pair; empty for single modes."""
 
 
+class Pairs(NamedTuple):
+    """Pairs z of complex modes of a System with n coordinates."""
+
+    basis: FloatArray
+    """(n, 2 n) coordinates of the System from z."""
+    speeds: FloatArray
+    """(n, 2 n) velocities of the coordinates from z."""
+    push: FloatArray
+    """(2 n, n) change of z by an impulse on each coordinate."""
+
+
 class FlowState(NamedTuple):
     """Everything that is known at one instant."""
 
@@ -103,6 +114,11 @@ class FlowState(NamedTuple):
     """(m,) gaps one step near contact before; infinite after any other step."""
     sliding: FloatArray
     """(2 f,) slip velocity."""
+    place: FloatArray
+    """(2 f,) where what presses and rubs is to be a step near contact later; infinite after any other step."""
+    slip: FloatArray
+    slid: FloatArray
+    """(2 f,) how far it slides in that step, and did in the step before, as `place` was found."""
     stuck: BoolArray
     support: FloatArray
     """(3, n_support)"""
@@ -118,43 +134,43 @@ class FlowForm:
     """A System for exact flow, before its channels are filtered."""
 
     model: FlowModel
+    rows: FloatArray
+    """(m + 2 f, n) of all channels on the coordinates of the System: its modes without damping."""
     omega: FloatArray
     """(n,) speed of each pair, rad/s: bound of |z'| / |z|; 0 where motion is a polynomial of time."""
-    squares: FloatArray
-    """(m, n) squares of what a pair of energy 1/2 can do to a gap."""
+    omega2: FloatArray
+    """(n,) squares of the frequencies of the modes."""
     root: FloatArray
-    """(n,) or (2 n, 2 n): mobility of the channels W = (rates root) (rates root)'."""
+    """(n,) 1 / sqrt(mass) of each mode, 0 where it has none: mobility of the channels W = (rows root) (rows root)'."""
     flow: Callable[[float], FloatArray]
     """Propagator of a step: (15, n) as `propagator`, or (40, n) of pairs: exponential, then four integrals of it, and
     the mean of all five over the step."""
-    basis: FloatArray | None
-    """(n, 2 n) coordinates of the System from z; None: the first n of z."""
-    speeds: FloatArray | None
-    """(n, 2 n) velocities of the coordinates from z; None: the last n of z."""
     start: Callable[[FloatArray, FloatArray], FloatArray]
     """z (2, n) of coordinates and their velocities."""
-    omega2: FloatArray
-    """(n,) squares of the frequencies of the modes without damping."""
-    mobility: FloatArray
-    """(m, n) square of what a mode moves of a gap, over its mass; 0 where it has none."""
     follow: FloatArray
-    """(u1 - u0, n_support) of z where the pairs follow the supports at rest."""
-    thrown: Callable[[float, FloatArray], FloatArray]
-    """Step near contact, forces (k, p1 - p0) on z -> (k, v1 - v0) of z in the middle of kicks of these that do not
-    change, beyond its rest: a pair that is damped lightly, and thrown to and fro by them, seems to move there."""
-    follow_rate: FloatArray
-    """(v1 - v0, n_support) of z where they follow slow supports, over the speed of these."""
+    """(n, n_support) of the modes where they follow the supports at rest."""
+    pairs: Pairs | None = None
+    """Where these are no single modes."""
 
     def motion(self, x: FlowState) -> tuple[FloatArray, FloatArray]:
         """(n,) coordinates of the System at an instant, and their velocities."""
         z = x.x.ravel()
-        if self.basis is None or self.speeds is None:
+        if self.pairs is None:
             return x.x[0].copy(), x.x[1].copy()
-        return np.asarray(self.basis @ z), np.asarray(self.speeds @ z)
+        return np.asarray(self.pairs.basis @ z), np.asarray(self.pairs.speeds @ z)
 
-    def spread(self, rates: FloatArray) -> FloatArray:
-        """rates times the root of the mobility."""
-        return np.asarray(rates * self.root if self.root.ndim == 1 else rates @ self.root)
+    def ways(self, rows: FloatArray) -> FloatArray:
+        """(k, n) how far a pair of energy 1/2 moves what is seen by these rows (k, n) on the modes."""
+        moves = self.omega > 0.0
+        if self.pairs is None:
+            return np.asarray(np.abs(rows) * np.where(moves, self.root / np.where(moves, self.omega, 1.0), 0.0))
+        return np.asarray(np.hypot(*np.hsplit(rows @ self.pairs.basis, 2)) * moves)
+
+    def rates(self, rows: FloatArray) -> FloatArray:
+        """(k, n) how fast it does."""
+        if self.pairs is None:
+            return np.asarray(np.abs(rows) * self.root)
+        return np.asarray(np.hypot(*np.hsplit(rows @ self.pairs.speeds, 2)))
 
 
 Shared = dict[str, Any]
@@ -170,26 +186,14 @@ def single_modes(
     n, heavy = m.size, m > 0.0
     mass = np.where(heavy, m, 1.0)
     omega = np.sqrt(np.where(heavy, k / mass, 0.0))
-    moves = (omega > 0.0) & (k > 0.0)
     slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
     model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, m, k, (none,) * 3)
-    share = np.where(moves, 1.0 / np.where(moves, k, 1.0), 0.0)
-    light, follow = lightly_damped(-c / mass, k / mass), following(terms)
-    return FlowForm(
-        model,
-        omega,
-        rows[: gaps.m] ** 2 * share,
-        np.where(heavy, 1.0 / np.sqrt(mass), 0.0),
-        lambda h: propagator(m, c, k, h),
-        None,
-        None,
-        lambda u, v: np.stack([u, v]),
-        omega**2,
-        rows[: gaps.m] ** 2 * np.where(heavy, 1.0 / mass, 0.0),
-        follow,
-        lambda h, forces: forces * np.where(moves, -light * thrown(-c / mass, k / mass, h)[1] / mass, 0.0),
-        follow,
-    )
+    root = np.where(heavy, 1.0 / np.sqrt(mass), 0.0)
+
+    def start(u: FloatArray, v: FloatArray) -> FloatArray:
+        return np.stack([u, v])
+
+    return FlowForm(model, rows, omega, omega**2, root, lambda h: propagator(m, c, k, h), start, following(terms))
 
 
 def following(terms: LinearTerms) -> FloatArray:
@@ -220,10 +224,9 @@ def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[
         "force": terms.loads.force,
     }
     rows_s = np.ascontiguousarray(np.vstack([on.G_s, on.T_s]))
-    rates_s = np.stack([np.zeros_like(rows_s), rows_s], axis=1)
     shared = {name: np.ascontiguousarray(A, dtype=float) for name, A in sampled.items()} | {
         "rows_s": rows_s,
-        "rates_s": rates_s,
+        "rates_s": rows_s,
         "lean_s": rows_s,
         "gap0": gaps.gap0.astype(float),
         "preload": preload,
@@ -266,12 +269,12 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     instants, cos^2(omega h / 2) of what it is seen by away from where they do not act: by that share it is pushed by
     forces that go on, so that long steps and kicks rest at the same place.
 
-    Of what the filter takes off a gap, the pairs have a part in common with the supports that carry them: where these
-    move slowly beside the pairs that are filtered, z follows them at rest (`FlowForm.follow`). That part is given to
+    Of what the filter takes off a gap, the modes have a part in common with the supports that carry them: where these
+    move slowly beside the modes that are filtered, these follow them at rest (`FlowForm.follow`). That part is given to
     the supports, which take its share of the force as well. Else a stop on the support that the part stands on would
     open and close with the way of both, and what sticks on a part that is carried along would creep: of a speed that
-    no kick makes, sin(omega h) / (omega h) is missing as well. Complex pairs rest in velocities that cancel each other;
-    where the filter takes one of them, the place of the supports gives what is missing.
+    no kick makes, sin(omega h) / (omega h) is missing as well. Modes that damping couples are filtered one by one as
+    well, before they are seen in pairs: a kick on half of an overdamped mode would move it backwards.
 
     Parameters
     ----------
@@ -281,37 +284,36 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     rub follow them. Left out is what they give to friction alone, as the rotation of a shell's node whose neighbours
     are retained too: some .3 / (E t), a part of what the node itself gives in plane.
     """
-    model, pushed = form.model, mollifier * np.sinc(form.omega * h / np.pi)
-
-    def through(A: FloatArray, by: FloatArray, begin: int, end: int) -> FloatArray:
-        return np.ascontiguousarray(A * np.concatenate([by, by])[begin:end])
-
-    rates = through(model.rates, pushed, model.v0, model.v1)
-    lean = through(model.rates, mollifier * np.cos(0.5 * form.omega * h) ** 2, model.v0, model.v1)
-    rates_s, lean_s = _ridden(form, rates), np.ascontiguousarray(_ridden(form, lean)[:, 1])
-    push = rates
-    if form.root.ndim > 1:
-        push, lean = (np.ascontiguousarray((A @ form.root) @ form.root.T) for A in (rates, lean))
-    elif model.massless.size:
-        push = rates.copy()
-        push[model.gap0.size :, model.massless] = lean[model.gap0.size :, model.massless] = 0.0
+    model, x = form.model, np.sqrt(form.omega2) * h
+    seen = form.rows * mollifier
+    slow, going = seen * np.sinc(x / np.pi), seen * np.cos(0.5 * x) ** 2
+    on_modes = {"rows_s": seen, "rates_s": slow, "lean_s": going.copy()}
+    rows, rates, push, lean = seen, slow, slow.copy(), going
+    if form.pairs is not None:
+        to_z = form.pairs.push.T
+        rows, rates, push, lean = seen @ form.pairs.basis, slow @ form.pairs.speeds, slow @ to_z, going @ to_z
     m, constant = model.gap0.size, model.order == CONSTANT
+    push[m:, model.massless] = lean[m:, model.massless] = 0.0
     load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
-    rows = through(model.rows, mollifier, model.u0, model.u1)
     for j in np.flatnonzero(constant):
-        own = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
-        load[j], load_u[j], load_v[j] = -rest[own] @ lean[own], -rest[own] @ rows[own], -rest[own] @ rates[own]
-    rows_s = np.ascontiguousarray(model.rows_s + (model.rows - rows) @ form.follow)
-    seen: Shared = {"rows": rows, "rates": rates, "rows_s": rows_s, "rates_s": rates_s, "lean_s": lean_s}
-    return model._replace(push=push, lean=lean, load=load, load_u=load_u, load_v=load_v, **seen)
+        those = slice(0, m) if model.column[j] == 0 else slice(m, rest.size)
+        load[j], load_u[j], load_v[j] = (
+            -rest[those] @ lean[those],
+            -rest[those] @ rows[those],
+            -rest[those] @ rates[those],
+        )
+    of_z = {"rows": rows, "rates": rates, "push": push, "lean": lean}
+    of_supports = {name: model.rows_s + (form.rows - A) @ form.follow for name, A in on_modes.items()}
+    own: Shared = {name: np.ascontiguousarray(A) for name, A in (of_z | of_supports).items()}
+    return model._replace(load=load, load_u=load_u, load_v=load_v, **own)
 
 
-def _ridden(form: FlowForm, rates: FloatArray) -> FloatArray:
-    """(m + 2 f, 2, n_support) what rows of rates, some pairs taken off, need of the supports to see them follow."""
-    model = form.model
-    off = model.rates - rates
-    of_place = off @ form.follow if form.root.ndim > 1 else np.zeros_like(model.rows_s)  # of single modes no rate
-    return np.ascontiguousarray(model.rates_s + np.stack([of_place, off @ form.follow_rate], axis=1))
+def moved_by(P: FloatArray, pushes: FloatArray) -> FloatArray:
+    """(k, u1 - u0) of z at the end of a step, propagator P, that begins with changes (k, p1 - p0) of z."""
+    if P.shape[0] == SINGLE:
+        return np.asarray(P[UV] * pushes)
+    first, second = np.hsplit(pushes, 2)
+    return np.hstack([P[0] * first + P[1] * second, P[2] * first + P[3] * second])
 
 
 def amplitudes(model: FlowModel, rows: slice) -> FloatArray:
@@ -347,6 +349,9 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
         np.zeros(channels),
         np.zeros(m),
         np.full(m, np.inf),
+        np.zeros(f2),
+        np.full(f2, np.inf),
+        np.zeros(f2),
         np.zeros(f2),
         np.ones(f2 // 2, dtype=np.bool_),
         np.zeros((3, n_s)),

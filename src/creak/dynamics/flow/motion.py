@@ -225,7 +225,7 @@ def look_rates(model, after):  # type: ignore[no-untyped-def]
     m, z = after.gap.size, after.x.reshape(after.x.size)
     times(model.rates[:m], z[model.v0 : model.v1], after.rate[:m])
     for i in range(m):
-        after.rate[i] += ridden(model.rates_s[i], after)
+        after.rate[i] += dot(model.rates_s[i], after.support[1])
 
 
 @inner
@@ -264,17 +264,7 @@ def place_of(model, i, u, x, begin):  # type: ignore[no-untyped-def]
 @inner
 def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
     """Its rate."""
-    return dot(model.rates[i], v) + ridden(model.rates_s[i], after)
-
-
-@inner
-def ridden(row, x):  # type: ignore[no-untyped-def]
-    """What the supports add to a rate; row (2, n_support)."""
-    rate = 0.0
-    for order in range(2):
-        for j in range(row.shape[1]):
-            rate += row[order, j] * x.support[order, j]
-    return rate
+    return dot(model.rates[i], v) + dot(model.rates_s[i], after.support[1])
 
 
 @inner
@@ -283,6 +273,9 @@ def quiet(after):  # type: ignore[no-untyped-def]
     fill(after.force, 0.0)
     fill(after.F, 0.0)
     fill(after.sliding, 0.0)
+    fill(after.place, np.inf)
+    fill(after.slip, 0.0)
+    fill(after.slid, 0.0)
     fill(after.stuck, True)
 
 

@@ -36,12 +36,6 @@ SINGLE = 15
 """Rows of a propagator of single modes; one of pairs has 40."""
 
 
-LIGHT = (0.1, 0.3)
-"""Shares of critical up to which a pair is lightly damped, and from which on it is not."""
-ALIKE = 1e-6
-"""Half the distance of the two speeds of a pair, times h, below which they are taken that far apart."""
-
-
 def propagator(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
     """(15, n): u <- (u, v), v <- (u, v), then S_0 to S_4 over m; mean u <- (u, v, D0, D1, D2, D3).
 
@@ -103,33 +97,6 @@ def damped_waves(delta: FloatArray, omega2: FloatArray, h: float) -> tuple[Float
     cosine = np.where(still, np.exp(-delta * h), (0.5 * (grow + fall)).real)
     sine = np.where(still, h * np.exp(-delta * h), (0.5 * (grow - fall) / (1j * root)).real)
     return cosine, sine
-
-
-def thrown(trace: FloatArray, determinant: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
-    """a, b (n,) of X(B h / 2) = a + b B, X(x) = x coth x, for blocks B (2, 2) of this trace and determinant.
-
-    Kicks h g that a pair gets again and again throw it to and fro about its rest -B^-1 g; in the middle of a kick it is
-    at X(B h / 2) (-B^-1 g).
-    """
-    half = 0.5 * trace
-    root = np.sqrt((half**2 - determinant).astype(complex))
-    root = np.where(np.abs(root) * h < ALIKE, ALIKE / h, root)
-    first, second = _x_coth_x(0.5 * h * (half + root)), _x_coth_x(0.5 * h * (half - root))
-    b = ((first - second) / (2.0 * root)).real
-    return (0.5 * (first + second)).real - b * half, b
-
-
-def lightly_damped(trace: FloatArray, determinant: FloatArray) -> FloatArray:
-    """(n,) 1 for pairs damped by up to `LIGHT[0]` of critical, 0 from `LIGHT[1]` on, and for those that do not turn."""
-    turns = determinant > 0.0
-    share = np.where(turns, -0.5 * trace / np.sqrt(np.where(turns, determinant, 1.0)), np.inf)
-    return np.clip((LIGHT[1] - share) / (LIGHT[1] - LIGHT[0]), 0.0, 1.0)
-
-
-def _x_coth_x(x: Any) -> Any:
-    small = np.abs(x) < 0.05
-    far, square = np.where(small, 1.0, x), np.where(small, x, 0.0) ** 2
-    return np.where(small, 1.0 + square * (1.0 / 3.0 - square * (1.0 / 45.0 - square / 472.5)), far / np.tanh(far))
 
 
 def _by_roots(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:

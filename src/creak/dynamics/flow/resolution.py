@@ -82,7 +82,7 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
         h = math.ldexp(H, -levels)
         if h > resolution.longest * H:
             continue
-        mollifier = mollify(form.omega * h)
+        mollifier = mollify(np.sqrt(form.omega2) * h)
         fastest = contact_frequency(form, mollifier, slopes)
         if fastest * h <= resolution.contact:
             break
@@ -94,8 +94,8 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
         )
     band, top = _bands(form.omega)
-    slow = _too_small(form, mollifier, math.ldexp(H, -levels))
-    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), slow) for n in range(levels + 1)])
+    seen = _seen(form, mollifier, math.ldexp(H, -levels))
+    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), *seen) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, fastest, np.ascontiguousarray(reach))
 
 
@@ -129,9 +129,8 @@ def contact_frequency(form: FlowForm, mollifier: FloatArray, slopes: FloatArray)
 
 
 def seen_through(form: FlowForm, mollifier: FloatArray) -> FloatArray:
-    """(m + 2 f, ...) root of the mobility of the channels: W = seen seen'."""
-    model, both = form.model, np.concatenate([mollifier, mollifier])
-    return form.spread(model.rates * both[model.v0 : model.v1])
+    """(m + 2 f, n) root of the mobility of the channels: W = seen seen'."""
+    return np.asarray(form.rows * (mollifier * form.root))
 
 
 def _with_hard(form: FlowForm, laws: LawArrays, H: float) -> LawArrays:
@@ -140,7 +139,8 @@ def _with_hard(form: FlowForm, laws: LawArrays, H: float) -> LawArrays:
     if not hard.any():
         return laws
     stiffness = laws.stiffness.copy()
-    stiffness[hard] = hard_springs(form.omega2, form.mobility[hard], H)
+    channels = form.rows[: laws.stiffness.size][hard]
+    stiffness[hard] = hard_springs(form.omega2, (channels * form.root) ** 2, H)
     return laws._replace(stiffness=stiffness, damping=np.where(hard, 0.0, laws.damping))
 
 
@@ -154,37 +154,35 @@ def _bands(omega: FloatArray) -> tuple[IntArray, int]:
     return band, int(band.max(initial=0)) + 1
 
 
-def _reach(form: FlowForm, band: IntArray, count: int, h: float, slow: FloatArray) -> FloatArray:
-    """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h.
+def _reach(form: FlowForm, band: IntArray, count: int, h: float, far: FloatArray, slow: FloatArray) -> FloatArray:
+    """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h; far, slow (m, n): `_seen`.
 
-    A pair of energy E moves a gap g within A = sqrt(2 E squares). The cubic through values and slopes at both ends is
-    off by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4).
-    Slopes that are by the share `slow` (n,) too small (`flow.model.filtered`) add h / 4 times that. Over a band:
-    Cauchy-Schwarz.
+    A pair of energy E moves a gap g within A = sqrt(2 E) far. The cubic through values and slopes at both ends is off
+    by at most h^4 max |d^4 g / dt^4| / 384 = A (omega h)^4 / 384, and never by more than A (2 + omega h / 4). Slopes
+    that are too small by sqrt(2 E) slow add h / 4 times that. Over a band: Cauchy-Schwarz.
     """
     x = form.omega * h
-    return _by_band(form, band, count, np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * slow * x)
+    return _by_band(band, count, far * np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * h * slow)
 
 
 def straight(form: FlowForm, steps: FlowSteps, T: float) -> FloatArray:
     """(n_band, m) bound of |gap - straight line from its start| / sqrt(2 E) of each band in T s.
 
     A pair of energy E is off by at most A min((omega T)^2 / 2, 2 + omega T), A as for a cubic through both ends;
-    slopes that are too small add their share of A omega T.
+    slopes that are too small add T times what they lack.
     """
-    x = form.omega * T
-    off = np.minimum(0.5 * x * x, 2.0 + x) + _too_small(form, steps.mollifier, steps.h) * x
-    return _by_band(form, steps.band, steps.reach.shape[1], off)
+    x, (far, slow) = form.omega * T, _seen(form, steps.mollifier, steps.h)
+    return _by_band(steps.band, steps.reach.shape[1], far * np.minimum(0.5 * x * x, 2.0 + x) + T * slow)
 
 
-def _too_small(form: FlowForm, mollifier: FloatArray, h: float) -> FloatArray:
-    """(n,) by which share the rates of a gap are too small (`flow.model.filtered`)."""
-    return np.asarray(mollifier * (1.0 - np.sinc(form.omega * h / np.pi)))
+def _seen(form: FlowForm, mollifier: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+    """(m, n) how far a pair of energy 1/2 moves each gap, and what of its rate is missing (`flow.model.filtered`)."""
+    rows = form.rows[: form.model.gap0.size] * mollifier
+    return form.ways(rows), form.rates(rows * (1.0 - np.sinc(np.sqrt(form.omega2) * h / np.pi)))
 
 
-def _by_band(form: FlowForm, band: IntArray, count: int, off: FloatArray) -> FloatArray:
-    squares = form.squares * off**2
-    return np.stack([np.sqrt(squares[:, band == b].sum(axis=1)) for b in range(count)])
+def _by_band(band: IntArray, count: int, off: FloatArray) -> FloatArray:
+    return np.stack([np.sqrt((off[:, band == b] ** 2).sum(axis=1)) for b in range(count)])
 
 
 def finer(resolution: Resolution, by: float) -> Resolution:

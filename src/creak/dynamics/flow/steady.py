@@ -42,9 +42,8 @@ class Steady(NamedTuple):
     """(u1 - u0,) rows' c"""
     way_s: FloatArray
     lean_s: FloatArray
-    """(n_support,) rows_s' c, lean_s' c"""
     rate_s: FloatArray
-    """(2, n_support) rates_s' c"""
+    """(n_support,) rows_s' c, lean_s' c, rates_s' c"""
     mark: IntArray
     """(1,) `NONE` act, they are `NEW`, or it is `KNOWN` what they do."""
 
@@ -60,7 +59,7 @@ def new_steady(model: FlowModel) -> Steady:
         np.zeros(model.u1 - model.u0),
         np.zeros(model.rows_s.shape[1]),
         np.zeros(model.rows_s.shape[1]),
-        np.zeros(model.rates_s.shape[1:]),
+        np.zeros(model.rows_s.shape[1]),
         np.array([NONE]),
     )
 
@@ -122,8 +121,7 @@ def gather(model, steady):  # type: ignore[no-untyped-def]
     fill(steady.way, 0.0)
     fill(steady.way_s, 0.0)
     fill(steady.lean_s, 0.0)
-    fill(steady.rate_s[0], 0.0)
-    fill(steady.rate_s[1], 0.0)
+    fill(steady.rate_s, 0.0)
     for j in range(steady.force.size):
         if steady.force[j] != 0.0:
             add(steady.push, steady.force[j], model.push[j])
@@ -132,8 +130,7 @@ def gather(model, steady):  # type: ignore[no-untyped-def]
             add(steady.way, steady.force[j], model.rows[j])
             add(steady.way_s, steady.force[j], model.rows_s[j])
             add(steady.lean_s, steady.force[j], model.lean_s[j])
-            for order in range(2):
-                add(steady.rate_s[order], steady.force[j], model.rates_s[j, order])
+            add(steady.rate_s, steady.force[j], model.rates_s[j])
 
 
 @inner_fast
@@ -164,7 +161,7 @@ def book_steady(steady, h, given, now, after):  # type: ignore[no-untyped-def]
     """What the forces that go on gave in a step: to the motion (`fly_on`), and to the supports."""
     after.energy[GIVEN] += given
     for a in range(steady.way_s.size):
-        way, place = after.support[0, a] - now.support[0, a], 0.5 * h * (now.support[0, a] + after.support[0, a])
+        way = after.support[0, a] - now.support[0, a]
         kicked = 0.5 * h * (now.support[1, a] + after.support[1, a])
-        after.energy[GIVEN] += (steady.way_s[a] - steady.lean_s[a]) * way - steady.rate_s[0, a] * place
-        after.energy[EXTERNAL] -= steady.lean_s[a] * way - steady.rate_s[1, a] * kicked
+        after.energy[GIVEN] += (steady.way_s[a] - steady.lean_s[a]) * way
+        after.energy[EXTERNAL] -= steady.lean_s[a] * way - steady.rate_s[a] * kicked

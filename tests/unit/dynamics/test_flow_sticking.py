@@ -1,0 +1,106 @@
+"""Exact flow where several nodes stick under changing pressure, against an integration of the full matrices."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+import pytest
+
+import creak
+from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.history import ENERGIES
+from creak.dynamics.record.recorder import OutputRequest
+from creak.reduction.diagonal import in_own_modes
+
+NODES, STIFFNESS, FRICTION, END, STEP = 12, 100.0, 0.5, 0.06, 1e-6
+X, Z = 1 + np.arange(NODES), 2 + NODES + np.arange(NODES)
+"""Along the floor and across it; before each a base that is moved."""
+
+
+def strip(dashpot):
+    """Stiffness, mass and damping of a strip that is dragged by its first node and pressed on a floor by springs."""
+    n = 2 * NODES + 2
+
+    def join(by, *dofs):
+        row = np.zeros(n)
+        row[list(dofs)] = by
+        return np.outer(row, row)
+
+    K = 60.0 * join((-1, 1), 0, X[0])
+    for i in range(NODES):
+        K += 20.0 * join((-1, 1), Z[0] - 1, Z[i])
+    for i in range(NODES - 1):
+        K += 1e5 * join((-1, 1), X[i], X[i + 1]) + 1e4 * join((-1, 1, -0.3, 0.3), X[i], X[i + 1], Z[i], Z[i + 1])
+    for i in range(1, NODES - 1):
+        K += 2e3 * join((1, -2, 1), Z[i - 1], Z[i], Z[i + 1])
+    C = dashpot * (join((-1, 1), X[0], X[2]) + join((-1, 1), Z[1], Z[2]))
+    return K, 1e-6 * (1.0 + np.arange(n) % 3), C
+
+
+def ways(time):
+    """Of both bases: drawn by .08 and to and fro by .02; pressed by .2, half of which swings."""
+
+    def rise(begin, end):
+        x = np.clip((time - begin) / (end - begin), 0.0, 1.0)
+        return x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
+
+    along = 0.08 * rise(0.01, 0.04) + 0.02 * np.sin(2.0 * np.pi * 43.0 * (time - 0.01)) * rise(0.01, 0.03)
+    return along, -0.2 * rise(0.0, 0.01) * (1.0 + 0.5 * np.sin(2.0 * np.pi * 77.0 * time) * rise(0.0, 0.02))
+
+
+@numba.njit
+def implicit_euler(M, C, K, pulls, h, k, mu):  # type: ignore[no-untyped-def]
+    """Backward Euler with projected Gauss-Seidel, nodes along the floor before those across it: u, heat of friction."""
+    A = np.linalg.inv(M + h * C + h * h * K)
+    n = M.shape[0] // 2
+    u, v, f, heat = np.zeros(2 * n), np.zeros(2 * n), np.zeros(2 * n), 0.0
+    for pull in pulls:
+        w = A @ (M @ v + h * (pull - K @ u + f))
+        change = np.inf
+        while change > 1e-10:
+            change = 0.0
+            for i in range(n):
+                z = n + i
+                gap = u[z] + h * w[z] - h * h * A[z, z] * f[z]
+                pressure = max(0.0, -k * gap / (1.0 + k * h * h * A[z, z]))
+                along = f[i] - w[i] / (h * A[i, i])
+                friction = min(max(along, -mu * pressure), mu * pressure)
+                change = max(change, abs(pressure - f[z]), abs(friction - f[i]))
+                w += h * (pressure - f[z]) * A[z] + h * (friction - f[i]) * A[i]
+                f[z], f[i] = pressure, friction
+        v, u = w, u + h * w
+        heat -= h * np.dot(f[:n], v[:n])
+    return u, heat
+
+
+@pytest.mark.parametrize(("beta", "dashpot"), [(1e-5, 0.0), (1e-5, 0.02), (0.0, 0.02)])
+def test_several_nodes_stick_and_slip_where_fast_modes_are_damped(beta, dashpot, measured):
+    """Modes of up to 100 kHz with .1 to 30 of critical damping; what sticks neither creeps nor gives energy."""
+    K, mass, C = strip(dashpot)
+    time = np.linspace(0.0, END, 200 * SAMPLES + 1)
+    free = creak.system_from_matrices(K, np.diag(mass), C=C if dashpot else None, beta=beta)
+    system = in_own_modes(creak.couple(free, driven={"along": [0], "across": [Z[0] - 1]}))
+    rows = np.eye(K.shape[0])
+    tangents = [rows[X], np.zeros((NODES, K.shape[0]))]
+    gaps = creak.gap_channels(rows[Z], 0.0, STIFFNESS, tangents=tangents, friction=(FRICTION, FRICTION, 0.0))
+    motion = dict(zip(("along", "across"), (creak.Table(time, way) for way in ways(time)), strict=True))
+    loads = creak.make_loads(system, time, motion=motion)
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(K.shape[0])))
+    inner, base = np.concatenate([X, Z]), np.array([0, Z[0] - 1])
+    s = np.stack(ways(STEP * np.arange(round(END / STEP) + 1)), axis=1)
+    C = C + beta * K
+    pulls = -s[1:] @ K[np.ix_(base, inner)] - np.diff(s, axis=0) @ C[np.ix_(base, inner)] / STEP
+    own = np.ix_(inner, inner)
+    u, heat = implicit_euler(np.diag(mass)[own], C[own], K[own], pulls, STEP, STIFFNESS, FRICTION)
+    place = u[:NODES]
+    energy = dict(zip(ENERGIES, history.energy[-1], strict=True))
+    measured(
+        "time",
+        f"heat of nodes that stick and slip, beta {beta:g}, dashpots {dashpot:g}: share off",
+        abs(energy["friction"] / heat - 1.0),
+        at_most=3e-2,
+        source="backward Euler of the full matrices, projected Gauss-Seidel",
+    )
+    np.testing.assert_allclose(history.displacement[-1, X], place, rtol=0, atol=3e-2 * np.abs(place).max())
+    assert energy["damping"] > 0.0
+    assert history.energy_created < 1e-4
