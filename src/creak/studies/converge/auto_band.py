@@ -19,11 +19,12 @@ from creak.studies.converge.settling import (
     ENOUGH,
     MORE_MODES,
     SETTLED,
+    UNREDUCED,
+    Convergence,
     EventSettling,
     Repeat,
     Settling,
     is_moved,
-    limit,
 )
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
@@ -32,7 +33,6 @@ from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.run.job import March, ReducedRun
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES
 from creak.verify.rubbing import pressing
 from creak.verify.slips import SlipEvent
 from creak.verify.statistics import MANY
@@ -100,7 +100,9 @@ def settle(
         if agree and moved and prove is not None:
             structure = prove(at, reference, progress)
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
-        proven = is_proven(structure, at.run.events) if structure is not None and structure.counts else None
+        proven = None
+        if structure is not None and structure.counts:
+            proven = is_proven(_compared(v, at.window, at.run, again, structure))
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
         enough = agree and moved and proven is not False
@@ -164,9 +166,7 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     ----------
     window : of the runs that is told, s.
     """
-    of = {name: Repeat(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
-    outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
-    c = assess(outcomes, run.name, window, v.event_tolerance)
+    c = _compared(v, window, run, again)
     if not all(_fits(t) for name, t in c.totals.items() if name != "events") or not _slip_alike(run, again):
         return False
     if not _press_alike(run, again, window, v.f_max):
@@ -182,14 +182,20 @@ def tell_the_same(v: VerificationTable, window: tuple[float, float], run: Run, a
     return len(c.events) >= MANY and s.rates_alike and all(known)
 
 
-def is_proven(structure: Structure, events: Sequence[Event]) -> bool:
+def _compared(
+    v: VerificationTable, window: tuple[float, float], run: Run, again: Run, structure: Structure | None = None
+) -> Convergence:
+    """A run beside that with more modes and, where it was asked, the unreduced model."""
+    of = {name: Repeat(name, family, 0.0) for name, family in ((BASE, ""), (MORE_MODES, "modes"))}
+    outcomes = {BASE: outcome_of(of[BASE], run, ()), MORE_MODES: outcome_of(of[MORE_MODES], again, ())}
+    return assess(outcomes, run.name, window, v.event_tolerance, structure=structure)
+
+
+def is_proven(c: Convergence) -> bool:
     """Does the unreduced model change little (`PROOF`) in the events that carry 95 % of the impulse, and in 95 % of all
-    but faint ones, unfinished ones left out?"""
-    events = [e for e in events if not e.unfinished]
-    still = [
-        all(structure.change(name, e) <= PROOF * limit(name, e.t_end - e.t_start) for name in FIGURES) for e in events
-    ]
-    return _enough(events, still)
+    but faint ones? What errors of events before pass on is part of it, as the verdict has it."""
+    still = [all(f.beside[UNREDUCED] <= PROOF * f.limit for f in e.figures.values()) for e in c.judged]
+    return _enough([e.event for e in c.judged], still)
 
 
 def _enough(events: Sequence[Event], still: Sequence[bool]) -> bool:
