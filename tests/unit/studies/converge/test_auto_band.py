@@ -280,7 +280,7 @@ def test_samples_are_compared_only_where_single_events_are_lost(monkeypatch, los
     sample = SimpleNamespace(rates_alike=True, force=SimpleNamespace(alike=True), impulse=None)
     found = SimpleNamespace(totals={}, judged=judged, events=events, statistics={"modes": sample})
     for name, value in (("assess", found), ("outcome_of", None), ("_slip_alike", True), ("_press_alike", True)):
-        monkeypatch.setattr(auto_band, name, lambda *_, value=value: value)
+        monkeypatch.setattr(auto_band, name, lambda *_, value=value, **__: value)
     v = SimpleNamespace(event_tolerance=1e-3, f_max=500.0)
     run_of = SimpleNamespace(name="reduced")
     assert auto_band.tell_the_same(v, (0.0, 1.0), run_of, run_of) is same
