@@ -359,3 +359,28 @@ def test_a_spring_that_is_not_pressed_yet_keeps_its_whole_share_of_a_kick():
     assert np.isfinite(share).all()
     assert share[0] == 1.0
     assert share[1] == pytest.approx(0.5 * 1e3 * 1e-6 / (0.5 * 1e-3 * 1.0 * 2.0), rel=0.01)
+
+
+# --- work of the loads ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("gap", [1e3, -1e-3])
+def test_work_of_loads_on_what_rings_far_faster_than_the_flight_step(gap):
+    """Two masses, one rings at 20 kHz after a blow, eight times in a flight step; nothing is lost, so a force of 30 Hz
+    works what the energy rises by. A stop is out of reach, or presses lightly on the slow one for good."""
+    slow, fast = 2.0 * np.pi * np.array([20.0, 20e3])
+    K = np.diag([slow**2, fast**2])
+    K[0, 1] = K[1, 0] = 0.05 * slow * fast
+    system = diagonalise(system_of(np.eye(2), K, velocity=np.array([0.0, 20.0])))
+    time = np.linspace(0.0, 0.08, 200 * SAMPLES + 1)
+    push = 20.0 * np.sin(2.0 * np.pi * 30.0 * time)
+    loads = Loads(time, np.zeros((3, time.size, 0)), np.stack([push, push], axis=1), (np.array([0, 1]),))
+    preload = 5.0 if gap < 0.0 else 0.0
+    stop = channels([[1.0, 0.0]], gap, preload / 1e-3 or 1.0)
+    history = simulate_flow(system, stop, loads, OutputRequest(np.arange(2)))
+    assert history.force.any() == (gap < 0.0)
+    stored = history.energy[:, :3].sum(axis=1)
+    external, damping = (history.energy[:, ENERGIES.index(name)] for name in ("external", "damping"))
+    allowed = 2e-3 * np.ptp(stored)
+    np.testing.assert_allclose(external, stored - stored[0], rtol=0, atol=allowed)
+    np.testing.assert_allclose(damping, 0.0, rtol=0, atol=allowed)

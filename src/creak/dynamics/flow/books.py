@@ -83,17 +83,24 @@ def carried(model, x):  # type: ignore[no-untyped-def]
 
 
 @inner
-def work_of_loads(drive, h, now, after):  # type: ignore[no-untyped-def]
-    """Integral of the load columns' amplitudes (cubics) against their motion (the cubic through both ends)."""
+def work_of_loads(model, drive, h, now, after, short, mean):  # type: ignore[no-untyped-def]
+    """Integral of the load columns' amplitudes a (cubics) against their motion w, by parts: a w less that of a' w.
+
+    w is the parabola through both ends that has its mean: what is far faster than the step is gone from that. In short
+    steps it is a line.
+    """
     work = 0.0
     for j in range(drive.shape[0]):
-        w0, w1, r0, r1 = now.dots[0, j], after.dots[0, j], h * now.dots[1, j], h * after.dots[1, j]
+        a0, a1, a2, a3 = drive[j]
+        w0, w1 = now.dots[0, j], after.dots[0, j]
+        middle, half = 0.5 * (w0 + w1) if short else dot(model.load_u[j], mean), 0.5 * (w1 - w0)
+        bent = 0.75 * (w0 + w1 - 2.0 * middle)
+        work += (a0 + h * (a1 + h * (0.5 * a2 + h / 6.0 * a3))) * w1 - a0 * w0
         for q in range(3):
-            x = 0.5 + 0.5 * GAUSS * (q - 1)
-            t = x * h
-            load = drive[j, 0] + t * (drive[j, 1] + t * (0.5 * drive[j, 2] + t / 6.0 * drive[j, 3]))
-            rate = 6.0 * x * (1.0 - x) * (w1 - w0) + (1.0 - x) * (1.0 - 3.0 * x) * r0 + x * (3.0 * x - 2.0) * r1
-            work += (4.0 if q == 1 else 2.5) / 9.0 * load * rate
+            x = GAUSS * (q - 1)
+            t = 0.5 * h * (1.0 + x)
+            rate = a1 + t * (a2 + 0.5 * t * a3)
+            work -= (4.0 if q == 1 else 2.5) / 9.0 * h * rate * (middle + half * x + bent * (x * x - 1.0 / 3.0))
     return work
 
 
@@ -111,14 +118,16 @@ def work_on_light(model, now, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def book_flow(model, drive, h, now, after):  # type: ignore[no-untyped-def]
+def book_flow(model, drive, h, now, after, short, mean):  # type: ignore[no-untyped-def]
     """Works of a step on the way from now to after; `drive`: amplitudes of the load columns as cubics from its start.
+
+    mean: (u1 - u0,) of z[u0:u1] over the step; in short ones it is not known.
 
     Those of its kicks were booked with them (`flow.kicks.book_half`).
     """
     e = after.energy
     columns(model, after)
-    loads = work_of_loads(drive, h, now, after)
+    loads = work_of_loads(model, drive, h, now, after, short, mean)
     k0, s0 = carried(model, now)
     k1, s1 = carried(model, after)
     external = k1 + s1 - k0 - s0 + loads

@@ -39,6 +39,7 @@ from creak.dynamics.flow.motion import (
     look_closed,
     look_gaps,
     look_rates,
+    mean_of,
     quiet,
     settle_supports,
     shift,
@@ -97,7 +98,7 @@ class Desk(NamedTuple):
     factor: Kept
     """Of the friction of the last kick."""
     ahead: FloatArray
-    """(u1 - u0,) of z a step later"""
+    """(u1 - u0,) of z a short step later; its mean over a longer one"""
 
 
 def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
@@ -141,6 +142,12 @@ def all_finite(after):  # type: ignore[no-untyped-def]
 
 
 @inner
+def is_short(model, level, levels, held):  # type: ignore[no-untyped-def]
+    """Is a step one near contact, of those that kicks begin and end?"""
+    return model.presses and level == levels and not held
+
+
+@inner
 def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):  # type: ignore[no-untyped-def]
     """Motion up to the next instant: as long a step as no gap can close in, with what is left of a kick; (level, h).
 
@@ -177,6 +184,8 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
         if not may_close(model, course, now, after, h, scheme.reach[level], energy, scheme.slope):
             break
         level += 1
+    if not is_short(model, level, levels, False):
+        mean_of(model, P[level], D, now, desk.ahead)
     if kicked:
         if lessen(model, laws, W, gain, h, now, after, desk.share):
             less = let_go(model, laws, W, h, steady, now, after.gap)
@@ -290,7 +299,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             changed = changes(now, after)
             if lasting.tried and level == levels and not held:
                 wait_on(together, changed, now, after)
-            book_flow(model, drive, h, now, after)
+            book_flow(model, drive, h, now, after, is_short(model, level, levels, held), desk.ahead)
             if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
                 follow_swing(together, h, H, after.force)
             fill(after.before, np.inf)
