@@ -96,6 +96,19 @@ def chance(values: Sequence[float]) -> float:
     return float(1.96 * np.sqrt(x @ x) / x.sum()) if x.sum() > 0.0 else 0.0
 
 
+def chance_of_runs(sums: Sequence[float]) -> float:
+    """The same by the sums of runs that part: Student's t times their standard deviation, over their mean.
+
+    Of fewer than three infinite. Runs that part late, or come back to the same orbit, show that so.
+    """
+    from scipy.stats import t
+
+    x = np.asarray(sums, dtype=float)
+    if x.size < 3 or not x.sum() > 0.0:
+        return float("inf")
+    return float(t.ppf(0.975, x.size - 1) * x.std(ddof=1) / x.mean())
+
+
 def compare_statistics(
     reference: Sequence[Event], reduced: Sequence[Event], window: tuple[float, float]
 ) -> EventStatistics:

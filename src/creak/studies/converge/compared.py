@@ -32,7 +32,7 @@ from creak.studies.converge.settling import (
 from creak.verify.events import Event, events_in
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import MANY, chance, compare_statistics
+from creak.verify.statistics import MANY, chance, chance_of_runs, compare_statistics
 from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
@@ -76,7 +76,7 @@ def assess(
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
-    by_chance = {"impulse": {CHANCE: chance([e.impulse for e in outcomes[BASE].events])}} if chaotic else {}
+    by_chance = {"impulse": {CHANCE: _by_chance(outcomes)}} if chaotic else {}
     if structure is not None and structure.counts:
         events = _beside(events, structure)
     new = {name: len(match.extra) for name, match in matches.items()}
@@ -98,6 +98,13 @@ def assess(
         places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names, structure),
     )
+
+
+def _by_chance(outcomes: dict[str, Outcome]) -> float:
+    """How far the sum of impulses of a chaotic run may be off: as one of many events, or as one of the runs that were
+    made, whichever tells more."""
+    sums = [o.impulse for o in outcomes.values() if o.repeat.judged and not o.stopped]
+    return min(chance([e.impulse for e in outcomes[BASE].events]), chance_of_runs(sums))
 
 
 def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[EventSettling, ...]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
-from creak.studies.converge.settling import CHANCE, ENOUGH, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import BASE, CHANCE, ENOUGH, Convergence, EventSettling, Settling
 from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import remedy_of
 from creak.studies.run.job import StudyResult
@@ -173,22 +173,29 @@ def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
 
 
 def are_faint(events: list[EventSettling], c: Convergence) -> bool:
-    """Whether events decide nothing: each is far below the hardest one, and together they carry next to nothing.
+    """Whether events decide nothing: each is far below the hardest one, or what presses for good, and together they
+    carry next to nothing.
 
     A tap of a hundredth of the hardest hit moves by its own 5 % where the motion moves by next to nothing.
     """
-    return is_faint([e.event for e in events], [e.event for e in c.events])
+    force, impulse = _shares(events, c)
+    return force <= FAINT and impulse <= 1.0 - ENOUGH
 
 
 def is_faint(some: Sequence[Event], events: Sequence[Event]) -> bool:
     """The same of events by themselves."""
-    force, impulse = _shares(some, events)
+    force, impulse = _over(some, max(e.force_place for e in events), sum(e.impulse for e in events))
     return force <= FAINT and impulse <= 1.0 - ENOUGH
 
 
-def _shares(some: Sequence[Event], events: Sequence[Event]) -> tuple[float, float]:
-    """Force of the place of the hardest of them over that of all events, and their part of the impulse."""
-    hardest, all_of_it = max(e.force_place for e in events), sum(e.impulse for e in events)
+def _shares(events: list[EventSettling], c: Convergence) -> tuple[float, float]:
+    """Force of the place of the hardest of them over the largest of the run, and their part of the impulse."""
+    base = c.outcomes[BASE]
+    every = sum(e.event.impulse for e in c.events)
+    return _over([e.event for e in events], base.force, max(every, base.impulse))
+
+
+def _over(some: Sequence[Event], hardest: float, all_of_it: float) -> tuple[float, float]:
     force, impulse = max(e.force_place for e in some), sum(e.impulse for e in some)
     return force / hardest if hardest else 0.0, impulse / all_of_it if all_of_it else 0.0
 
@@ -213,7 +220,7 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
         return (said,)
     faint = ""
     if are_faint(open_ones, c):
-        force, impulse = _shares([e.event for e in open_ones], [e.event for e in c.events])
+        force, impulse = _shares(open_ones, c)
         faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
     return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 

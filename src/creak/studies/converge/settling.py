@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -145,8 +146,9 @@ class Outcome:
 
     @property
     def force(self) -> float:
-        """Largest low-passed force of all events."""
-        return max((e.force_place for e in self.events), default=0.0)
+        """Largest low-passed force of all events, and of contact that lasts: its mean and amplitude."""
+        lasting = (math.sqrt(2.0) * r.force.rms + r.force.mean for r in self.rubs if r.force is not None)
+        return max([0.0, *(e.force_place for e in self.events), *lasting])
 
 
 @dataclass(frozen=True)

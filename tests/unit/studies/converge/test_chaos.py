@@ -15,7 +15,7 @@ from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
 from creak.studies.converge.settling import BASE, CHANCE, FINER, Outcome, Repeat
 from creak.verify.events import find_events
-from creak.verify.statistics import chance, rate_interval
+from creak.verify.statistics import chance, chance_of_runs, rate_interval
 from helpers_core import channels, system_of
 
 G, FREQUENCY, STEP = 9810.0, 60.0, 2e-3
@@ -56,6 +56,16 @@ def test_confidence_of_a_rate():
     """Garwood's table: 10 events give 4.795 to 18.39, none 0 to 3.689."""
     assert rate_interval(10, 2.0) == pytest.approx((4.795 / 2.0, 18.39 / 2.0), rel=1e-3)
     assert rate_interval(0, 1.0) == pytest.approx((0.0, 3.689), rel=1e-3)
+
+
+def test_a_sum_by_the_runs_that_were_made():
+    """Of 400 sets of five draws of a sum the first is as near to the mean as is told in 95 % or more; same runs leave nothing."""
+    rng = np.random.default_rng(6)
+    draws = rng.normal(40.0, 3.0, (400, 5))
+    covered = [abs(x[0] - 40.0) <= 40.0 * chance_of_runs(x.tolist()) for x in draws]
+    assert np.mean(covered) >= 0.95
+    assert chance_of_runs([2.0, 2.0, 2.0]) == 0.0
+    assert chance_of_runs([2.0, 3.0]) == np.inf
 
 
 def test_a_sum_of_events_by_chance():

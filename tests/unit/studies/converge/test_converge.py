@@ -43,6 +43,7 @@ from creak.studies.run import one_run as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES, change
+from creak.verify.rubbing import Pressing, Rub
 from helpers_decks import STOP, STUDY, write_strips
 from helpers_findings import summarised
 
@@ -427,6 +428,17 @@ def test_faint_events_decide_nothing(faint, hard, word):
         assert verdict.reasons[0].startswith(
             "4 of 12 events have not (none above 5 % of the largest force, 2.4 % of the impulse), the hardest"
         )
+
+
+def test_a_tap_beside_what_presses_for_good_decides_nothing():
+    """40 N press, 5 N of amplitude to and fro; a tap of 1 N beside it moves by 20 %, and the largest force by nothing."""
+    tap, rest = event(1.0), (Rub(force=Pressing(40.0, 5.0 / np.sqrt(2.0))),)
+    found = outcomes(base=[tap], h2=[tap], h4=[replace(tap, force_place=1.2)])
+    for rubs, word in (((), "unsettled"), (rest, "settled")):
+        beside = {name: replace(o, impulse=o.impulse + 40.0 * len(rubs), rubs=rubs) for name, o in found.items()}
+        c = assess(beside, "reduced", (0.0, 60.0), 0.01)
+        assert c.outcomes[BASE].force == (45.0 if rubs else 1.0)
+        assert _of_convergence(c).word == word
 
 
 @pytest.mark.parametrize(("unfinished", "word"), [(True, "settled"), (False, "unsettled")], ids=["goes on", "ended"])
