@@ -281,6 +281,12 @@ def _sampled(
     return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 
+def records_of(driving: Driving) -> dict[str, sources.Record]:
+    """The records that move something, by the names of their excitations."""
+    made = {name: _signal(driving, name, t) for name, t in driving.moving.items() if isinstance(t.signal, RecordTable)}
+    return {name: signal for name, signal in made.items() if isinstance(signal, sources.Record)}
+
+
 def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Signal:
     s = table.signal
     if isinstance(s, PsdTable):

@@ -29,6 +29,7 @@ from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.course import RecordTable, TableTable
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
+from creak.studies.prepare.record_check import record_warnings
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned
 
@@ -42,8 +43,6 @@ CRITICAL = 1.0
 """Fraction of critical from Rayleigh damping, at the highest excitation frequency, that can hardly be meant."""
 UNUSED = 0.01
 """Share of a table that a run must reach before the rest is taken for a mistake in its unit of time."""
-STANDS = 0.98
-"""Share of a run that a record must reach; what is missing of it at its end may be a few samples."""
 ALONG = 1e-3
 """Share of a node's motion in a gap from which on it moves along the normal of the contact."""
 WARPED = 0.2
@@ -83,7 +82,7 @@ def drive_warnings(
     modal : share of critical that the study asks for.
     highest : frequency that the excitations hold, Hz; 0 where it is not known.
     """
-    texts = [*_idle(driving, loads), *_stuck(model, driving, loads, driven)]
+    texts = [*_idle(driving, loads), *record_warnings(driving, loads), *_stuck(model, driving, loads, driven)]
     texts += _driven_contact(model, driven, contacts)
     texts += [*_coarse(time, highest), *_damped(modal, rayleigh, highest)]
     return [Warned(text) for text in texts]
@@ -241,8 +240,9 @@ def _squeezed(connectors: Sequence[ConnectorTable]) -> list[str]:
 
 
 def _idle(driving: Driving, loads: Loads) -> list[str]:
-    """Excitations that are zero at every step, or end long before the run."""
-    still = [name for j, name in enumerate(driving.moving) if not loads.support[:, :, j].any()]
+    """Excitations that are zero at every step, or are tables far longer than the run; records are told elsewhere."""
+    told = {name for name, t in driving.moving.items() if isinstance(t.signal, RecordTable)}
+    still = [n for j, n in enumerate(driving.moving) if n not in told and not loads.support[:, :, j].any()]
     still += [name for j, name in enumerate(driving.forcing) if not loads.force[:, j].any()]
     texts = [f"[excitation.{name}] is zero throughout the run: look at its amplitude and times" for name in still]
     end = float(loads.time[-1])
@@ -252,13 +252,6 @@ def _idle(driving: Driving, loads: Loads) -> list[str]:
             texts.append(
                 f"the table of [excitation.{name}] reaches to {points[-1][0]:g} s, the run to {end:g} s: are its "
                 "times in s?"
-            )
-    for j, (name, t) in enumerate(driving.moving.items()):
-        moves = np.flatnonzero(loads.support[:, :, j].any(axis=0))
-        if isinstance(t.signal, RecordTable) and moves.size and loads.time[moves[-1]] < STANDS * end:
-            texts.append(
-                f"the record of [excitation.{name}] ends at {loads.time[moves[-1]]:.4g} s, the run at {end:g} s: the "
-                "motion fades out there, and nothing moves it any more"
             )
     return texts
 
