@@ -186,6 +186,7 @@ def test_a_number_for_a_table_is_constant(motion):
         ("TABLED1,8\n,0.,0.,.2,1.,.1,0.,ENDT", "rise and fall"),
         ("TABLED3,8,1.,0.\n,0.,0.,.2,1.,ENDT", "stand still"),
         ("TABLED1,8,,,2\n,0.,0.,.2,1.,ENDT", "has 2 for what lies beyond its ends"),
+        ("TABLED4,8,0.,1.,0.,1.\n,0.,1.,ENDT", "TABLED4 8 gives its function by a power series"),
         ("TABLED1,8\n,0.,0.,.1,1.,.1,0.,ENDT", "jumps at an end"),
     ],
 )

@@ -44,8 +44,15 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
             )
         if card.text(4) and not card.is_integer(4):
             return _tabular(card, np.array([[0.0, card.real(4)], [dt * count, card.real(4)]]))
-        tables = unique_cards(deck.cards(*TABLES), "table")
+        tables = unique_cards(deck.cards(*TABLES, "TABLED4"), "table")
         table = referred(tables, card.integer(4), card, "table", ", ".join(TABLES))
+        if table.name not in TABLES:
+            raise InputError(
+                f"{table.name} {table.text(0)} gives its function by a power series",
+                where=table.where,
+                expected=f"points: {', '.join(TABLES)}",
+                fix="Write its values at some times into a TABLED1.",
+            )
         points, end, flat = _points(table), dt * count, _is_flat(table)
         points[:, 0] += delay
         (a, b), (c, d) = points[:2, 0], points[-2:, 0]
