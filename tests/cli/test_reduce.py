@@ -266,3 +266,15 @@ def test_unknown_export_format(study, tmp_path, monkeypatch, capsys):
     status, text = creak(monkeypatch, capsys, "reduce", study, "--export", "op5")
     assert status == 2
     assert "Did you mean 'op4'" in text
+
+
+def test_a_file_that_has_to_stay_is_told_before_a_part_is_reduced(study, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    out.mkdir()
+    for name in ("UPPER.h5", "UPPER.asm"):
+        (out / name).hardlink_to(study)
+        status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", out, "--export", "op4")
+        assert status == 2
+        assert f"cannot write {out / name}: it is the same file as an input" in text
+        (out / name).unlink()
+        assert not list(out.glob("*.*")), "nothing was saved"

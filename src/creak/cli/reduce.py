@@ -21,7 +21,7 @@ from creak.cli.cluster import (
     workers_of,
 )
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file, writable_folder
 from creak.cli.run import changed_study
 from creak.errors import CreakError, InputError, NumericalError, suggest
 
@@ -82,6 +82,7 @@ def reduce(
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(study, ignore, folder)
+            _check_outputs(setup, folder, export)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
@@ -104,6 +105,20 @@ def _check_formats(export: Sequence[str]) -> None:
     if unknown:
         expected, fix = ", ".join(FORMATS), suggest(unknown[0], FORMATS)
         raise InputError(f"unknown format {unknown[0]!r}", expected=expected, fix=fix)
+
+
+def _check_outputs(setup: Setup, folder: Path, export: Sequence[str]) -> None:
+    """Raise InputError for a file that has to stay where one of a part is to be written, before anything is reduced."""
+    from creak.formats.matrices.superelements import files_of
+    from creak.studies.models.saved import part_path
+
+    table = setup.reduction.table
+    stays = {name.upper() for name in table.unreduced}
+    for name in ({p.name for p in setup.model.parts} | {n.upper() for n in table.substructures}) - stays:
+        writable_file(part_path(folder, name), stream=False, kept=True)
+        for form in export:
+            for file in files_of(name, form):
+                writable_file(folder / file, stream=False)
 
 
 @dataclass(frozen=True)

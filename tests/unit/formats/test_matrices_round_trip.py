@@ -11,7 +11,7 @@ from scipy import sparse
 
 from creak.errors import InputError
 from creak.formats.matrices.checks import dense
-from creak.formats.matrices.superelements import FORMATS, read_superelement, write_superelement
+from creak.formats.matrices.superelements import FORMATS, files_of, read_superelement, write_superelement
 from helpers_matrices import assert_same, random_superelement
 
 
@@ -23,6 +23,7 @@ def test_round_trip(tmp_path, format, damping, measured):
     files = write_superelement(part, tmp_path, format)
     assert all(file.is_file() and file.parent == tmp_path for file in files)
     assert not list(tmp_path.glob(".*")), "no temporary files stay"
+    assert {file.name for file in files} <= set(files_of(part.name, format)), "all were told beforehand"
     again = read_superelement(files[0])
     assert again.name == "part"
     assert again.source == str(files[0])

@@ -10,7 +10,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.matrices.abaqus_mtx import read_abaqus, write_matrix_output, write_user_element
 from creak.formats.matrices.calculix import read_calculix
-from creak.formats.matrices.matrix_market import read_matrix_market, write_matrix_market
+from creak.formats.matrices.matrix_market import ENDINGS, read_matrix_market, write_matrix_market
 from creak.formats.matrices.nastran_dmig import read_dmig, write_dmig
 from creak.formats.matrices.nastran_op4 import read_op4, write_op4
 from creak.formats.matrices.npz import read_npz, write_npz
@@ -26,14 +26,23 @@ class Format:
     ending: str
     """What follows the superelement's name in the path given to `write`."""
     what: str
+    beside: tuple[str, ...] = ()
+    """What follows it in the other files that may be written."""
 
 
 FORMATS = {
-    "op4": Format(write_op4, ".op4", "Nastran external superelement: .op4 and .asm"),
+    "op4": Format(write_op4, ".op4", "Nastran external superelement: .op4 and .asm", (".asm",)),
     "dmig": Format(write_dmig, ".pch", "Nastran DMIG bulk data"),
-    "abaqus": Format(write_user_element, ".mtx", "Abaqus *SUBSTRUCTURE MATRIX OUTPUT: *USER ELEMENT text"),
-    "abaqus-matrix-output": Format(write_matrix_output, "", "Abaqus *MATRIX OUTPUT: one entry per line"),
-    "matrix-market": Format(write_matrix_market, "", "Matrix Market: _K.mtx, _M.mtx, _dofs.csv"),
+    "abaqus": Format(
+        write_user_element, ".mtx", "Abaqus *SUBSTRUCTURE MATRIX OUTPUT: *USER ELEMENT text", ("_dofs.csv",)
+    ),
+    "abaqus-matrix-output": Format(
+        write_matrix_output,
+        "",
+        "Abaqus *MATRIX OUTPUT: one entry per line",
+        ("_STIF1.mtx", "_MASS1.mtx", "_DMPV1.mtx", "_STIF1_dofs.csv"),
+    ),
+    "matrix-market": Format(write_matrix_market, "", "Matrix Market: _K.mtx, _M.mtx, _dofs.csv", ENDINGS),
     "npz": Format(write_npz, ".npz", "NumPy"),
 }
 _NASTRAN = (".pch", ".asm", ".dmig", ".bdf", ".dat", ".nas", ".blk")
@@ -75,6 +84,12 @@ def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | N
     if ending in (".sti", ".mas"):
         return read_calculix(path, map_file)
     raise InputError(f"the ending {ending!r} is none of a superelement", where=path, expected=", ".join(_READABLE))
+
+
+def files_of(name: str, format: str) -> list[str]:
+    """Names of all files that `write_superelement` may write of a superelement."""
+    of = FORMATS[format]
+    return [f"{file_stem(name)}{ending}" for ending in filter(None, (of.ending, *of.beside))]
 
 
 def write_superelement(superelement: Superelement, folder: Path, format: str) -> list[Path]:
