@@ -50,6 +50,7 @@ NAMED = [
     ("modes strips.inp --count 1 --vtk OUT", ".vtu", DECK),
     ("modes strips.inp --count 1 --uff OUT", ".unv", DECK),
     ("modes strips.inp --count 1 --pch OUT", ".pch", DECK),
+    ("modes study.toml --count 1 --vtk OUT", ".vtu", ("study.toml", *DECK)),
     ("modes strips.inp --count 9 --test test.csv --page OUT", ".html", (*DECK, "test.csv")),
     (f"{UPDATE} --page OUT", ".html", (*STUDIED, "test.csv")),
     (f"{UPDATE} --json OUT", ".json", (*STUDIED, "test.csv")),

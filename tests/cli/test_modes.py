@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from creak.studies.models.deck_modes import deck_modes
-from helpers_decks import two_strips
+from helpers_decks import STUDY, two_strips, write_strips
 from helpers_punch import punched
 from helpers_ties import sections, sheet
 
@@ -50,6 +50,19 @@ def test_tables_and_files(creak, deck, tmp_path):
         assert list(punch.rows) == found.model.nodes.ids.tolist()
         np.testing.assert_allclose([*punch.rows.values()], motion, rtol=5.1e-7, atol=1e-99)
         assert np.abs(motion[:, 3:]).max() > 0.0
+
+
+def test_modes_of_a_study(creak, tmp_path):
+    """A quarter of the modulus halves all frequencies, and the root that it shakes is held."""
+    study = write_strips(tmp_path, study=f"{STUDY}[material.STEEL]\nyoungs_modulus = 52500.0\n")
+    said = creak("modes", study, "--count", 3, "--json", "-", "--quiet")
+    assert said.status == 0, said.words
+    found = json.loads(said.out)["frequencies"]
+    (tmp_path / "strips.inp").write_text(two_strips() + "ROOT_UPPER, 3\n")
+    held = np.array(deck_modes(tmp_path / "strips.inp", count=3).frequencies)
+    np.testing.assert_allclose(found, 0.5 * held, rtol=1e-9)
+    study.write_text(f"{STUDY}[superelement.BOX]\nfile = 'box.op4'\n")
+    assert "effective masses are not known" in creak("modes", study).words
 
 
 @pytest.mark.parametrize("name", ["-", "new/m.json"])

@@ -42,7 +42,8 @@ def deck_modes(
 
     Parameters
     ----------
-    path : Abaqus (.inp), Nastran (.bdf, .dat, .nas, .fem) or LS-DYNA (.k, .key, .dyn) deck.
+    path : Abaqus (.inp), Nastran (.bdf, .dat, .nas, .fem) or LS-DYNA (.k, .key, .dyn) deck; or a study (.toml), with
+        its supports, materials and clips.
     f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20).
     ignore : keywords or cards that may go unread although they change the answer.
 

@@ -1,4 +1,4 @@
-"""`creak modes`: natural frequencies, effective masses and mode shapes of a deck."""
+"""`creak modes`: natural frequencies, effective masses and mode shapes of a deck, or of a study."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ROUND_OFF = 1e-6
 
 
 def modes(
-    deck: Path = typer.Argument(..., metavar="DECK", help="The deck."),
+    deck: Path = typer.Argument(..., metavar="DECK", help="The deck; or a study: its supports, materials and clips."),
     f_max: float | None = typer.Option(None, "--f-max", help="All modes up to this frequency, Hz."),
     count: int | None = typer.Option(None, "--count", help="The lowest modes; default 20."),
     about: str = typer.Option("0,0,0", "--about", metavar="X,Y,Z", help="Point of the rotations of effective mass."),

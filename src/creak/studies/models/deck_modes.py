@@ -1,4 +1,4 @@
-"""Natural frequencies and modes of a deck, parts joined, contact left out."""
+"""Natural frequencies and modes of a deck, or of what a study makes of it; parts joined, contact left out."""
 
 from __future__ import annotations
 
@@ -34,7 +34,9 @@ from creak.model.mesh import Model, Unread
 from creak.model.steps import StaticStep
 from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
+from creak.studies.file.reader import read_study
 from creak.studies.models.dof_names import dof_name
+from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.structure import Structure
 
 DEFAULT_COUNT = 20
@@ -67,10 +69,10 @@ class DeckModes:
 
     @cached_property
     def damped(self) -> System | None:
-        """`system` with the damping that the deck tells; None: it tells none, or some that was not read, or a stress
-        stiffens it."""
-        model = self.model
-        if not is_damped(model) or self.prestress is not None or any(u.damps for u in model.unread):
+        """`system` with the damping that deck or study tell; None: they tell none, or some that was not read, or a
+        stress stiffens it."""
+        model, told = self.model, is_damped(self.model) or self.structure.override_damping
+        if not told or self.prestress is not None or any(u.damps for u in model.unread):
             return None
         parts = [self.structure.part(i) for i in range(len(model.parts))]
         return self.structure.joined(parts, loose_system(model, self.structure.rayleigh))
@@ -102,7 +104,8 @@ def deck_modes(
 
     Parameters
     ----------
-    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck.
+    path : an Abaqus (.inp) or Nastran (.bdf, .dat, .nas, .fem) deck; or a study (.toml), whose supports, materials,
+        sections and clips then stand, and which holds what its excitations move.
     f_max : all modes up to this frequency, Hz. count : the lowest ones (default 20); all there are where the model
         has fewer.
     about : point of the rotations of the effective mass, in the deck's units.
@@ -120,6 +123,11 @@ def deck_modes(
         raise InputError("both f_max and count", expected="one of them")
     f_max = None if f_max is None else positive(f_max, "f_max")
     count = None if count is None else whole(count, "count", 1)
+    count = DEFAULT_COUNT if f_max is None and count is None else count
+    if Path(path).suffix.lower() == ".toml":
+        structure, parts = _of_study(Path(path), ignore, progress)
+        system, found = _joined_modes(parts, structure.model, structure.driven, f_max, count, progress)
+        return structure_modes(structure, parts, system, found, about)
     progress("read the deck", 0, 1)
     model = read_model(Path(path))
     progress("read the deck", 1, 1)
@@ -133,10 +141,28 @@ def deck_modes(
     if step is not None:
         parts = _parts(model, _static(parts, model, step, driven))
     progress("assemble", 1, 1)
-    wanted = DEFAULT_COUNT if f_max is None and count is None else count
-    system, found = _joined_modes(parts, model, driven, f_max, wanted, progress, stressed=step is not None)
+    system, found = _joined_modes(parts, model, driven, f_max, count, progress, stressed=step is not None)
     structure = Structure(model, driven, common_rayleigh(model), False, (), None)
     return structure_modes(structure, parts, system, found, about, step)
+
+
+def _of_study(path: Path, ignore: Sequence[str], progress: Progress) -> tuple[Structure, list[System]]:
+    """The linear structure of a study, and its parts without damping."""
+    study = read_study(path)
+    if study.config.superelement:
+        raise InputError(
+            "the study has parts that are given by matrices, of which effective masses are not known",
+            expected="a study without [superelement.NAME]",
+            where=study.places.where("superelement"),
+        )
+    progress("read the deck", 0, 1)
+    model = read_model(study.places.sibling(study.config.model.deck))
+    progress("read the deck", 1, 1)
+    structure = linear_structure(study, model, ignore)
+    progress("assemble", 0, 1)
+    parts = _parts(structure.model)
+    progress("assemble", 1, 1)
+    return structure, parts
 
 
 def structure_modes(
