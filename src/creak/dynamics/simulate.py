@@ -315,7 +315,8 @@ def march(
                 for after in stepper.advance(now):
                     energy = audit.step(now, after)
                     if not np.isfinite(energy).all():
-                        raise Diverged(float(loads.time[after.row]), recorder.history(stepper.residual))
+                        at, forced = float(loads.time[after.row]), isinstance(stepper, CondensedStepper)
+                        raise Diverged(at, recorder.history(stepper.residual), forced=forced)
                     now = after
                     ends = now.row == n * substeps
                     recorder.keep(loads.time[now.row], now, energy, n if ends else None)

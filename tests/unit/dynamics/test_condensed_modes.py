@@ -192,7 +192,7 @@ def test_what_was_computed_survives_a_divergence():
     loads = loads_of()
     force = loads.force.copy()
     force[300:] = np.inf
-    with pytest.raises(Diverged, match=r"t = 0\.06 s") as caught:
+    with pytest.raises(Diverged, match=r"t = 0\.06 s: shorten the step") as caught:
         simulate(driven(), gaps_between(), replace(loads, force=force), HHT(), OutputRequest(OBSERVED))
     history = caught.value.history
     assert isinstance(caught.value, NumericalError)

@@ -71,6 +71,7 @@ def test_a_run_that_ends_early_costs_no_other(base):
     lost = Variant(1, base.gaps, pushed(1e308))  # a mass that it moves overflows
     found = dict(march_many(base, [variants(base)[0], lost], lambda _, history: history, 2))
     assert isinstance(found[1], Diverged)
+    assert "shorten the step" not in str(found[1]), "nobody set one"
     assert found[0].force.any()
 
 
