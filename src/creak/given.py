@@ -6,14 +6,15 @@ from __future__ import annotations
 import math
 import operator
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import UnionType
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from creak.errors import InputError
+from creak.errors import InputError, shortened
 
 
 def number(value: Any, name: str) -> float:
@@ -40,6 +41,55 @@ def positive(value: Any, name: str) -> float:
     if not 0.0 < found < math.inf:
         raise InputError(f"{name} = {found:g}", expected="a positive number")
     return found
+
+
+def finite(value: Any, name: str) -> float:
+    """A finite number.
+
+    Raises
+    ------
+    InputError : it is none.
+    """
+    found = number(value, name)
+    if not math.isfinite(found):
+        raise InputError(f"{name} = {found:g}", expected="a finite number")
+    return found
+
+
+def table_of(value: Any, name: str) -> NDArray[np.float64]:
+    """Real numbers of any shape, nan and infinity too.
+
+    Raises
+    ------
+    InputError : it holds something else.
+    """
+    try:
+        if not np.iscomplexobj(value):
+            return np.asarray(value, dtype=np.float64)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{name} = {shortened(repr(value))}", expected="a number or more")
+
+
+def row_of(value: Any, name: str) -> NDArray[np.float64]:
+    """(n,) finite numbers.
+
+    Raises
+    ------
+    InputError : it is no such row.
+    """
+    found = table_of(value, name)
+    odd = found[~np.isfinite(found)]
+    if found.ndim != 1 or odd.size:
+        what = f"holds {odd[0]}" if odd.size else f"is of shape {found.shape}"
+        raise InputError(f"{name} {what}", expected="a row of finite numbers")
+    return found
+
+
+def check_fields(record: object, rules: Mapping[str, Callable[[Any, str], object]]) -> None:
+    """Take each field of a frozen record through its rule, `positive` for instance: what that returns is kept."""
+    for field, rule in rules.items():
+        object.__setattr__(record, field, rule(getattr(record, field), f"{type(record).__name__}: {field}"))
 
 
 def whole(value: Any, name: str, least: int, most: int | None = None) -> int:
@@ -88,6 +138,19 @@ def texts(value: Any, name: str) -> tuple[str, ...]:
     if isinstance(value, str) or not isinstance(value, Iterable):
         raise InputError(f"{name} = {value!r}", expected="a list of texts", fix=f"Write {name}=[{str(value)!r}].")
     return tuple(value)
+
+
+def pairs_of(value: Any, name: str, pair: str) -> list[Any]:
+    """Pairs in a list.
+
+    Raises
+    ------
+    InputError : it is something else.
+    """
+    found = [] if isinstance(value, Mapping) or not isinstance(value, Iterable) else list(value)
+    if (not found and value) or any(not isinstance(one, list | tuple) or len(one) != 2 for one in found):
+        raise InputError(f"{name} = {shortened(repr(value))}", expected=f"a list of pairs: [{pair}, ...]")
+    return found
 
 
 def one_of(value: Any, known: Sequence[Any], name: str) -> None:

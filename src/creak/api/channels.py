@@ -13,9 +13,11 @@ from creak.api.matrices import rows_over
 from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.contact.laws.parameters import Friction
-from creak.errors import InputError
-from creak.given import number
+from creak.errors import InputError, shortened
+from creak.given import number, of_kind, table_of, texts
 from creak.model.dofs import nodes_of
+
+TANGENTS = "a list of one or two: tangents=[T]"
 
 
 def gap_channels(
@@ -57,7 +59,10 @@ def gap_channels(
     InputError : shapes that do not fit, negative stiffness, damping, preload or friction, friction without tangents,
         tangents that are no list.
     """
-    n = np.shape(G)[-1]
+    of_kind(tangents, (Sequence, np.ndarray, sp.sparray, sp.spmatrix), "tangents", TANGENTS)
+    n = np.shape(G)[-1] if np.ndim(G) else 0
+    if not n:
+        raise InputError(f"G = {shortened(repr(G))}", expected="a matrix with a row for each channel")
     own = np.arange(n, dtype=np.int64) if labels is None else np.asarray(labels)
     if own.shape != (n,) or not np.issubdtype(own.dtype, np.integer) or np.unique(own).size != n or own.min() < 0:
         raise InputError(f"labels of shape {own.shape}, {own.dtype}", expected=f"({n},) integers, each once")
@@ -83,13 +88,17 @@ def gap_channels(
 
 def join_gaps(*gaps: GapOperator) -> GapOperator:
     """All channels of several operators as one."""
+    for one in gaps:
+        of_kind(one, GapOperator, "one of the gaps", "channels of creak.gap_channels")
     return join(gaps)
 
 
 def _each(x: ArrayLike, m: int, name: str, any_sign: bool = False) -> FloatArray:
-    values = np.asarray(x, dtype=np.float64)
+    values = table_of(x, name)
     if values.shape not in ((), (1,), (m,)):
         raise InputError(f"{name} has shape {values.shape}", expected=f"a number, or ({m},): one for each channel")
+    if name in ("damping", "preload") and not np.isfinite(values).all():
+        raise InputError(f"{name} = {values.max()}", expected="a finite number")
     if np.isnan(values).any() or (not any_sign and (values < 0.0).any()):
         raise InputError(f"{name} = {values.min()}", expected="a number" if any_sign else "zero or more")
     return np.broadcast_to(values, (m,)).copy()
@@ -107,9 +116,7 @@ def _check_preload(gap: FloatArray, preload: FloatArray, stiffness: FloatArray) 
 
 def _tangents(tangents: Any, labels: IntArray, m: int) -> list[Any]:
     if sp.issparse(tangents) or (isinstance(tangents, np.ndarray) and tangents.ndim != 3):
-        raise InputError(
-            f"tangents is a matrix of shape {tangents.shape}", expected="a list of one or two: tangents=[T]"
-        )
+        raise InputError(f"tangents is a matrix of shape {tangents.shape}", expected=TANGENTS)
     if len(tangents) > 2:
         raise InputError(f"{len(tangents)} tangents", expected="one or two")
     found = [rows_over(T, labels, "a tangent") for T in tangents]
@@ -131,9 +138,12 @@ def _triplets(matrices: Sequence[Any], labels: IntArray) -> ChannelRows:
 
 
 def _names(names: Sequence[str] | None, group: str, m: int) -> tuple[str, ...]:
-    if names is not None and len(names) != m:
-        raise InputError(f"{len(names)} names", expected=f"{m}, one for each channel")
-    return tuple(f"{group}:{j}" for j in range(m)) if names is None else tuple(map(str, names))
+    if names is None:
+        return tuple(f"{group}:{j}" for j in range(m))
+    told = texts(names, "names")
+    if len(told) != m:
+        raise InputError(f"{len(told)} names", expected=f"{m}, one for each channel")
+    return tuple(map(str, told))
 
 
 def _nodes(A: Any, labels: IntArray) -> IntArray:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from creak.api.result import Result
 from creak.api.saved import SavedResult, open_result
 from creak.errors import InputError
-from creak.given import of_kind
+from creak.given import of_kind, path_of
 
 if TYPE_CHECKING:
     from creak.report.tables.comparison import Comparison, Side
@@ -66,9 +66,10 @@ def compare_records(results: str | Path, test: str | Path, run: str | None = Non
     from creak.studies.findings import beside_records
     from creak.studies.findings.stored import read_findings
 
-    found, _ = read_findings(Path(results), lambda _: None)
+    results, test = path_of(results, "results"), path_of(test, "test")
+    found, _ = read_findings(results, lambda _: None)
     f_max = found.setup.study.config.verification.f_max
-    return beside_records.compare_records(Path(results), Path(test), f_max, run)
+    return beside_records.compare_records(results, test, f_max, run)
 
 
 def _side(name: str, result: str | Path | Result | SavedResult) -> Side:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from creak.given import texts
+from creak.given import number, path_of, texts
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from creak.studies.models.correlation import Correlation
     from creak.studies.models.deck_modes import DeckModes
     from creak.studies.models.frfs import FrfComparison
+
+A_DECK = "the path of a deck"
 
 
 def read_deck(path: str | Path) -> Model:
@@ -32,7 +34,7 @@ def read_deck(path: str | Path) -> Model:
     """
     from creak.formats.decks import read_model
 
-    return read_model(Path(path))
+    return read_model(path_of(path, "path", A_DECK))
 
 
 def deck_modes(
@@ -59,7 +61,7 @@ def deck_modes(
     """
     from creak.studies.models import deck_modes as studies
 
-    return studies.deck_modes(Path(path), f_max=f_max, count=count, ignore=texts(ignore, "ignore"))
+    return studies.deck_modes(path_of(path, "path", A_DECK), f_max=f_max, count=count, ignore=texts(ignore, "ignore"))
 
 
 def correlate(
@@ -136,7 +138,8 @@ def _beside(deck: str | Path, test: str | Path, sensors: str | Path | None, **op
     from creak.studies.models.beside_test import deck_beside_test
 
     options["ignore"] = texts(options["ignore"], "ignore")
-    return deck_beside_test(Path(deck), Path(test), sensors=None if sensors is None else Path(sensors), **options)
+    table = None if sensors is None else path_of(sensors, "sensors")
+    return deck_beside_test(path_of(deck, "deck", A_DECK), path_of(test, "test"), sensors=table, **options)
 
 
 def write_door(
@@ -157,4 +160,4 @@ def write_door(
     """
     from creak_thesis.door import writer
 
-    return writer.write_door(mesh_size, Path(folder), coarsen, load, hook_play)
+    return writer.write_door(number(mesh_size, "mesh_size"), path_of(folder, "folder"), coarsen, load, hook_play)

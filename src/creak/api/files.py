@@ -9,6 +9,7 @@ from typing import Any
 from creak.errors import InputError
 from creak.formats import complete_file
 from creak.formats.stored.sealed_json import read_sealed, sealed_text
+from creak.given import of_kind, path_of
 
 
 def write_text(path: str | Path, text: str) -> None:
@@ -18,7 +19,8 @@ def write_text(path: str | Path, text: str) -> None:
     ------
     InputError : `path` names something that cannot be written. WriteError : the disk is full, or fails.
     """
-    complete_file.write_text(Path(path), text)
+    of_kind(text, str, "text", "a text")
+    complete_file.write_text(path_of(path, "path"), text)
 
 
 def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
@@ -34,8 +36,8 @@ def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
         text = sealed_text(data, allow_nan=True)
     except TypeError as error:
         raise InputError(str(error), where=str(path), expected="what JSON can hold") from error
-    Path(path).parent.mkdir(parents=True, exist_ok=True)
-    complete_file.write_text(Path(path), text)
+    path_of(path, "path").parent.mkdir(parents=True, exist_ok=True)
+    complete_file.write_text(path_of(path, "path"), text)
 
 
 def read_json(path: str | Path) -> dict[str, Any]:
@@ -46,6 +48,6 @@ def read_json(path: str | Path) -> dict[str, Any]:
     InputError : no such file, or it was changed since.
     """
     try:
-        return read_sealed(Path(path))
+        return read_sealed(path_of(path, "path"))
     except (OSError, ValueError) as error:
         raise InputError(str(error), where=str(path), expected="a file that creak.write_json wrote") from error

@@ -16,7 +16,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import Rows, System, no_supports, to_dense
 from creak.errors import InputError
-from creak.given import positive, whole
+from creak.given import number, of_kind, pairs_of, positive, table_of, whole
 from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
@@ -30,6 +30,9 @@ SYMMETRIC = 1e-8
 DEFAULT_COUNT = 20
 Rename = Callable[[IntArray], IntArray]
 """Labels of dofs -> other labels, in the same order."""
+
+
+A_SYSTEM = "a System: creak.system_from_matrices(K, M) makes one"
 
 
 def modes(K: Any, M: Any, *, count: int | None = None, f_max: float | None = None) -> Modes:
@@ -103,11 +106,12 @@ def system_from_matrices(
     if C is not None:
         C = symmetric_matrix(C, "C")
         _same_size(K, C, "C")
+    alpha, beta = number(alpha, "alpha"), number(beta, "beta")
     if not (0.0 <= alpha < np.inf and 0.0 <= beta < np.inf):
         raise InputError(f"alpha = {alpha}, beta = {beta}", expected="Rayleigh numbers of zero or more")
     n = K.shape[0]
     own = np.arange(n, dtype=np.int64) if labels is None else _checked_labels(labels, n)
-    start = np.zeros(n) if velocity is None else np.asarray(velocity, dtype=np.float64)
+    start = np.zeros(n) if velocity is None else table_of(velocity, "velocity")
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InputError(f"velocity of shape {start.shape}", expected=f"({n},) finite numbers")
     return System(name, M, K, Damping(alpha, beta, C), _rows_of(own), no_supports(n), own, start, labels=np.sort(own))
@@ -155,9 +159,10 @@ def couple(
         )
     known = np.unique(np.concatenate([s.labels for s in systems]))
     held = known_labels(fixed, known, "fixed")
+    of_kind(driven or {}, Mapping, "driven", 'a mapping, as {"base": [6]}')
     ends = {str(name): known_labels(x, known, f"driven {name!r}") for name, x in (driven or {}).items()}
     numbers = _Numbered(known)
-    rows = [_equation(x, c, known, numbers) for x, c in equations]
+    rows = [_equation(x, c, known, numbers) for x, c in pairs_of(equations, "equations", "(labels, coefficients)")]
     model = Model(
         source="couple",
         nodes=numbers.nodes,
@@ -185,10 +190,7 @@ def symmetric_matrix(A: Any, name: str) -> Matrix:
     ------
     InputError : no matrix, not square, complex, not finite, not symmetric, or with a negative diagonal entry.
     """
-    try:
-        B = _real(A if sp.issparse(A) else to_dense(A), name)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{name} is no matrix: {error}", expected="a SciPy sparse or dense matrix") from error
+    B = _real(A, name)
     if B.ndim != 2 or B.shape[0] != B.shape[1] or B.shape[0] == 0:
         raise InputError(f"{name} is {B.shape}", expected="a square matrix")
     if not np.isfinite(B.data).all():
@@ -207,9 +209,13 @@ def symmetric_matrix(A: Any, name: str) -> Matrix:
 
 def _real(A: Any, name: str) -> Matrix:
     """A as CSR matrix of floats: nothing is dropped."""
+    try:
+        A = A if sp.issparse(A) else to_dense(A)
+        B = sp.csr_matrix(A, dtype=np.complex128 if np.iscomplexobj(A) else np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{name} is no matrix: {error}", expected="a SciPy sparse or dense matrix") from error
     if not np.iscomplexobj(A):
-        return sp.csr_matrix(A, dtype=np.float64)
-    B = sp.csr_matrix(A, dtype=np.complex128)
+        return B
     if np.any(B.data.imag != 0.0):
         raise InputError(
             f"{name} is complex: imaginary parts up to {np.abs(B.data.imag).max():g}",
@@ -324,7 +330,7 @@ def _renamed(system: System, new: Rename, old: Rename) -> System:
 
 
 def _equation(labels: ArrayLike, coefficients: ArrayLike, known: IntArray, numbers: _Numbered) -> Equation:
-    found, values = known_labels(labels, known, "equations"), np.asarray(coefficients, dtype=np.float64).ravel()
+    found, values = known_labels(labels, known, "equations"), table_of(coefficients, "coefficients").ravel()
     if found.size != values.size or not found.size or values[0] == 0.0:
         raise InputError(
             f"an equation with {found.size} labels and coefficients {values.tolist()}",

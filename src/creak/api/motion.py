@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike
 
-from creak.api.matrices import known_labels
+from creak.api.matrices import A_SYSTEM, known_labels
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
@@ -18,14 +18,13 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError, shortened
-from creak.given import of_kind, whole
+from creak.given import of_kind, pairs_of, row_of, whole
 from creak.signals import sources
 from creak.signals.between_samples import even_step
-from creak.signals.sources import Motion, Signal
+from creak.signals.sources import A_SIGNAL, Motion, Signal
 from creak.studies.run.integrate import simulate_settled
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
-A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"
 CHANNELS = "channels of creak.gap_channels, or a list of them; [] gives linear motion"
 EVEN = 1e-6
 """Share of the step by which sampling may be uneven."""
@@ -49,11 +48,12 @@ def make_loads(
     InputError : times that are uneven, do not start at 0 or are no numbers; motion that is missing or of an unknown
         name, an unknown label, samples of another size.
     """
+    of_kind(system, System, "system", A_SYSTEM)
     t = _checked_times(time)
     support = _support(system, t, motion or {})
     columns: list[FloatArray] = []
     labels: list[IntArray] = []
-    for where, what in _pairs(forces):
+    for where, what in pairs_of(forces, "forces", "(labels, signal)"):
         found = known_labels(where, system.labels, "forces")
         F = _samples(what, t, found.size)
         each = [found] if F.shape[1] == 1 else [found[[j]] for j in range(found.size)]
@@ -99,7 +99,7 @@ def simulate(
 
     With alpha = 0 and stiff penalties contact chatters and can create energy: look at `History.energy_created`.
     """
-    of_kind(system, System, "system", "a System: creak.system_from_matrices(K, M) makes one")
+    of_kind(system, System, "system", A_SYSTEM)
     of_kind(loads, Loads, "loads", "Loads: creak.make_loads(system, time) makes them")
     channels = _joined(gaps)
     known_labels(channels.labels, system.labels, "gaps")
@@ -179,16 +179,8 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
         for k, x in enumerate((found.displacement, found.velocity, found.acceleration)):
             if np.shape(x) != t.shape:
                 raise InputError(f"motion {name!r} has shape {np.shape(x)}", expected=f"{t.shape}, as the times")
-            support[k, :, j] = x
+            support[k, :, j] = row_of(x, f"motion {name!r}")
     return support
-
-
-def _pairs(forces: Any) -> list[Any]:
-    """Labels with what acts on them."""
-    found = [] if isinstance(forces, Mapping) or not isinstance(forces, Iterable) else list(forces)
-    if (not found and forces) or any(not isinstance(one, list | tuple) or len(one) != 2 for one in found):
-        raise InputError(f"forces = {shortened(repr(forces))}", expected="a list of pairs: [(labels, signal), ...]")
-    return found
 
 
 def _check_course(signal: Signal, name: str) -> None:

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from creak.api.matrices import known_labels
+from creak.api.matrices import A_SYSTEM, known_labels
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
-from creak.given import number, whole
+from creak.given import number, of_kind, whole
 from creak.linalg.modes import DENSE_LIMIT
 from creak.linalg.pencil import dense_pairs, full, require_positive
 from creak.reduction import craig_bampton as cb
@@ -43,6 +43,7 @@ def craig_bampton(
 
     Source: Craig and Bampton, AIAA J. 6(7), 1968. Accurate up to about f_max / 2 of the assembly.
     """
+    of_kind(system, System, "system", A_SYSTEM)
     _one_of(f_max, count)
     _require_positive(system)
     return cb.craig_bampton(system, _boundary(system, boundary), f_max=f_max, count=count)
@@ -76,6 +77,8 @@ def gap_modes(system: System, gaps: GapOperator, *, f_max: float | None = None, 
 
     Source: residual flexibility as in Rubin, AIAA J. 13(8), 1975. Good to about f_max / 2 between contacts.
     """
+    of_kind(system, System, "system", A_SYSTEM)
+    of_kind(gaps, GapOperator, "gaps", "channels of creak.gap_channels")
     _one_of(f_max, count)
     return gm.gap_modes(system, _rows(system, gaps), f_max=f_max, count=count)
 
@@ -89,6 +92,7 @@ def diagonalise(system: System) -> System:
     ------
     InputError : K or M is not positive. NumericalError : a direction has neither mass nor stiffness.
     """
+    of_kind(system, System, "system", A_SYSTEM)
     _require_positive(system)
     return own_modes(system)
 

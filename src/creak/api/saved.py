@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
 from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
+from creak.given import path_of
 
 if TYPE_CHECKING:
     from creak.report.drawn import Drawn
@@ -98,4 +99,4 @@ def open_result(folder: str | Path) -> SavedResult:
     from creak.report.drawn import read_drawn
     from creak.studies.findings.stored import read_findings
 
-    return SavedResult(*read_findings(Path(folder), read_drawn))
+    return SavedResult(*read_findings(path_of(folder, "folder"), read_drawn))

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from creak.given import path_of
+
 if TYPE_CHECKING:
     from creak.formats.measured.recordings import Recording
     from creak.studies.sound.beside import SoundComparison
@@ -32,7 +34,7 @@ def read_recordings(
     """
     from creak.formats.measured.recordings import read_recordings as read
 
-    return read(path, calibration, calibrator, level)
+    return read(path_of(path, "path"), calibration, calibrator, level)
 
 
 def compare_sounds(
@@ -52,4 +54,4 @@ def compare_sounds(
     """
     from creak.studies.sound.beside import beside
 
-    return beside(Path(folder), recordings, listener)
+    return beside(path_of(folder, "folder"), recordings, listener)

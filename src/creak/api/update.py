@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
-from creak.given import texts
+from creak.given import path_of, texts
 from creak.progress import Progress, silent
 from creak.studies.file.reader import Study
 
@@ -97,6 +97,6 @@ def _case(
     from creak.studies.models.update import update_case
 
     read = study if isinstance(study, Study) else read_study(study)
-    table = None if sensors is None else Path(sensors)
+    table = None if sensors is None else path_of(sensors, "sensors")
     ignore, closed = texts(ignore, "ignore"), texts(closed, "closed")
-    return update_case(read, Path(test), test_units=test_units, sensors=table, ignore=ignore, closed=closed)
+    return update_case(read, path_of(test, "test"), test_units=test_units, sensors=table, ignore=ignore, closed=closed)

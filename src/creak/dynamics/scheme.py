@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from creak.errors import InputError
+from creak.given import number
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ def HHT(alpha: float = -0.05) -> Scheme:
     ------
     InputError : alpha outside -1/2 to 0.
     """
+    alpha = number(alpha, "HHT alpha")
     if not -0.5 <= alpha <= 0.0:
         raise InputError(
             f"HHT alpha = {alpha}",
@@ -51,6 +53,7 @@ def generalised_alpha(rho_inf: float = 0.9) -> Scheme:
     ------
     InputError : rho_inf outside 0 to 1.
     """
+    rho_inf = number(rho_inf, "rho_inf")
     if not 0.0 <= rho_inf <= 1.0:
         raise InputError(
             f"rho_inf = {rho_inf}",

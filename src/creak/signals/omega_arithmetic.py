@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.given import positive, row_of
 
 MIRRORED = 8.0
 """Periods of the high-pass by which a record goes on as its mirror image."""
@@ -23,7 +24,13 @@ def integrate_twice(
     Parameters
     ----------
     acceleration : (n,) evenly sampled. step : s. high_pass : Hz.
+
+    Raises
+    ------
+    InputError : samples that are no finite numbers; a step or a frequency that is no positive number.
     """
+    acceleration = row_of(acceleration, "acceleration")
+    step, high_pass = positive(step, "step"), positive(high_pass, "high_pass")
     spectrum = np.fft.rfft(acceleration)
     freq = np.fft.rfftfreq(acceleration.size, step)
     keep = (freq >= high_pass) & (freq > 0.0)

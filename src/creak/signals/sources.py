@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.given import check_fields, finite, number, of_kind, positive, row_of, whole
 from creak.signals.between_samples import between_samples
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
@@ -35,6 +38,9 @@ class Multisine:
     period: float = 1.0
     seed: int = 1
 
+    def __post_init__(self) -> None:
+        check_fields(self, {"f_min": finite, "f_max": finite, "amplitude": finite, "period": positive, "seed": _seed})
+
     @cached_property
     def lines(self) -> tuple[FloatArray, FloatArray]:
         """(n_line,) circular frequencies, rad/s, and phases, rad."""
@@ -59,6 +65,10 @@ class Multisine:
         return np.asarray(np.concatenate([np.zeros(0), *found]), dtype=np.float64)
 
 
+def _seed(value: Any, name: str) -> int:
+    return whole(value, name, 0)
+
+
 def _even_cut(t: FloatArray) -> tuple[FloatArray, FloatArray] | None:
     """Even instants as coarse[i] + fine[j], in this order, to round-off; None: they are not even, or few."""
     m = math.isqrt(t.size)
@@ -76,12 +86,18 @@ class Sine:
     frequency: float
     amplitude: float
 
+    def __post_init__(self) -> None:
+        check_fields(self, {"frequency": positive, "amplitude": finite})
+
 
 @dataclass(frozen=True)
 class Step:
     """Constant A from t = 0 on."""
 
     amplitude: float
+
+    def __post_init__(self) -> None:
+        check_fields(self, {"amplitude": finite})
 
 
 @dataclass(frozen=True)
@@ -94,6 +110,11 @@ class Table:
     """Share of the shorter interval at a point over which prescribed motion rounds the corner (`Rounded`); None:
     prescribed displacement follows splines instead of straight lines."""
 
+    def __post_init__(self) -> None:
+        check_fields(self, {"time": row_of, "value": row_of})
+        if self.rounding is not None and not 0.0 <= number(self.rounding, "Table: rounding") <= 0.5:
+            raise InputError(f"Table: rounding = {self.rounding}", expected="a number from 0 to 0.5, or None")
+
 
 @dataclass(frozen=True)
 class Record:
@@ -103,12 +124,16 @@ class Record:
     value: FloatArray
     high_pass: float
 
+    def __post_init__(self) -> None:
+        check_fields(self, {"time": row_of, "value": row_of, "high_pass": positive})
+
     @property
     def step(self) -> float:
         """s, of the whole record: single times are rounded."""
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
 
 
+A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"
 Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic | RandomVibration | SineSweep | HalfSine
 
 
@@ -165,6 +190,7 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
     A table is interpolated by modified Akima splines, which neither overshoot on plateaus nor kink between
     close samples; a record is integrated twice first.
     """
+    t = _sampled(signal, t)
     if isinstance(signal, Multisine | RandomVibration):
         motion = Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
         return faded_in(motion, t, RAMP * signal.period)
@@ -187,6 +213,12 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
     moving = (t >= signal.time[0]) & (t <= signal.time[-1])
     spline = Akima1DInterpolator(signal.time, signal.value, method="makima")
     return Motion(spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0))
+
+
+def _sampled(signal: Signal, t: FloatArray) -> FloatArray:
+    """The times as an array; InputError for what is no signal, or no row of times."""
+    of_kind(signal, Signal, "signal", A_SIGNAL)
+    return row_of(t, "t")
 
 
 def velocity_motion(signal: Signal, t: FloatArray) -> Motion:
@@ -220,6 +252,7 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
     Sine, step and table start from rest: v(0) = u(0) = 0. Multisine and record are periodic: their motion is
     the zero-mean one of omega arithmetic, faded in.
     """
+    t = _sampled(signal, t)
     if isinstance(signal, Multisine | RandomVibration):
         motion = Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
         return faded_in(motion, t, RAMP * signal.period)

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from creak.errors import InputError
+from creak.given import table_of
 
 ROUND_OFF = 1e-9
 """Of the highest frequency: what rigid modes may be apart."""
@@ -39,7 +41,14 @@ def mac_matrix(reference: FloatArray, reduced: FloatArray) -> FloatArray:
     """(phi_i' psi_j)^2 / (|phi_i|^2 |psi_j|^2) for shapes (n_dof, n_ref) and (n_dof, n_red).
 
     Allemang and Brown, Proc. IMAC 1, 1982.
+
+    Raises
+    ------
+    InputError : shapes that are no real matrices of as many rows.
     """
+    reference, reduced = table_of(reference, "reference"), table_of(reduced, "reduced")
+    if reference.ndim != 2 or reduced.ndim != 2 or reference.shape[0] != reduced.shape[0]:
+        raise InputError(f"shapes {reference.shape} and {reduced.shape}", expected="a column for each mode, rows alike")
     cross = (reference.T @ reduced) ** 2
     size = np.outer((reference**2).sum(axis=0), (reduced**2).sum(axis=0))
     return np.divide(cross, size, out=np.zeros_like(cross), where=size > 0.0)
