@@ -103,6 +103,15 @@ def test_rates_are_those_of_the_window():
     assert found.places[0].does == "rattles and squeaks"
 
 
+def test_what_sticks_most_of_the_time_does_not_slide():
+    """Beside `friction = "stick"` it slips at times; the rate of a squeak is told beside the mean one."""
+    odd = [place("a", 0, slips=2, friction="stick"), place("b", 0, friction="stick"), place("c", 0, friction="sliding")]
+    assert [p.does for p in answer(summary(odd)).places] == ["slips", "slides now and then", "slides"]
+    assert answer(summary(odd[:1])).headline.startswith("1 place slips; ")
+    squeaks = place("d", 0, slips=3, slip_rate=12.0, friction="stick-slip")
+    assert any(" squeaks, 3.0 a second (12 while it squeaks), " in line for line in answer_lines(summary([squeaks])))
+
+
 def test_what_hits_at_two_places_at_once_is_one_event():
     """As the verdict below counts it; each place has its own rate."""
     told = summary([place("left", force=2.0), place("right", force=2.0)])

@@ -37,9 +37,11 @@ class Place:
 
     name: str
     does: str
-    """"rattles", "squeaks", "slides" or "rattles and squeaks"."""
+    """"rattles", "squeaks", "slides", "slips" or "slides now and then" (it sticks most of the time), or two of them."""
     rate: float
-    """Events and slips a second."""
+    """Events and slips a second, in the mean over what is counted."""
+    squeak: float | None
+    """Slips a second from the first to the last one; None: it does not squeak, or has too few."""
     force: float
     """N"""
     n5: float | None
@@ -145,8 +147,9 @@ def _rate(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[P
 
 
 def _does(p: Mapping[str, Any]) -> str:
-    told = ["rattles"] if p["events"] else ["slides"] if p["friction"] == STICK else []
-    told += {STICK_SLIP: ["squeaks"], SLIDING: ["slides"]}.get(p["friction"] or "", [])
+    told = ["rattles"] if p["events"] else []
+    seldom = [] if told else ["slips" if p["slips"] else "slides now and then"]
+    told += {STICK: seldom, STICK_SLIP: ["squeaks"], SLIDING: ["slides"]}.get(p["friction"] or "", [])
     return " and ".join(told)
 
 
@@ -157,6 +160,7 @@ def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
         p["name"],
         _does(p),
         (p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
+        p.get("slip_rate") if p["friction"] == STICK_SLIP else None,
         p["force"],
         _n5(p, beside),
         _n_max(p, beside),
@@ -217,7 +221,7 @@ def _said(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, b
         return still + (f"; {before}" if before else "")
     worst = _worst(places)
     assert worst is not None
-    kinds = [k for k in ("rattle", "squeak", "slide") if any(k in p.does for p in places)]
+    kinds = [k for k in ("rattle", "squeak", "slide", "slip") if any(k in p.does for p in places)]
     heard = _how_loud(worst.n5, worst.n_max) if worst.n5 is not None else ""
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"

@@ -46,7 +46,8 @@ def _place_lines(places: Sequence[Place]) -> list[str]:
     lines = []
     for p in shown:
         heard = "" if p.n5 is None else f", Nmax {sones(p.n_max)}" if p.is_rare else f", N5 {sones(p.n5)}"
-        told = f" {p.does}, {number(p.rate, 2)} a second, {number(p.force, 3)} N{heard}"
+        often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} while it squeaks)" if p.squeak else "")
+        told = f" {p.does}, {often}, {number(p.force, 3)} N{heard}"
         lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
 
