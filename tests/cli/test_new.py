@@ -8,8 +8,11 @@ import tomllib
 
 import pytest
 
+from creak.contact import surface_to_surface
+from creak.formats import decks
 from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
+from creak.studies.prepare import setup as preparing
 from creak.studies.prepare.setup import set_up
 from creak.studies.propose.proposal import propose
 from creak_thesis.door import write_door
@@ -46,6 +49,16 @@ def test_two_strips(creak, tmp_path):
     assert (study["time"]["accuracy"], study["reference"]["run"]) == ("settled", "spots")
     setup = set_up(read_study(tmp_path / "strips.toml"))
     assert setup.contacts.m == 39
+
+
+def test_a_contact_is_searched_once_and_the_deck_is_read_once(creak, tmp_path, monkeypatch):
+    """The check of the study that is written takes what the proposal has found."""
+    done = []
+    for home, name in ((surface_to_surface, "_searched"), (preparing, "read_model"), (decks, "read_model")):
+        real = getattr(home, name)
+        monkeypatch.setattr(home, name, lambda *x, real=real: done.append(real.__name__) or real(*x))
+    new(creak, tmp_path, two_strips())
+    assert sorted(done) == ["_searched", "read_model"]
 
 
 def test_comments_explain_it_the_schema_lies_beside_it_and_it_runs_as_it_is(creak, tmp_path):

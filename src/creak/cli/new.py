@@ -17,6 +17,7 @@ from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.cli.output import ProgressBars
+    from creak.contact.pair import Keep
     from creak.model.mesh import Model
     from creak.studies.propose.proposal import Proposal
 
@@ -53,6 +54,7 @@ def new(
     from creak.studies.file.schema import SCHEMA_FILE
     from creak.studies.propose.proposal import propose, with_pictures
     from creak.studies.propose.text import proposal_text
+    from creak.studies.solved import keep_here
 
     path = _study_path(deck, out, overwrite)
     if distance is not None and not 0.0 < distance < float("inf"):
@@ -63,12 +65,13 @@ def new(
                 model = read_model(deck)
             _study_path(deck, out, overwrite)  # once more: what has been read meanwhile stays
             model_detail(output, model)
-            found = with_pictures(propose(model, distance, units, progress), path.stem)
+            keep = keep_here()
+            found = with_pictures(propose(model, distance, units, progress, keep), path.stem)
             relative = Path(os.path.relpath(deck, path.parent)).as_posix()
             pictures = _pictures(found, model, path, progress)
             _write(path, proposal_text(found, model, relative, deck.stem))
             with progress.phase("check the study"):
-                missing, warnings = _missing(path, ignore)
+                missing, warnings = _missing(path, ignore, model, keep)
                 undriven = f"no excitation: {found.undriven}" if found.undriven else ""
                 missing = ". ".join(filter(None, (found.untouched, missing or undriven)))
             if missing:
@@ -134,14 +137,14 @@ def _pictures(found: Proposal, model: Model, path: Path, progress: ProgressBars)
     return [path.with_name(c.picture) for c in asked]
 
 
-def _missing(path: Path, ignore: list[str]) -> tuple[str, list[str]]:
+def _missing(path: Path, ignore: list[str], model: Model, keep: Keep) -> tuple[str, list[str]]:
     """What keeps the study from running, empty if nothing does; and what it is warned of."""
     from creak.studies.file.reader import read_study
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
     try:
-        setup = set_up(read_study(path), ignore)
+        setup = set_up(read_study(path), ignore, model=model, keep=keep)
     except InputError as error:
         return str(error), []
     return "", warnings_of(setup.notes)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.contact.pair import Arrays, Keep
 from creak.digest import digest
 from creak.errors import CreakError, InputError
 from creak.formats.stored.solved import read_solved, write_solved
@@ -80,11 +81,22 @@ def solved(
     return found
 
 
-def keep_in(
-    store: Path | None, kind: str
-) -> Callable[[Sequence[FloatArray | IntArray], Callable[[], dict[str, FloatArray]]], dict[str, FloatArray]]:
+def keep_in(store: Path | None, kind: str) -> Keep:
     """`solved` for what depends on arrays alone."""
     return lambda arrays, make: solved(store, kind, [digest(list(arrays))] if store else [], make)
+
+
+def keep_here() -> Keep:
+    """`keep_in` memory, for searches of one command."""
+    found: dict[str, Arrays] = {}
+
+    def keep(arrays: Sequence[FloatArray | IntArray], make: Callable[[], Arrays]) -> Arrays:
+        key = digest(list(arrays))
+        if key not in found:
+            found[key] = make()
+        return found[key]
+
+    return keep
 
 
 def forget(folder: Path, pattern: str, most: int) -> list[Path]:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface, overhang
-from creak.contact.pair import ContactPair, listed
+from creak.contact.pair import ContactPair, Keep, listed
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.contact.tied import tied_channels
 from creak.errors import InputError
@@ -21,8 +21,10 @@ from creak.studies.warned import Warned
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 
 
-def contact_channels(model: Model, touching: Touching, store: Path | None = None) -> tuple[GapOperator, list[str]]:
-    """Gap channels of all contacts, and notes. store: folder in which they are kept.
+def contact_channels(
+    model: Model, touching: Touching, store: Path | None = None, keep: Keep | None = None
+) -> tuple[GapOperator, list[str]]:
+    """Gap channels of all contacts, and notes. store: folder in which they are kept; or `keep` holds them.
 
     Raises
     ------
@@ -34,7 +36,7 @@ def contact_channels(model: Model, touching: Touching, store: Path | None = None
         own, said = sides_meant(model, t.secondary, t.main, t.method, f"[contact.{name}]")
         try:
             pair = contact_pair(own, touching, name)
-            operator, more = METHODS[t.method](own, pair, keep_in(store, f"contact_{file_stem(name)}"))
+            operator, more = METHODS[t.method](own, pair, keep or keep_in(store, f"contact_{file_stem(name)}"))
         except InputError as error:
             raise _in_file(touching.places, name, error) from error
         notes += [*said, *map(Warned, [*more, *coarse_side(own, pair, operator)]), *_overhang(own, pair, operator)]

@@ -14,6 +14,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
+from creak.contact.pair import Keep
 from creak.contact.play import crossed, play_channels
 from creak.dynamics.flow.resolution import finer
 from creak.dynamics.loads import Loads
@@ -215,20 +216,28 @@ class Setup:
 
 
 @none_ignored()
-def set_up(study: Study, ignore: Sequence[str] = (), store: Path | None = None) -> Setup:
+def set_up(
+    study: Study,
+    ignore: Sequence[str] = (),
+    store: Path | None = None,
+    *,
+    model: Model | None = None,
+    keep: Keep | None = None,
+) -> Setup:
     """Read the deck, check the study against it, build the gap channels.
 
     Parameters
     ----------
     ignore : keywords of the deck that may go unread although they change the answer.
     store : folder of saved superelements, beside which the channels of contacts are kept.
+    model : of the deck, where it was read already. keep : has what was searched of the contacts before.
 
     Raises
     ------
     InputError : anything wrong in the study or the deck.
     """
-    model = read_model(study.places.sibling(study.config.model.deck))
-    setup = replace(set_up_model(study, model, ignore, store=store), deck_sha256=decks_sha256(study))
+    model = read_model(study.places.sibling(study.config.model.deck)) if model is None else model
+    setup = replace(set_up_model(study, model, ignore, store=store, keep=keep), deck_sha256=decks_sha256(study))
     c = study.config
     if any((c.excitation, c.connector, c.clip, c.static, setup.model.initial_velocity)):
         return setup
@@ -237,7 +246,13 @@ def set_up(study: Study, ignore: Sequence[str] = (), store: Path | None = None) 
 
 
 def set_up_model(
-    study: Study, model: Model, ignore: Sequence[str] = (), *, free: bool = False, store: Path | None = None
+    study: Study,
+    model: Model,
+    ignore: Sequence[str] = (),
+    *,
+    free: bool = False,
+    store: Path | None = None,
+    keep: Keep | None = None,
 ) -> Setup:
     """The same for a model that was read already.
 
@@ -252,7 +267,7 @@ def set_up_model(
     places, driving, touching = study.places, study.driving, study.touching
     model, clips, designed = designed_model(study, model, ignore)
     amounts = [*clearance_warnings(model, touching), *file_unit_notes(driving)]
-    contacts, notes = contact_channels(model, touching, store)
+    contacts, notes = contact_channels(model, touching, store, keep)
     study, banded = with_bandwidth(study, model, contacts)
     study, unfollowed = with_flight_steps(study)
     c, course = study.config, study.course

@@ -10,7 +10,7 @@ from itertools import product
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
-from creak.contact.pair import ContactPair
+from creak.contact.pair import ContactPair, Keep
 from creak.contact.tied import tied_channels
 from creak.errors import InputError
 from creak.model.mesh import Model
@@ -98,14 +98,18 @@ class Contact:
         return f"{-self.gap:.3g} {unit} inside each other"
 
 
-def find_contacts(model: Model, near: Sequence[Near], distance: float, progress: Progress) -> tuple[Contact, ...]:
-    """The contacts of what is near, those that are sure first; none where a tie holds both sides together."""
+def find_contacts(
+    model: Model, near: Sequence[Near], distance: float, progress: Progress, keep: Keep | None = None
+) -> tuple[Contact, ...]:
+    """The contacts of what is near, those that are sure first; none where a tie holds both sides together.
+
+    keep : takes what is searched, for who searches the same contacts later.
+    """
     found: list[Contact] = []
     for k, n in enumerate(near):
         progress("try the contacts", k, len(near))
-        found += [
-            c for c in {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind](model, n) if c.problem != TIED
-        ]
+        of_kind = {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind]
+        found += [c for c in of_kind(model, n, keep) if c.problem != TIED]
     progress("try the contacts", len(near), len(near))
     found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
     names, titles = dict[str, int](), titles_of(model)
@@ -120,7 +124,7 @@ def find_contacts(model: Model, near: Sequence[Near], distance: float, progress:
     return tuple(out)
 
 
-def _of_faces(model: Model, n: Near) -> list[Contact]:
+def _of_faces(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
     sides, found = [covering_sets(model, n, side) for side in (0, 1)], []
     for first, second in product(*sides):
         members = [numbers_of(model, first), numbers_of(model, second)]
@@ -128,19 +132,19 @@ def _of_faces(model: Model, n: Near) -> list[Contact]:
         if facing.any():
             near = n.met.where(_meets(n.met, members))
             if near.nodes.size:
-                found.append(_surfaces(model, n, near, (first, second), members))
+                found.append(_surfaces(model, n, near, (first, second), members, keep))
     if found:
-        return [part for c in found for part in _without_pressed(model, n, c)]
+        return [part for c in found for part in _without_pressed(model, n, c, keep)]
     for side in (0, 1):
         if sides[side] and not sides[1 - side]:
-            return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side])
+            return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side], keep)
     bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
     problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
     count = len(n.elements[0])
     return [replace(_drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), problem=problem)]
 
 
-def _without_pressed(model: Model, n: Near, c: Contact) -> list[Contact]:
+def _without_pressed(model: Model, n: Near, c: Contact, keep: Keep | None) -> list[Contact]:
     """Of linked parts the nodes that are open, and as a question the surfaces that lie on each other beside them.
 
     What is bolted down presses all the time: hundreds of its channels cost hours and tell nothing of a rattle.
@@ -153,9 +157,9 @@ def _without_pressed(model: Model, n: Near, c: Contact) -> list[Contact]:
     if not away.nodes.size:
         return [replace(c, question=PRESSED)]
     if all(b.kind in FACES for b in model.blocks if model.parts[b.part].name == c.parts[0]):
-        apart = [_tried(model, _nodes(model, away, c.parts, c.main, "near"))]
+        apart = [_tried(model, _nodes(model, away, c.parts, c.main, "near"), keep)]
     else:
-        apart = _by_nodes(model, n, away, side, [c.main])
+        apart = _by_nodes(model, n, away, side, [c.main], keep)
     return [*apart, replace(c, question=PRESSED)] if any(a.live for a in apart) else [c]
 
 
@@ -173,7 +177,9 @@ def _drawn(model: Model, met: Met, name: str, parts: tuple[str, str], near: int,
     return replace(c, at=(x, y, z), toward=(u, v, w), nodes=nodes)
 
 
-def _surfaces(model: Model, n: Near, met: Met, names: tuple[str, str], members: list[IntArray]) -> Contact:
+def _surfaces(
+    model: Model, n: Near, met: Met, names: tuple[str, str], members: list[IntArray], keep: Keep | None
+) -> Contact:
     """The pair with the finer side as secondary; the other way round where that does not work."""
     fine = len(n.elements[0]) >= len(n.elements[1])
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
@@ -182,10 +188,11 @@ def _surfaces(model: Model, n: Near, met: Met, names: tuple[str, str], members: 
         parts = (n.parts[a], n.parts[b])
         drawn = _drawn(model, met, _pair_name(parts), parts, len(n.elements[a]), len(members[a]))
         plain = replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))
-        tried.append(_tried(model, plain))
+        tried.append(_tried(model, plain, keep))
         if not tried[-1].problem:
             return tried[-1]
-        sided = [_tried(model, replace(plain, secondary=s, main=m)) for s, m in _by_side(model, names[a], names[b])]
+        by_side = _by_side(model, names[a], names[b])
+        sided = [_tried(model, replace(plain, secondary=s, main=m), keep) for s, m in by_side]
         if good := [c for c in sided if not c.problem]:
             return min(good, key=lambda c: abs((c.start or 0.0) - c.gap))
     return _closed(met, tried[0]) if tried[0].question else tried[0]
@@ -199,7 +206,7 @@ def _by_side(model: Model, secondary: str, main: str) -> list[tuple[str, str]]:
     return [(a, b) for a in one for b in other][1:]
 
 
-def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str]) -> list[Contact]:
+def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str], keep: Keep | None) -> list[Contact]:
     """Nodes of the side that has no surface or element set, each against the names of the other."""
     found, parts = [], (n.parts[side], n.parts[1 - side])
     for main in mains:
@@ -212,18 +219,19 @@ def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str]) 
         even = float(np.ptp(near.gap)) <= EVEN * max(thick, float(near.gap.max()))
         clearance = max(float(f"{near.gap.mean():.4g}"), 0.0)
         question = _overlaps(near) or ("" if even or thick <= 0.0 else UNEVEN)
-        found.append(_tried(model, replace(drawn, clearance=clearance if thick > 0.0 else None, question=question)))
+        c = replace(drawn, clearance=clearance if thick > 0.0 else None, question=question)
+        found.append(_tried(model, c, keep))
     return found
 
 
-def _of_edge(model: Model, n: Near) -> list[Contact]:
+def _of_edge(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
     """The free edge of shells on a face: node by node, for the edge has no area."""
     found = []
     for main in covering_sets(model, n, 1):
         over = n.met.where(np.isin(n.met.element, numbers_of(model, main)))
         for met in _by_direction(over):
             drawn = replace(_nodes(model, met, n.parts, main, "edge"), edge=True)
-            found.append(_tried(model, _sided(met, drawn)))
+            found.append(_tried(model, _sided(met, drawn), keep))
     if found:
         return found
     problem = f"the deck has no surface or element set of {n.parts[1]} alone that is near"
@@ -284,7 +292,7 @@ def _nodes(model: Model, met: Met, parts: tuple[str, str], main: str, suffix: st
     return replace(c, secondary=own, labels=labels)
 
 
-def _ends(model: Model, n: Near) -> list[Contact]:
+def _ends(model: Model, n: Near, _: Keep | None) -> list[Contact]:
     """Two edges: no contact of shells can be made of them."""
     count = n.met.nodes.size
     drawn, k = _drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), int(n.met.gap.argmin())
@@ -296,13 +304,13 @@ def _ends(model: Model, n: Near) -> list[Contact]:
     return [replace(drawn, edge=True, question=EDGES, ends=(drawn.place, model.nodes.label(int(nearest))))]
 
 
-def _tried(model: Model, c: Contact) -> Contact:
+def _tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
     """With its channels, or what keeps it from having any."""
     pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal)
     if c.labels:
         model = replace(model, node_sets={**model.node_sets, c.secondary: np.array(c.nodes)})
     try:
-        operator, _ = METHODS[c.method](model, pair)
+        operator, _ = METHODS[c.method](model, pair, keep)
     except InputError as error:
         return replace(c, problem=error.what)
     stuck = tied_channels(model, pair, operator)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -51,6 +52,19 @@ class Skin:
     """(n,) of the middle from the surface of the nodes, along the normal."""
     solid: BoolArray
     """(n,) whether it is the face of a solid, whose normal looks outward."""
+
+    @cached_property
+    def reach(self) -> float:
+        """How far it reaches from the surface of its nodes at most, length."""
+        return float((self.half + np.abs(self.offset)).max())
+
+    @cached_property
+    def free_edges(self) -> IntArray:
+        """(n, 2) node rows of the edges that belong to one facet alone."""
+        edge = np.stack([self.facets, np.roll(self.facets, -1, axis=1)], axis=2).reshape(-1, 2)
+        edge = np.sort(edge[edge[:, 0] != edge[:, 1]], axis=1)
+        found, count = np.unique(edge, axis=0, return_counts=True)
+        return found[count == 1]
 
     def normals(self, coords: FloatArray) -> FloatArray:
         """(n, 3) of unit length; zero where there is no area."""
@@ -134,7 +148,7 @@ def _skin_of_block(
 def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolArray, side: int) -> Met:
     """Nodes of a skin whose surface lies within the distance of the other's, each with the nearest point of that."""
     coords = model.nodes.coords
-    limit = distance + sum(float((s.half + np.abs(s.offset)).max()) for s in (skin, other))
+    limit = distance + skin.reach + other.reach
     corners = coords[other.facets]
     low, high = corners.min(axis=(0, 1)) - limit, corners.max(axis=(0, 1)) + limit
     rows = np.unique(skin.facets)
@@ -212,7 +226,7 @@ def _around(model: Model, skin: Skin, rows: IntArray, direction: FloatArray) -> 
     np.maximum.at(half, node, reach_along(skin, facet, -toward))
     np.add.at(body, node, coords[skin.facets[facet]].mean(axis=1) - coords[rows[node]])
     body /= np.maximum(np.linalg.norm(body, axis=1), 1e-300)[:, None]
-    edge = free_edges(skin)
+    edge = skin.free_edges
     ends = np.concatenate([edge, edge[:, ::-1]])
     ends = ends[at[ends[:, 0]] >= 0]
     line = coords[ends[:, 1]] - coords[ends[:, 0]]
@@ -231,14 +245,6 @@ def reach_along(skin: Skin, facet: IntArray, cosine: FloatArray) -> FloatArray:
 def _on_rim(model: Model, skin: Skin, facet: IntArray, shape: FloatArray) -> BoolArray:
     """(n,) whether points of the facets, shape functions (n, 4), lie on a free edge."""
     free = np.zeros(model.nodes.count, dtype=bool)
-    free[free_edges(skin)] = True
+    free[skin.free_edges] = True
     inner = (shape > SAME) & ~free[skin.facets[facet]]
     return np.asarray(~inner.any(axis=1) & ((shape > SAME).sum(axis=1) <= 2))
-
-
-def free_edges(skin: Skin) -> IntArray:
-    """(n, 2) node rows of the edges that belong to one facet alone."""
-    edge = np.stack([skin.facets, np.roll(skin.facets, -1, axis=1)], axis=2).reshape(-1, 2)
-    edge = np.sort(edge[edge[:, 0] != edge[:, 1]], axis=1)
-    found, count = np.unique(edge, axis=0, return_counts=True)
-    return found[count == 1]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
+from creak.contact.pair import Keep
 from creak.model.constraints import supported_nodes
 from creak.model.materials import Discrete
 from creak.model.mesh import Model
@@ -97,7 +98,9 @@ class Proposal:
         return f"no contact: no surfaces of two parts come within {self.distance:.3g} {unit} of each other; {fill}"
 
 
-def propose(model: Model, distance: float | None, units: str | None, progress: Progress) -> Proposal:
+def propose(
+    model: Model, distance: float | None, units: str | None, progress: Progress, keep: Keep | None = None
+) -> Proposal:
     """Look at a deck for what a study needs.
 
     What lies between the distance and `FAR` times it is asked about, unless the distance was told.
@@ -106,6 +109,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     ----------
     distance : between surfaces that count as near, in the deck's unit of length; None: `REACH` of its size.
     units : of the deck; None: guessed from its materials and size.
+    keep : as of `find_contacts`.
     """
     system, guess = _units(model, units)
     far = FAR * REACH * across(model) if distance is None else distance
@@ -114,7 +118,7 @@ def propose(model: Model, distance: float | None, units: str | None, progress: P
     skins = skins_of(model)
     near = near_parts(model, skins, distance, far)
     progress("look for parts near each other", 1, 1)
-    contacts = find_contacts(model, near, distance, progress)
+    contacts = find_contacts(model, near, distance, progress, keep)
     held = held_dofs(model)
     drive = _drive(model, held, contacts)
     return Proposal(

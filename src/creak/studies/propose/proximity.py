@@ -77,6 +77,9 @@ def near_parts(model: Model, skins: Mapping[int, Skin], distance: float, far: fl
     boxes = {k: _box(model.nodes.coords[skin.facets].reshape(-1, 3)) for k, skin in skins.items()}
     found: list[Near] = []
     for i, j in combinations(skins, 2):
+        limit = far + skins[i].reach + skins[j].reach
+        if (boxes[i][0] > boxes[j][1] + limit).any() or (boxes[j][0] > boxes[i][1] + limit).any():
+            continue
         between = [(skin, boxes[k]) for k, skin in skins.items() if k not in (i, j)]
         there = _in_sight(model, opposite(model, skins[i], skins[j], far, tied, 0), between)
         back = _in_sight(model, opposite(model, skins[j], skins[i], far, tied, 1), between)
@@ -113,7 +116,9 @@ def _in_sight(model: Model, met: Met, others: Sequence[tuple[Skin, tuple[FloatAr
         rows, start, end = rows[~beside], start[~beside], end[~beside]
         if rows.size:
             corners = X[skin.facets]
-            clear[rows[_lies_on(skin, corners, start, end) | _lies_on(skin, corners, end, start)]] = False
+            hidden = _lies_on(skin, corners, start, end)
+            hidden[~hidden] = _lies_on(skin, corners, end[~hidden], start[~hidden])
+            clear[rows[hidden]] = False
     return met.where(clear)
 
 
@@ -121,7 +126,7 @@ def _lies_on(skin: Skin, corners: FloatArray, start: FloatArray, end: FloatArray
     """(n,) whether the skin's point nearest to each start lies on the way to its end."""
     way = end - start
     length = np.linalg.norm(way, axis=1)
-    near = nearest_points(start, corners, skin.facets[:, 2] == skin.facets[:, 3], float(length.max()))
+    near = nearest_points(start, corners, skin.facets[:, 2] == skin.facets[:, 3], float(length.max(initial=0.0)))
     foot = np.einsum("nc,ncx->nx", near.shape, corners[np.where(near.found, near.facet, 0)]) - start
     along = np.einsum("nx,nx->n", foot, way) / np.maximum(length, 1e-300)
     aside = np.sqrt(np.maximum(np.einsum("nx,nx->n", foot, foot) - along**2, 0.0))
@@ -156,7 +161,7 @@ def near_beams(model: Model, skins: Mapping[int, Skin], distance: float) -> list
 def _beside(model: Model, rows: IntArray, radius: FloatArray, skin: Skin, distance: float) -> FloatArray:
     """(n,) distance of round nodes from a skin, its thickness taken off; inf where it is far."""
     coords, gap = model.nodes.coords, np.full(rows.size, np.inf)
-    corners, reach = coords[skin.facets], float((skin.half + np.abs(skin.offset)).max())
+    corners, reach = coords[skin.facets], skin.reach
     limit = distance + reach + float(radius.max(initial=0.0))
     near = nearest_points(coords[rows], corners, skin.facets[:, 2] == skin.facets[:, 3], limit)
     facet = near.facet[near.found]
