@@ -78,7 +78,7 @@ def new(
                 _write(path, proposal_text(found, model, relative, deck.stem, " ".join(missing.split())))
             output.wrote(path, path.with_name(SCHEMA_FILE), *pictures)
         _tell(output, found, path, missing)
-        warnings = [*found.beams, *warnings]
+        warnings = [*found.beams, *found.flaws, *warnings]
         tell_warnings(output, warnings, set())
         output.result(
             {
@@ -154,10 +154,11 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     unit = found.units.words[0]
     output.say(f"units: {found.units.name} ({found.guess})")
     for c in found.contacts:
+        by = ", a pair of the deck" if c.deck else ""
         state = f"left out, because {c.problem}" if c.problem else f"{c.channels} channels"
         if c.question:
             state = f"asked in the study ({c.question})" + (f", see {c.picture}" if c.picture else "")
-        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.how_far(unit)} at node {c.place}, {state}")
+        output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.how_far(unit)} at node {c.place}, {state}{by}")
     for joint in found.joints:
         output.say(f"joined by the deck: {joint}")
     if not found.contacts:

@@ -12,7 +12,7 @@ from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
 from creak.model.dofs import AXES, node_and_dof
 from creak.model.materials import Section
-from creak.model.steps import NodeTemperatures, StaticLoads, StaticStep
+from creak.model.steps import DeckContact, NodeTemperatures, StaticLoads, StaticStep
 
 
 @dataclass(frozen=True)
@@ -180,6 +180,8 @@ class Model:
     """At which nothing is strained, but for materials that say their own; None: the deck gives none."""
     static_loads: Mapping[str, StaticLoads] = field(default_factory=dict)
     """Loads of the deck that a run may start under, by name."""
+    contact: DeckContact | None = None
+    """Contact of the deck; None: it has none, or its reader does not look for it."""
     frames: Mapping[int, FloatArray] = field(default_factory=dict)
     """Row of a node -> (3, 3), columns are its directions in matrices of Nastran (CD); not of nodes that move along
     the global axes. All else of the model is in global axes."""

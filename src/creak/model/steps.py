@@ -123,6 +123,18 @@ class SurfacePair:
 
 
 @dataclass(frozen=True)
+class DeckContact:
+    """What a deck says of contact, whichever step it acts in: for a study that is proposed."""
+
+    interactions: Mapping[str, Interaction]
+    pairs: tuple[SurfacePair, ...]
+    everywhere: str = ""
+    """Interaction of all that may touch (general contact); empty: none."""
+    flaws: tuple[str, ...] = ()
+    """What of it creak cannot use, and why."""
+
+
+@dataclass(frozen=True)
 class Stop:
     """One-sided stops between pairs of nodes: r = u_b - u_a of one dof stays above `lower`, or below `upper`."""
 

@@ -98,7 +98,7 @@ def _key(structure: Structure) -> str:
 def _nameless(model: Model) -> Model:
     """Without the names of nodes, elements and surfaces, and without loads."""
     names: dict[str, Any] = {"node_sets": {}, "element_sets": {}, "surfaces": {}, "untyped": ()}
-    return replace(model, source="", unread=(), prestress=None, static_loads={}, **names)
+    return replace(model, source="", unread=(), prestress=None, static_loads={}, contact=None, **names)
 
 
 def _outline(part: System) -> dict[str, FloatArray]:

@@ -247,7 +247,7 @@ def _contacts(model: Model, run: DeckRun, places: dict[Keys, str], notes: list[s
         if pair.method == "surface-to-surface" and model.surfaces[pair.secondary].is_node_based:
             notes.append(f"{pair.secondary} is a surface of nodes: its contact is node-to-surface")
             pair = replace(pair, method="node-to-surface")
-        result[name] = _contact(model, pair, run.interactions[pair.interaction])
+        result[name] = contact_table(model, pair, run.interactions[pair.interaction])
     large = sum(not p.small_sliding for p in run.pairs)
     if large:
         notes.append(f"{large} contact pair(s) without SMALL SLIDING: creak takes all sliding as small")
@@ -275,14 +275,20 @@ def _connectors(run: DeckRun, sets: dict[str, IntArray], places: dict[Keys, str]
     return result
 
 
-def _contact(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:
+def contact_table(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:
+    """A pair of the deck as a [contact.NAME] table.
+
+    Raises
+    ------
+    InputError : damping beside a stiffness from the elements, node by node.
+    """
     table: dict[str, Any] = {
         "secondary": pair.secondary,
         "main": pair.main,
         "method": pair.method,
         "clearance": pair.clearance,
         "damping": law.damping,
-        "friction": _friction(law),
+        "friction": friction_of(law),
     }
     if law.law == "tabular":
         table["overclosure"] = law.curve
@@ -301,7 +307,8 @@ def _contact(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any
     return table
 
 
-def _friction(law: Interaction) -> float | dict[str, float]:
+def friction_of(law: Interaction) -> float | dict[str, float]:
+    """As a contact table has it."""
     static, kinetic, decay = law.friction
     return static if static == kinetic else {"static": static, "kinetic": kinetic, "decay": decay}
 

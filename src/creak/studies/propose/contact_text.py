@@ -34,6 +34,8 @@ PRECHECK = "the pre-check keeps those that a linear run all but closes."
 
 
 def _where(c: Contact, unit: str) -> list[str]:
+    if c.deck:
+        return [f"# Contact pair of the deck ({c.deck}): {c.how_far(unit)} at node {c.place}."]
     first = f"The edge of {c.parts[0]}" if c.edge else c.secondary
     second = f"that of {c.main}" if c.question == EDGES else c.main
     lines = [f"# {first} and {second}: {c.how_far(unit)} at node {c.place}; {c.near} {_counted(c)}."]
@@ -65,18 +67,26 @@ def _table(c: Contact, unit: str) -> list[str]:
         key_line("secondary", c.secondary, "its nodes become the gap channels"),
         key_line("main", c.main, "what they may touch"),
     ]
-    if c.method == "node-to-surface":
+    if c.method == "node-to-surface" and c.deck:
+        lines.append(key_line("method", c.method, "as the deck says"))
+    elif c.method == "node-to-surface":
         why = "an edge has no area" if c.edge else "a node set has no area"
         lines.append(key_line("method", c.method, f"{why}: its nodes are looked at one by one"))
     if c.clearance is not None:
         lines.append(key_line("clearance", c.clearance, f"{unit}, of all channels, instead of the drawn gap"))
     if c.normal is not None:
         lines.append(key_line("normal", list(c.normal), f"from {c.main} to the side on which the other stands"))
-    return [
-        *lines,
-        key_line("stiffness", "auto", "from the elements, no stiffer than the step resolves"),
-        key_line("friction", 0.0, "coefficient; squeak needs one"),
-    ]
+    law = {**({} if "overclosure" in c.law else {"stiffness": "auto"}), "friction": 0.0, **c.law}
+    return [*lines, *(key_line(key, value, _of_law(c, key, value)) for key, value in law.items())]
+
+
+def _of_law(c: Contact, key: str, value: object) -> str:
+    """What a comment says of a key of the law."""
+    if key == "stiffness" and value == "auto":
+        return "from the elements, no stiffer than the step resolves"
+    if key == "friction" and key not in c.law:
+        return "coefficient; the deck has none for it, squeak needs one" if c.deck else "coefficient; squeak needs one"
+    return "of the deck's *SURFACE INTERACTION"
 
 
 def named_nodes(name: str, labels: Sequence[str]) -> list[str]:

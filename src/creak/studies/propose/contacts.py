@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -86,6 +87,10 @@ class Contact:
     """Labels of the nearest nodes of two edges."""
     picture: str = ""
     """File beside the study that shows it; empty: none is drawn."""
+    deck: str = ""
+    """file:line of the deck's own contact pair; empty: it was found by what is near."""
+    law: Mapping[str, Any] = field(default_factory=dict)
+    """Keys of its table that the deck gives: stiffness or overclosure, friction, damping."""
 
     @property
     def live(self) -> bool:
@@ -99,12 +104,20 @@ class Contact:
 
 
 def find_contacts(
-    model: Model, near: Sequence[Near], distance: float, progress: Progress, keep: Keep | None = None
+    model: Model,
+    near: Sequence[Near],
+    distance: float,
+    progress: Progress,
+    keep: Keep | None = None,
+    of_deck: Sequence[Contact] = (),
 ) -> tuple[Contact, ...]:
     """The contacts of what is near, those that are sure first; none where a tie holds both sides together.
 
     keep : takes what is searched, for who searches the same contacts later.
+    of_deck : pairs of the deck, which stand in place of what is near between their parts.
     """
+    done = {frozenset(c.parts) for c in of_deck if not c.problem}
+    near = [n for n in near if frozenset(n.parts) not in done]
     found: list[Contact] = []
     for k, n in enumerate(near):
         progress("try the contacts", k, len(near))
@@ -114,8 +127,9 @@ def find_contacts(
     found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
     names, titles = dict[str, int](), titles_of(model)
     out = []
-    for c in sorted(found, key=lambda c: not c.live):
-        c = replace(c, name=_pair_name([titles.get(part, part) for part in c.parts]))
+    for c in sorted([*of_deck, *found], key=lambda c: not c.live):
+        ends = (c.secondary, c.main) if c.deck else [titles.get(part, part) for part in c.parts]
+        c = replace(c, name=_pair_name(ends))
         k = names[c.name] = names.get(c.name, 0) + 1
         if k > 1:
             own = f"{c.secondary}_{k}" if c.labels else c.secondary
@@ -157,7 +171,7 @@ def _without_pressed(model: Model, n: Near, c: Contact, keep: Keep | None) -> li
     if not away.nodes.size:
         return [replace(c, question=PRESSED)]
     if all(b.kind in FACES for b in model.blocks if model.parts[b.part].name == c.parts[0]):
-        apart = [_tried(model, _nodes(model, away, c.parts, c.main, "near"), keep)]
+        apart = [tried(model, _nodes(model, away, c.parts, c.main, "near"), keep)]
     else:
         apart = _by_nodes(model, n, away, side, [c.main], keep)
     return [*apart, replace(c, question=PRESSED)] if any(a.live for a in apart) else [c]
@@ -183,19 +197,19 @@ def _surfaces(
     """The pair with the finer side as secondary; the other way round where that does not work."""
     fine = len(n.elements[0]) >= len(n.elements[1])
     orders = ((0, 1), (1, 0)) if fine else ((1, 0), (0, 1))
-    tried = []
+    each = []
     for a, b in orders:
         parts = (n.parts[a], n.parts[b])
         drawn = _drawn(model, met, _pair_name(parts), parts, len(n.elements[a]), len(members[a]))
         plain = replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))
-        tried.append(_tried(model, plain, keep))
-        if not tried[-1].problem:
-            return tried[-1]
+        each.append(tried(model, plain, keep))
+        if not each[-1].problem:
+            return each[-1]
         by_side = _by_side(model, names[a], names[b])
-        sided = [_tried(model, replace(plain, secondary=s, main=m), keep) for s, m in by_side]
+        sided = [tried(model, replace(plain, secondary=s, main=m), keep) for s, m in by_side]
         if good := [c for c in sided if not c.problem]:
             return min(good, key=lambda c: abs((c.start or 0.0) - c.gap))
-    return _closed(met, tried[0]) if tried[0].question else tried[0]
+    return _closed(met, each[0]) if each[0].question else each[0]
 
 
 def _by_side(model: Model, secondary: str, main: str) -> list[tuple[str, str]]:
@@ -220,7 +234,7 @@ def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str], 
         clearance = max(float(f"{near.gap.mean():.4g}"), 0.0)
         question = _overlaps(near) or ("" if even or thick <= 0.0 else UNEVEN)
         c = replace(drawn, clearance=clearance if thick > 0.0 else None, question=question)
-        found.append(_tried(model, c, keep))
+        found.append(tried(model, c, keep))
     return found
 
 
@@ -231,7 +245,7 @@ def _of_edge(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
         over = n.met.where(np.isin(n.met.element, numbers_of(model, main)))
         for met in _by_direction(over):
             drawn = replace(_nodes(model, met, n.parts, main, "edge"), edge=True)
-            found.append(_tried(model, _sided(met, drawn), keep))
+            found.append(tried(model, _sided(met, drawn), keep))
     if found:
         return found
     problem = f"the deck has no surface or element set of {n.parts[1]} alone that is near"
@@ -304,7 +318,7 @@ def _ends(model: Model, n: Near, _: Keep | None) -> list[Contact]:
     return [replace(drawn, edge=True, question=EDGES, ends=(drawn.place, model.nodes.label(int(nearest))))]
 
 
-def _tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
+def tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
     """With its channels, or what keeps it from having any."""
     pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal)
     if c.labels:
@@ -318,8 +332,10 @@ def _tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
         return replace(c, problem=TIED)
     operator = operator.select(np.flatnonzero(~stuck))
     gap0 = np.where(np.abs(operator.gap0) > ROUND_OFF * np.ptp(model.nodes.coords), operator.gap0, 0.0)
-    closed = int((gap0 <= TOUCHING * gap0.max(initial=0.0)).sum())
-    return replace(c, channels=operator.m, start=float(gap0.min()), closed=closed)
+    closed, k = int((gap0 <= TOUCHING * gap0.max(initial=0.0)).sum()), int(gap0.argmin())
+    place = c.place or model.nodes.label(int(operator.nodes_idx[k]))
+    gap = c.gap if c.place else float(gap0[k])
+    return replace(c, channels=operator.m, start=float(gap0[k]), closed=closed, place=place, gap=gap)
 
 
 def _pair_name(parts: Sequence[str]) -> str:

@@ -16,6 +16,7 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.contacts import Contact, find_contacts
+from creak.studies.propose.deck_pairs import deck_pairs, general_law
 from creak.studies.propose.joints import joints_of
 from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
 from creak.studies.warned import Warned
@@ -79,6 +80,8 @@ class Proposal:
     """What joins parts in the deck, a line each."""
     beams: tuple[str, ...] = ()
     """Parts of beams that are near others, a sentence each."""
+    flaws: tuple[str, ...] = ()
+    """What of the deck's own contact is not taken over, a sentence each."""
 
     @property
     def untouched(self) -> str:
@@ -118,7 +121,9 @@ def propose(
     skins = skins_of(model)
     near = near_parts(model, skins, distance, far)
     progress("look for parts near each other", 1, 1)
-    contacts = find_contacts(model, near, distance, progress, keep)
+    contacts, law = find_contacts(model, near, distance, progress, keep, deck_pairs(model, keep)), general_law(model)
+    contacts = tuple(c if c.deck else replace(c, law=law) for c in contacts)
+    flaws = () if model.contact is None else model.contact.flaws
     held = held_dofs(model)
     drive = _drive(model, held, contacts)
     return Proposal(
@@ -135,6 +140,7 @@ def propose(
         _outputs(model),
         joints_of(model),
         tuple(Warned(said) for said in near_beams(model, skins, distance)),
+        tuple(Warned(f"contact of the deck that is not taken over: {said}") for said in flaws),
     )
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 
 from creak.errors import InputError, suggest
@@ -10,7 +11,7 @@ from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import qualified
 from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Outline, list_params
-from creak.model.steps import Interaction, SurfacePair
+from creak.model.steps import DeckContact, Interaction, SurfacePair
 
 OPTIONS = ("SURFACE BEHAVIOR", "FRICTION", "CONTACT DAMPING")
 KEYWORDS = ("CONTACT PAIR", "SURFACE INTERACTION", "CLEARANCE", *OPTIONS)
@@ -22,8 +23,48 @@ _PAIR = (
 )
 
 
-def read_interactions(deck: Outline, blocks: Iterable[Block]) -> dict[str, Interaction]:
+def described_contact(deck: Outline, surfaces: Iterable[str]) -> DeckContact | None:
+    """Contact pairs, their interactions and that of general contact, for a study of the deck; nothing is listed of it.
+
+    What is wrong with them stops nothing, but is told as a flaw.
+    """
+    deck, known, flaws = replace(deck, unread={}), set(surfaces), list[str]()
+    interactions = read_interactions(deck, deck.set_aside, flaws)
+    found, sets, everywhere = dict[tuple[str, str], SurfacePair](), dict[str, list[int]](), ""
+    for block in (*deck.set_aside, *(b for step in deck.steps for b in step.blocks)):
+        if block.name == "CONTACT PAIR":
+            with _noted(flaws):
+                for p in _pairs(deck, block, interactions, known):
+                    found[p.secondary, p.main] = p
+                    sets.setdefault(block.get("CPSET").upper(), []).append([*found].index((p.secondary, p.main)))
+        elif block.name == "CONTACT PROPERTY ASSIGNMENT":
+            rows = [[*fields, "", ""][:3] for fields, _ in block.rows(blanks=True)]
+            everywhere = next((r[2].upper() for r in rows if not (r[0] or r[1])), everywhere)
+    pairs, everywhere = list(found.values()), everywhere if everywhere in interactions else ""
+    for block in deck.set_aside:
+        if block.name == "CLEARANCE":
+            with _noted(flaws):
+                _clear(deck, block, pairs, sets, known)
+    return DeckContact(interactions, tuple(pairs), everywhere, tuple(flaws)) if pairs or everywhere or flaws else None
+
+
+@contextmanager
+def _noted(flaws: list[str] | None) -> Iterator[None]:
+    """What is wrong inside, as one more flaw; an error where nobody takes flaws."""
+    try:
+        yield
+    except InputError as error:
+        if flaws is None:
+            raise
+        flaws.append(str(error))
+
+
+def read_interactions(deck: Outline, blocks: Iterable[Block], flaws: list[str] | None = None) -> dict[str, Interaction]:
     """Interactions by name, upper case; options belong to the *SURFACE INTERACTION before them.
+
+    Parameters
+    ----------
+    flaws : takes what is wrong with an option, which is left out then; None: that is an error.
 
     Raises
     ------
@@ -48,7 +89,8 @@ def read_interactions(deck: Outline, blocks: Iterable[Block]) -> dict[str, Inter
                     where=block.where,
                     fix="Put it after its *SURFACE INTERACTION.",
                 )
-            result[name] = _RULES[block.name](deck, block, result[name])
+            with _noted(flaws):
+                result[name] = _RULES[block.name](deck, block, result[name])
     return result
 
 
