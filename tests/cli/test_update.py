@@ -9,6 +9,7 @@ import pytest
 
 from creak.studies.file.reader import read_study
 from helpers_cli import say
+from helpers_decks import write_strips
 from helpers_modal import csv_text, measured_strip, strip_deck
 from helpers_update import KEYS, STUDY, true_modes, write_plate, write_plate_test
 
@@ -113,7 +114,7 @@ WRONG = {
     "section.LEF.thickness": "Did you mean 'section.LEFT.thickness'?",
     "time.end": "time.end is no number of the study or its deck",
     "model.units": "model.units is 'mm-t-s' in the study; expected a number above 0",
-    "verification.f_max": "verification.f_max moves no mode that has a partner",
+    "verification.f_max": "verification.f_max moves no mode that has a partner: no stiffness and no mass depends on it",
     "section.LEFT.thickness=2:3": "section.LEFT.thickness is 1.8 in the study, which the bounds leave out",
     "section.LEFT.thickness=3:2": "has bounds that are none; expected 0 < LOW < HIGH",
     "section.LEFT.thickness=a:3": "has no bounds; expected KEY, or KEY=LOW:HIGH",
@@ -134,6 +135,15 @@ def refused(creak, folder, what, study, test, *words):
     assert what in said.words
     assert said.words.count("creak:") == 1
     assert files(folder) == before
+
+
+def test_a_number_that_moves_other_modes_alone_is_told_with_the_one_it_moves_most(creak, tmp_path):
+    """The test knows the lower strip, the thickness is that of the upper one."""
+    study, test = write_strips(tmp_path), tmp_path / "test.csv"
+    rows = "".join(f"88,{node},z,{value}\n" for node, value in ((1004, 0.06), (1007, 0.25), (1010, 0.56), (1013, 1.0)))
+    test.write_text(f"frequency_hz,sensor,direction,value\n{rows}")
+    told = "section.UPPER.thickness moves no mode that has a partner; of the others most mode 1 at 58.78 Hz"
+    refused(creak, tmp_path, told, study, test, "--parameter", "section.UPPER.thickness")
 
 
 def test_other_mistakes_are_one_message(creak, plate, truth, tmp_path):

@@ -347,11 +347,16 @@ def _require_pairs(case: UpdateCase, before: Correlation, parameters: Sequence[P
 
 
 def _require_moved(search: _Search) -> None:
-    own = search.slopes(search.start)[[p.model for p in search.before.pairs]]
-    still = [p.key for p, column in zip(search.parameters, own.T, strict=True) if np.abs(column).max() < UNMOVED]
-    if still:
+    every, pairs = np.abs(search.slopes(search.start)), [p.model for p in search.before.pairs]
+    for p, column in zip(search.parameters, every.T, strict=True):
+        if column[pairs].max() >= UNMOVED:
+            continue
+        most = int(column.argmax())
+        freq = search.trial(search.start).found.frequencies
+        other = f"; of the others most mode {most + 1} at {freq[most]:.4g} Hz, which the test does not have"
+        why = other if column[most] >= UNMOVED else ": no stiffness and no mass depends on it"
         raise InputError(
-            f"{still[0]} moves no mode that has a partner",
+            f"{p.key} moves no mode that has a partner{why}",
             where=search.case.study.path,
             expected="a number that stiffness or mass of the linear structure depends on; contact is open in it unless "
             "--closed names it",

@@ -17,7 +17,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.parameters import candidates, read_parameters
 from creak.studies.models.trials import Trial, UpdateCase, joined, slopes, tried
 from creak.studies.models.update import sensitivities, update, update_case
-from creak.studies.prepare.structure import modes_up_to
+from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.bounded_fit import bounded_fit
 from creak.verify.mac import mac_matrix
 from helpers_decks import STUDY, write_strips
@@ -70,6 +70,17 @@ def test_slopes_of_a_plate_are_those_of_differences(plate, tmp_path):
         up, down = (np.log(tried(case, {key: value * math.exp(x)}, trial.joined).found.frequencies) for x in (h, -h))
         count = min(up.size, down.size)
         np.testing.assert_allclose(own[:count, j], (up[:count] - down[:count]) / (2.0 * h), atol=1e-5)
+
+
+def test_what_matrices_are_linear_in_takes_one_assembly(plate, tmp_path, monkeypatch):
+    study, true, folder = plate
+    case = update_case(study, write_plate_test(true, folder / "exact.csv"))
+    trial, made, real = tried(case, {}), [], Structure.joined
+    monkeypatch.setattr(Structure, "joined", lambda *x: made.append(1) or real(*x))
+    for key, count in (("material.ALU.youngs_modulus", 1), ("section.FEET.stiffness", 1), (KEYS[0], 2)):
+        made.clear()
+        slopes(case, trial, {}, {key: read_parameters(study, case.model, [key])[0].start})
+        assert len(made) == count
 
 
 def test_parts_that_do_not_change_are_not_assembled_again(tmp_path):
