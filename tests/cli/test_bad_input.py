@@ -54,7 +54,7 @@ DECK_MISTAKES = {
 }
 
 STUDY_MISTAKES = {
-    "no such deck": (('"strips.inp"', '"stripes.inp"'), ["stripes.inp", "Check"]),
+    "no such deck": (('"strips.inp"', '"stripes.inp"'), ["stripes.inp", "Did you mean 'strips.inp'"]),
     "unknown set": (('"ROOT_UPPER"', '"ROOT_UPER"'), ["study.toml:12", "ROOT_UPER", "Did you mean 'ROOT_UPPER'"]),
     "unknown surface": (('"UNDER"', '"UNDR"'), ["UNDR", "[contact.tip]", "Did you mean 'UNDER'"]),
     "misspelt key": (("secondary =", "secondry ="), ["study.toml:7", "secondry", "Did you mean 'secondary'"]),

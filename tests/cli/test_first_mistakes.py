@@ -368,6 +368,14 @@ def test_a_deck_with_the_ending_of_another_format_is_told_its_name(creak, tmp_pa
     assert "Rename it to plate.bdf" in said.err
 
 
+def test_a_name_that_is_nearly_right(creak, tmp_path):
+    study = write_strips(tmp_path)
+    assert "Did you mean 'study.toml'?" in creak("run", study.with_name("stdy.toml")).err
+    assert "Check the path." in creak("run", study.with_name("other.toml")).err
+    said = creak("new", tmp_path / "strips.inp", "--units", "mm").words
+    assert "Invalid value for '--units': 'mm' is not one of 'mm-t-s', 'm-kg-s'" in said
+
+
 def test_a_study_is_no_deck(creak, tmp_path):
     said = creak("info", write_strips(tmp_path))
     assert said.status == 2

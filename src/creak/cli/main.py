@@ -142,7 +142,7 @@ def _run() -> None:
         if type(error).__name__ == "Abort":  # Ctrl-C, as older versions of Typer tell it
             _end("stopped; nothing was written")
         if hasattr(error, "format_message"):  # a usage error of the command line itself
-            _end(f"{error.format_message()} Try: creak --help", WRONG_INPUT)
+            _end(f"{error.format_message().replace('Value error, ', '')} Try: creak --help", WRONG_INPUT)
         raise
 
 

@@ -158,6 +158,13 @@ def looks_along(facets: Facets, rows: IntArray, direction: FloatArray, cosine: f
 
 def never_face(pair: ContactPair, limit: float) -> InputError:
     """The error for surfaces that have no point opposite each other."""
+    if pair.secondary.upper() == pair.main.upper():
+        return InputError(
+            f"surface {pair.secondary!r} touches itself",
+            where=pair.where,
+            expected="two surfaces",
+            fix="creak has no self-contact: name the surface of the other part.",
+        )
     along = "" if pair.normal is None else f" along the normal {list(pair.normal)}"
     sides = "the sides (SPOS, SNEG) of the surfaces" if pair.normal is None else "the sense of the normal"
     return InputError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -248,6 +249,8 @@ def test_surfaces_that_never_face_each_other_are_refused(method):
     model = stacked(offset=(5.0, 0.0))
     with pytest.raises(InputError, match=r"\[contact.stack\].*'TOP' and 'LOW' never face each other"):
         METHODS[method](model, pair())
+    with pytest.raises(InputError, match=r"surface 'LOW' touches itself"):
+        METHODS["surface-to-surface"](model, replace(pair(), secondary="LOW"))
 
 
 def test_wrong_side_never_faces():

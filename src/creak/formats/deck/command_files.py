@@ -7,6 +7,7 @@ Python's functions.
 
 from __future__ import annotations
 
+import difflib
 import errno
 import os
 import re
@@ -112,6 +113,13 @@ def plain_file(path: Path, where: object = "", *, is_input: bool = True) -> Path
     if is_input and _now is not None and _key(found) not in _now.written:
         _now.read.add(_key(found))
     return path
+
+
+def file_meant(path: Path) -> str:
+    """Which file of the folder was probably meant by a name that none has; empty: none is like it."""
+    names = {p.stem: p.name for p in path.parent.glob(f"*{path.suffix}")}
+    close = difflib.get_close_matches(path.stem, names, n=1)
+    return f"Did you mean {names[close[0]]!r}?" if close else ""
 
 
 def will_read(*paths: Path) -> None:

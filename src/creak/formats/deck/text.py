@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.command_files import plain_file
+from creak.formats.deck.command_files import file_meant, plain_file
 from creak.formats.deck.include_budget import IncludeBudget
 
 DEPTH = 50
@@ -39,6 +39,7 @@ def read_bytes(path: Path, included_at: str = "", budget: IncludeBudget | None =
         return path.read_bytes()
     except FileNotFoundError:
         fix = "Give the path relative to the including file." if included_at else "Check the path."
+        fix = file_meant(path) or fix
         raise InputError(f"there is no {what} {path}", where=included_at, fix=fix) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)

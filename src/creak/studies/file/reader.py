@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,9 +11,10 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
 
 from creak.errors import InputError, suggest
-from creak.formats.deck.command_files import plain_file
+from creak.formats.deck.command_files import file_meant, plain_file
 from creak.formats.endings import DECKS, is_deck
 from creak.studies.file.case import Course, Driving, Lines, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
@@ -187,7 +189,7 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
     try:
         text = plain_file(path).read_text(encoding="utf-8-sig")
     except FileNotFoundError as error:
-        raise InputError(f"no such {kind} file: {path}", fix="Check the path.") from error
+        raise InputError(f"no such {kind} file: {path}", fix=file_meant(path) or "Check the path.") from error
     except (OSError, ValueError) as error:
         text = "it is not text in UTF-8" if isinstance(error, UnicodeDecodeError) else str(error)
         reason = getattr(error, "strerror", None) or text
@@ -196,10 +198,22 @@ def read_toml(path: Path, kind: str) -> tuple[dict[str, Any], str]:
         return tomllib.loads(text), text
     except tomllib.TOMLDecodeError as error:
         fix = "Write paths with / instead of \\." if "\\" in str(error) else "Repair that line."
+        comma = DECIMAL_COMMA.search(_line_told(text, str(error)))
+        fix = f"Write {comma[1]}.{comma[2]}: decimals have a point." if comma else fix
         raise InputError(f"not valid TOML: {error}", where=path, fix=fix) from error
     except (ValueError, RecursionError) as error:
         what = "tables or lists nested too deep" if isinstance(error, RecursionError) else "a number of too many digits"
         raise InputError(f"cannot read the {kind} file: it has {what}", where=path, fix="Remove them.") from error
+
+
+DECIMAL_COMMA = re.compile(r"=\s*([-+]?\d+),(\d+)\s*(#|$)")
+QUOTED_NUMBER = re.compile(r"\s*([-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?)\s*[^\d]*$")
+
+
+def _line_told(text: str, message: str) -> str:
+    """The line of a file that a message of the TOML reader tells."""
+    told = re.search(r"at line (\d+)", message)
+    return "" if told is None else text.splitlines()[int(told[1]) - 1]
 
 
 SIGNALS = (
@@ -248,12 +262,25 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
         return InputError(f"[{keys[0]}] is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
-    if problem["type"].startswith(("float_", "bool_")):
-        message += _words_beside(error, loc)
+    words = _words_beside(error, loc) if problem["type"].startswith(("float_", "bool_")) else ""
+    message += words
     got = problem["input"]
     shown = "" if isinstance(got, dict) else f" = {got!r}"
     text = f"{message[:1].lower()}{message[1:]}"
-    return InputError(f"{name}{shown}: {text}" if name else text, where=where, fix="Correct the value.")
+    return InputError(f"{name}{shown}: {text}" if name else text, where=where, fix=_fix(problem, words))
+
+
+def _fix(problem: ErrorDetails, words: str) -> str:
+    """What to write instead of a wrong value, where that can be told; systems of units are no slips of each other."""
+    got, fix = problem["input"], "Correct the value."
+    if not isinstance(got, str) or problem["loc"][-1] == "units":
+        return fix
+    number = QUOTED_NUMBER.match(got) if problem["type"].endswith("_parsing") else None
+    if number:
+        return f"Write {number[1].replace(',', '.')}, without quotes and unit."
+    words = str(problem["ctx"]["expected"]) if problem["type"] == "literal_error" else words
+    meant = suggest(got, re.findall(r"'([^']+)'", words))
+    return meant if meant.startswith("Did") else fix
 
 
 def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:

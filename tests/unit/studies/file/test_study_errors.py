@@ -330,6 +330,24 @@ def test_broken_toml_is_explained_with_its_line(tmp_path):
     assert re.search(r"not valid TOML.*line 21", told), told
 
 
+SLIPS = {
+    "a unit": ("end = 0.2", 'end = "0.2 s"', "Write 0.2, without quotes and unit."),
+    "a comma": ("end = 0.2", "end = 0,2  # s", "Write 0.2: decimals have a point."),
+    "a capital": ('dof = "x"\nkind', 'dof = "X"\nkind', "Did you mean 'x'?"),
+    "a letter": ("f_max = 400", 'f_max = "atuo"', "Did you mean 'auto'?"),
+    "a deck": ('deck = "mass.inp"', 'deck = "mas.inp"', "Did you mean 'mass.inp'?"),
+    "no slip": ('deck = "mass.inp"', 'deck = "mass.inp"\nunits = "mm-kg-s"', "Correct the value."),
+}
+
+
+@pytest.mark.parametrize("slip", SLIPS)
+def test_what_was_meant_is_told(slip, tmp_path):
+    before, after, fix = SLIPS[slip]
+    assert before in STUDY
+    error = refusal(lambda: set_up(read_study(written(tmp_path, STUDY.replace(before, after)))))
+    assert error.fix == fix
+
+
 def test_missing_study_and_missing_deck(tmp_path):
     with pytest.raises(InputError, match="no such study file"):
         read_study(tmp_path / "none.toml")
