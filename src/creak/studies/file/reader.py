@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
@@ -231,12 +231,28 @@ SIGNALS = (
 )
 OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
 """Errors of union members that the value was not meant for."""
+KINDS = {
+    "string": "a text in quotes",
+    "list": "a list in brackets",
+    "tuple": "a list in brackets",
+    "float": "a number",
+    "int": "a whole number",
+    "bool": "true or false",
+    "model": "a table",
+    "dict": "a table",
+}
+"""First word of an error of a value of another kind -> what is expected."""
 
 
 def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel] = StudyConfig) -> InputError:
     """The first problem of a validation, in the words of the file; `root` is what the file was checked against."""
     # A misspelt key explains a missing one; of a union the member that was meant explains more than the others.
-    problem = min(error.errors(), key=lambda e: (e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER))
+    named = {f.alias or name for name, f in root.model_fields.items() if get_origin(f.annotation) is dict}
+
+    def rank(e: ErrorDetails) -> tuple[bool, bool, bool]:
+        return not _is_nameless(e, named), e["type"] != "extra_forbidden", e["type"] in OTHER_MEMBER
+
+    problem = min(error.errors(), key=rank)
     loc = problem["loc"]
     keys = tuple(k for k, before in zip(loc, (None, *loc), strict=False) if not _is_tag(k, before))
     where = f"{path}:{line_of(text, keys)}"
@@ -244,6 +260,8 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     if problem["type"] == "extra_forbidden":
         known = _known_keys(problem["loc"][:-1], root)
         return InputError(f"unknown key {name!r}", where=where, fix=suggest(str(keys[-1]), known))
+    if problem["type"] == "missing" and isinstance(keys[-1], int):
+        return InputError(f"{dotted(keys[:-1])} has {keys[-1]} value(s)", where=where, expected="one more at least")
     if problem["type"] == "missing":
         return InputError(f"{name!r} is missing", where=where, fix="Add it.")
     if problem["type"] == GONE:
@@ -259,9 +277,13 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
         return InputError(
             f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}", fix=suggest(str(got), kinds)
         )
-    if (header := _right_header(problem["type"], keys)) and isinstance(problem["input"], dict | list):
-        return InputError(f"[{keys[0]}] is not how such a table starts", where=where, fix=f"Write {header}.")
+    if header := _right_header(problem, keys, named):
+        written = f"[[{keys[0]}]]" if isinstance(problem["input"], list) else f"[{keys[0]}]"
+        return InputError(f"{written} is not how such a table starts", where=where, fix=f"Write {header}.")
     message = problem["msg"].removeprefix("Value error, ")
+    kind, _, how = problem["type"].partition("_")
+    if kind in KINDS and how in ("type", "parsing", "from_float"):
+        message = f"input should be {KINDS[kind]}"
     words = _words_beside(error, loc) if problem["type"].startswith(("float_", "bool_")) else ""
     message += words
     got = problem["input"]
@@ -283,13 +305,20 @@ def _fix(problem: ErrorDetails, words: str) -> str:
     return meant if meant.startswith("Did") else fix
 
 
-def _right_header(kind: str, keys: tuple[int | str, ...]) -> str:
+def _is_nameless(problem: ErrorDetails, named: Collection[str]) -> bool:
+    """Whether a key stands where a table should: [NAME] was left out."""
+    return problem["type"] == "model_type" and len(problem["loc"]) == 2 and problem["loc"][0] in named
+
+
+def _right_header(problem: ErrorDetails, keys: tuple[int | str, ...], named: Collection[str]) -> str:
     """How the table of a wrong header is written; empty where the header is right."""
-    if len(keys) == 2 and kind == "model_type":  # [NAME] left out: a key stands where a table should
+    kind, given = problem["type"], problem["input"]
+    if _is_nameless(problem, named):
         return f"[{keys[0]}.NAME]"
-    if len(keys) != 1:
+    if len(keys) != 1 or not isinstance(given, dict | list):
         return ""
-    return {"list_type": f"[[{keys[0]}]]", "dict_type": f"[{keys[0]}.NAME]"}.get(kind, "")
+    headers = {"list_type": f"[[{keys[0]}]]", "dict_type": f"[{keys[0]}.NAME]", "model_type": f"[{keys[0]}]"}
+    return headers.get(kind, "")
 
 
 def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:

@@ -153,13 +153,13 @@ MISTAKES = {
         "[reduction]",
         '[reference]\nrun = "spot"\n[reduction]',
         "run",
-        r"reference\.run = 'spot': .*valid boolean, or 'spots', 'whole' or 'none'",
+        r"reference\.run = 'spot': .*true or false, or 'spots', 'whole' or 'none'",
     ),
     "a number for true": (
         "[reduction]",
         "[reference]\nrun = 1\n[reduction]",
         "run",
-        r"reference\.run = 1: .*valid boolean, or 'spots', 'whole' or 'none'",
+        r"reference\.run = 1: .*true or false, or 'spots', 'whole' or 'none'",
     ),
     "f_max below the excitation": (
         "f_max = 400",
@@ -328,6 +328,26 @@ def test_message_gives_the_line(mistake, tmp_path):
 def test_broken_toml_is_explained_with_its_line(tmp_path):
     told = refused(tmp_path, STUDY.replace("f_max = 400", "f_max = = 400"))
     assert re.search(r"not valid TOML.*line 21", told), told
+
+
+HEADERS = {
+    "[time]\n": ("[[time]]\n", "[[time]] is not how such a table starts", "Write [time]."),
+    "[excitation.base]": ("[excitation]", "[excitation] is not how such a table starts", "Write [excitation.NAME]."),
+    'nodes = ["MASS"]': (
+        "nodes = 1",
+        "connector.0.nodes = 1: input should be a list in brackets",
+        "Correct the value.",
+    ),
+    "[reduction]": ("[listener.a]\nposition = [1, 2]\n[reduction]", "listener.a.position has 2 value(s)", ""),
+}
+
+
+@pytest.mark.parametrize("header", HEADERS)
+def test_a_value_of_another_kind_is_told_in_the_words_of_the_file(header, tmp_path):
+    other, what, fix = HEADERS[header]
+    assert header in STUDY
+    error = refusal(lambda: read_study(written(tmp_path, STUDY.replace(header, other))))
+    assert (error.what, error.fix) == (what, fix)
 
 
 SLIPS = {

@@ -66,7 +66,7 @@ def text_without_mark(path: Path) -> str:
         ('base = "study.toml"\nseeds = [-1]', ["sweep.toml:2", "greater than or equal to 0"]),
         ('base = "study.toml"', ["changes nothing"]),
         ('base = "study.toml"\nseeds = [3, 3]', ["seeds lists 3 twice"]),
-        ('base = "study.toml"\n[grid]\n"reduction.f_max" = 3', ["sweep.toml:3", "valid list"]),
+        ('base = "study.toml"\n[grid]\n"reduction.f_max" = 3', ["sweep.toml:3", "a list in brackets"]),
         ('base = "study.toml"\n[grid]\n"reduction.f_max" = []', ["sweep.toml:3", "at least 1"]),
         ('base = "study.toml"\n[grid]\nreduction.f_max = [3]', ['one by one and in quotes: "reduction.f_max"']),
         ('base = "study.toml"\n[[case]]\nname = "a"\nchanges = { reduction.f_max = 3 }', ['"reduction.f_max"']),
