@@ -85,14 +85,36 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
 def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, float], at: float) -> Piece | None:
     """One that begins at the share `at` of where it may begin; None where the window does not hold it."""
     H, friction = float(ends[1] - ends[0]), place.rub.friction
-    parts, lasts = fewest, ENOUGH * H / fewest
+    last, parts = min(window[1], float(ends[-1])), fewest
     if friction is not None and friction.rate is not None:
-        lasts = min(SLIPS / friction.rate, 0.5 * (window[1] - window[0]))
-        while parts > 1 and lasts * parts > LONGEST * STEPS * H:
+        begin, end = _slips(friction.slips, (window[0], last), at, LONGEST * STEPS * H)
+        while parts > 1 and (end - begin) * parts > LONGEST * STEPS * H:
             parts //= 2
-    last = min(window[1], float(ends[-1])) - lasts
-    if last <= window[0]:
+    else:
+        lasts = ENOUGH * H / fewest
+        begin = window[0] + at * (last - lasts - window[0])
+        end = begin + lasts
+    if begin < window[0]:
         return None
-    first = max(0, int(np.searchsorted(ends, window[0] + at * (last - window[0]), side="right")) - 1)
-    steps = min(LONGEST * STEPS, math.ceil(lasts / H * parts), (ends.size - 1 - first) * parts)
+    first = max(0, int(np.searchsorted(ends, begin, side="right")) - 1)
+    steps = min(LONGEST * STEPS, math.ceil((end - begin) / H * parts), (ends.size - 1 - first) * parts)
     return Piece(first, parts, steps, place)
+
+
+def _slips(
+    slips: Sequence[tuple[float, float]], window: tuple[float, float], at: float, longest: float
+) -> tuple[float, float]:
+    """From one stick to another, `SLIPS` slips later or as many as there are.
+
+    A slip that is cut tells more of when it begins than of what it takes.
+    """
+    starts, ends = np.array(slips).T
+    middle = 0.5 * (ends[:-1] + starts[1:])
+    half = 0.5 * float(np.median(starts[1:] - ends[:-1]))
+    first, last = max(window[0], starts[0] - half), min(window[1], ends[-1] + half)
+    sticks = np.concatenate([[first], middle, [last]])
+    count = min(SLIPS, len(slips))
+    while count > 1 and sticks[count] - sticks[0] > longest:
+        count -= 1
+    k = int(at * (len(slips) - count + 1))
+    return float(sticks[k]), float(sticks[k + count])

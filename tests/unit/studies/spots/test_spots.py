@@ -17,6 +17,7 @@ from creak.studies.run.integrate import flowing
 from creak.studies.spots.check import _few_decide, check_spots
 from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
+from creak.studies.spots.rubs import _slips
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch
@@ -100,6 +101,18 @@ def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name, end):
     friction = result.convergence.rubs[0].figures["friction_energy"]
     assert friction.beside["unreduced"] < 0.02
     assert "Friction and lasting contact against the unreduced model" in result.page(0.0)
+
+
+@pytest.mark.parametrize("at", [0.0, 0.4, 0.999])
+@pytest.mark.parametrize(("longest", "count"), [(1.0, 8), (0.035, 2)])
+def test_a_piece_of_stick_slip_cuts_no_slip(at, longest, count):
+    """40 slips of 3 ms, 7 to 13 ms from one to the next: eight of them, or as many as its steps go through."""
+    starts = 0.05 + np.cumsum(np.random.default_rng(2).uniform(7e-3, 13e-3, 40))
+    slips = [(t, t + 3e-3) for t in starts.tolist()]
+    begin, end = _slips(slips, (0.0, 1.0), at, longest)
+    inside = [begin <= a and b <= end for a, b in slips]
+    assert sum(inside) == (count if longest > 0.1 else pytest.approx(count, abs=1))
+    assert all(whole or b < begin or a > end for whole, (a, b) in zip(inside, slips, strict=True))
 
 
 def test_a_complete_model_that_begins_with_its_blow_needs_no_spot_check(tmp_path):
