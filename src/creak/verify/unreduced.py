@@ -173,6 +173,13 @@ class Structure:
         found = [x for s in self.weighed if (x := s.error("impulse")) is not None]
         return float("inf") if np.isnan(found).any() else max(found, default=0.0)
 
+    @property
+    def impulse_error(self) -> float:
+        """The largest of these errors as an impulse; infinite as there."""
+        if not np.isfinite(self.of_impulses):
+            return float("inf")
+        return max((x * s.event.impulse for s in self.weighed if (x := s.error("impulse")) is not None), default=0.0)
+
     def inherited(self, event: Event) -> float:
         """What the error of earlier impulses moves of an event: the largest that a spot check found, as a share of the
         checked impulse, and no more than it is of the event's own.
@@ -180,10 +187,7 @@ class Structure:
         A check begins at the reduced model's state, which has these errors already.
         """
         most = self.of_impulses
-        if not np.isfinite(most) or not event.impulse > 0.0:
-            return most
-        sizes = [x * s.event.impulse for s in self.weighed if (x := s.error("impulse")) is not None]
-        return min(most, max(sizes, default=0.0) / event.impulse)
+        return min(most, self.impulse_error / event.impulse) if event.impulse > 0.0 else most
 
     def spread(self, name: str, event: Event) -> float:
         """Within this lies the difference of an event that was not looked at, by those that were.

@@ -111,11 +111,12 @@ def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[Even
     """The events with what the unreduced model makes of them, and what errors of those before pass on to them.
 
     How sensitive an event is show the runs that change contact or the structure (`PERTURBED`): where they move the
-    impulses before by a share c at most and a figure of the event by x, an error e of those impulses moves it by
-    e x / c, e being the largest that a spot check found. What is more than e, which `Structure.change` has already, is
-    added. A hard blow that is off by 1 % may so leave a faint one after it off by a fifth, or take it away. Where c is
-    below a tenth of e (`FARTHEST`) x is what the run changes by itself, and no more than tenfold of it is told.
-    Durations hang on the last of many touches, in those runs as well, and tell nothing of this.
+    impulses before by c at most and a figure of the event by the share x, an error e of those impulses moves it by
+    e x / c, e being the largest that a spot check found. What is more than `Structure.inherited` is added. A hard blow
+    that is off by 1 % may so leave a faint one after it off by a fifth, or take it away; a faint one that is off by a
+    half does nothing to a hard one. Where c is below a tenth of e (`FARTHEST`) x is what the run changes by itself, and
+    no more than tenfold of it is told. Durations hang on the last of many touches, in those runs as well, and tell
+    nothing of this.
     """
     ended = sorted(events, key=lambda e: e.event.t_end)
     ends = np.array([e.event.t_end for e in ended])
@@ -129,9 +130,9 @@ def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[Even
 
 
 def _most_moved(ended: Sequence[EventSettling], family: str) -> FloatArray:
-    """(n,) largest share by which a family changes an impulse, of the first 1, 2, ... n events; impulses that its run
+    """(n,) by how much a family changes an impulse at most, of the first 1, 2, ... n events; impulses that its run
     lacks are no measure of what was changed."""
-    by = np.array([abs(e.figures["impulse"].changes.get(family, 0.0)) for e in ended])
+    by = np.array([abs(e.figures["impulse"].changes.get(family, 0.0)) * e.event.impulse for e in ended])
     return np.maximum.accumulate(np.where(np.isfinite(by), by, 0.0))
 
 
@@ -140,16 +141,18 @@ def _passed_on(e: EventSettling, before: dict[str, float], structure: Structure)
 
     Parameters
     ----------
-    before : family -> largest share by which it changes an impulse before; empty: there is none.
+    before : family -> how much it changes an impulse before at most; empty: there is none.
     """
-    figures, lasts = {}, e.event.t_end - e.event.t_start
+    figures, lasts, error = {}, e.event.t_end - e.event.t_start, structure.impulse_error
+    least = max(error / FARTHEST, ROUND_OFF * e.event.impulse)
     for name, f in e.figures.items():
         by, unit = structure.change(name, e.event), lasts if name in TIMES else 1.0
         if before and name != "duration" and not structure.begins_anew(e.event):
-            least = max(structure.of_impulses / FARTHEST, ROUND_OFF)
-            magnified = [_moved(f, family, unit) / max(most, least) for family, most in before.items()]
-            if (more := max(magnified, default=0.0) - 1.0) > 0.0:
-                by += structure.of_impulses * more * unit
+            passed = max(
+                (error * _moved(f, family, unit) / max(most, least) for family, most in before.items()), default=0.0
+            )
+            if passed > (known := structure.inherited(e.event)):
+                by += (passed - known) * unit
         figures[name] = replace(f, beside={UNREDUCED: by})
     return replace(e, figures=figures)
 
