@@ -242,6 +242,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
         for t in whole
     ]
     causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
+    causes += [e.figures["start"].worst for e in open_ones if e.torn and e.figures["start"].worst]
     causes += [t.worst for t in whole if t.worst]
     return (*said, *_remedy(causes, c))
 
