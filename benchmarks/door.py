@@ -35,7 +35,7 @@ class Door:
 
     def reduced(self) -> ReducedModel:
         """Its Craig-Bampton model."""
-        return reduce_model(self.setup, self.reference, self.gaps, silent)
+        return reduce_model(self.setup.reduction, self.reference, self.gaps, silent)
 
 
 def door_study(folder: Path) -> Study:
@@ -48,7 +48,8 @@ def door(mesh_size: float) -> Door:
     with tempfile.TemporaryDirectory() as folder:
         write_door(mesh_size, Path(folder))
         setup = set_up(door_study(Path(folder)))
-    reference = build_reference(setup, silent)
-    smallest = with_linear_gaps(setup, reference, silent).linear_gaps
-    gaps, _ = prechecked(setup.study.config.precheck, setup.contacts, smallest)
+    reference = build_reference(setup.structure, setup.band, silent)
+    table = setup.study.config.precheck
+    smallest = with_linear_gaps(table, setup.reduction, setup.marching, reference, silent).linear_gaps
+    gaps, _ = prechecked(table, setup.contacts, smallest)
     return Door(setup, reference, limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)[0])

@@ -20,7 +20,7 @@ from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.agreement import compare_modes
 from creak.studies.run.one_run import Run, march_run
-from creak.studies.run.precheck import linear_course
+from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.sweep.cases import changed
 from creak.verify.matching import match_events
 from creak_thesis.door import LOADS, write_door
@@ -36,7 +36,7 @@ class Bench:
     def __init__(self, mesh_size: float, changes: Mapping[str, Any] | None = None, load: str = "A4") -> None:
         self.mesh_size, self.load, self._changes = mesh_size, load, dict(changes or {})
         self.setup = self._set_up({f"{SIGNAL}.amplitude": LOADS[load]})
-        self.reference: ReferenceModel = build_reference(self.setup, silent)
+        self.reference: ReferenceModel = build_reference(self.setup.structure, self.setup.band, silent)
         self._closest = {load: self._linear(load) for load in ("A2", "A3", "A4")}
         self.gaps: GapOperator = self.setup.contacts.select(np.flatnonzero(self._closest[load] <= self._margin))
         self._models: dict[str, ReducedModel] = {}
@@ -58,8 +58,8 @@ class Bench:
 
     def _linear(self, load: str) -> Any:
         setup = self.under(LOADS[load])
-        of = setup.structure, setup.reduction, setup.exterior, setup.marching
-        return linear_course(*of, self.reference, silent)[0]
+        of = setup.study.config.precheck, setup.reduction, setup.marching
+        return with_linear_gaps(*of, self.reference, silent).linear_gaps
 
     def kept(self, load: str) -> int:
         """Channels that the pre-check keeps under a load."""
@@ -85,7 +85,7 @@ class Bench:
         key = repr(sorted(table.items()))
         if key not in self._models:
             setup = self.setup.with_tables(reduction=ReductionTable.model_validate(table))
-            self._models[key] = reduce_model(setup, self.reference, self.gaps, silent)
+            self._models[key] = reduce_model(setup.reduction, self.reference, self.gaps, silent)
         return self._models[key]
 
     def run(

@@ -28,7 +28,7 @@ from creak.studies.models.substructures import partition
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.costs import Meter
 from creak.studies.run.forced_step import limited
-from creak.studies.run.precheck import linear_course
+from creak.studies.run.precheck import with_linear_gaps
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 
@@ -47,7 +47,7 @@ def main() -> None:
         setup = set_up(door_study(Path(folder)))
         read_s = time.perf_counter() - started
     meter = Meter()
-    reference = build_reference(setup, silent)
+    reference = build_reference(setup.structure, setup.band, silent)
     cost = meter.read()
     gaps = closest(setup, reference, given.retained)
     title = f"Door, {6 * setup.model.nodes.count:,} dofs, {reference.system.n:,} free, {gaps.m} channels"
@@ -58,7 +58,7 @@ def main() -> None:
     for row in whole_reduction(setup, reference, gaps):
         console.print(*row)
         table.add_row(*row)
-    cut = partition(setup.structure, setup.reduction, setup.exterior, reference, gaps)
+    cut = partition(setup.reduction, reference, gaps)
     boundaries = [(s.part, s.boundary) for s in cut.substructures]
     for part, boundary in boundaries:
         for row in reduction_cost(part, boundary, setup.band.f_max):
@@ -79,13 +79,13 @@ def main() -> None:
 
 def closest(setup: Setup, reference: ReferenceModel, retained: int) -> GapOperator:
     """The channels that come closest in a linear run, as many as retain about so many dofs in all."""
-    of = setup.structure, setup.reduction, setup.exterior
-    smallest, _ = linear_course(*of, setup.marching, reference, silent)
+    table = setup.study.config.precheck
+    smallest = with_linear_gaps(table, setup.reduction, setup.marching, reference, silent).linear_gaps
     order = np.argsort(smallest, kind="stable")
     low, high = 1, order.size
     while low < high:
         middle = (low + high + 1) // 2
-        cut = partition(*of, reference, setup.contacts.select(np.sort(order[:middle])))
+        cut = partition(setup.reduction, reference, setup.contacts.select(np.sort(order[:middle])))
         count = sum(s.boundary.size for s in cut.substructures)
         low, high = (middle, high) if count <= retained else (low, middle - 1)
     return setup.contacts.select(np.sort(order[:low]))
@@ -96,7 +96,7 @@ def whole_reduction(setup: Setup, reference: ReferenceModel, gaps: GapOperator) 
     compile_kernels()
     gaps, _ = limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)
     meter = Meter()
-    model = reduce_model(setup, reference, gaps, silent)
+    model = reduce_model(setup.reduction, reference, gaps, silent)
     cost = meter.read()
     for _ in range(2):  # the first run may compile
         started = time.perf_counter()

@@ -127,7 +127,8 @@ CASES: tuple[tuple[float, int, Odds, str, str], ...] = (
 
 def reach(path: Path) -> float:
     """Largest motion of the tip under a unit step, from the modes of the unreduced matrices."""
-    system = build_reference(set_up(creak.read_study(path)), lambda *_: None).system
+    setup = set_up(creak.read_study(path))
+    system = build_reference(setup.structure, setup.band, lambda *_: None).system
     tip = int(np.flatnonzero(system.coordinates == 6 * 2 + 2)[0])
     values, shapes = eigh(to_dense(system.K), to_dense(system.M))
     omega, t = np.sqrt(values), np.linspace(0.0, END, 20_001)[:, None]

@@ -22,7 +22,7 @@ LIMIT = "limit 2 x"
 def craig_bampton_cost(door: Door) -> list[Row]:
     """Each part's reduction as the study asks for it."""
     f_max = door.setup.band.f_max
-    cut = partition(door.setup.structure, door.setup.reduction, door.setup.exterior, door.reference, door.gaps)
+    cut = partition(door.setup.reduction, door.reference, door.gaps)
     return [row for sub in cut.substructures for row in reduction_cost(sub.part, sub.boundary, f_max)]
 
 

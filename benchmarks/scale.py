@@ -109,7 +109,7 @@ def measure(folder: Path, f_max: float, log: Log) -> None:
         log.line(f"{name}: saved and checked")
         return with_modes_of_file(setup.band, reduced, path)
 
-    model = reduce_model(setup, reference, gaps, log, Store(store), made)
+    model = reduce_model(setup.reduction, reference, gaps, log, Store(store), made)
     log.line(f"run: {model.retained} retained, {model.modes} modes, {model.system.n} unknowns")
     run = march_run("reduced", setup.marching, setup.observed(gaps), model, gaps, log)
     log.line(f"done: {len(run.events)} events, largest force {run.history.force.max(initial=0.0):.3f}")

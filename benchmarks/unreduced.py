@@ -74,7 +74,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         write_door(given.mesh_size, Path(folder), load=given.load)
         setup = set_up(door_study(Path(folder)))
-    reference = build_reference(setup, silent)
+    reference = build_reference(setup.structure, setup.band, silent)
     gaps = closest(setup, reference, given.retained)
     reference.release()
     gaps, _ = limited(setup.marching, setup.model.nodes.coords, reference.system, gaps)
@@ -90,7 +90,7 @@ def main() -> None:
     full = march_run("unreduced", setup.marching, observed, reference, gaps, lines)
     console.print(cost_line(full))
     table.add_row(*over_hht(full, setup, reference.system, gaps))
-    model = reduce_model(setup, reference, gaps, silent)
+    model = reduce_model(setup.reduction, reference, gaps, silent)
     reduced = march_run("reduced", setup.marching, observed, model, gaps, lines)
     for row in comparison(
         full,

@@ -87,7 +87,7 @@ def full_model(setup: Setup, fastest: float) -> Full:
     ----------
     fastest : Hz, of the excitation.
     """
-    system = build_reference(setup, silent).system
+    system = build_reference(setup.structure, setup.band, silent).system
     gaps = join([setup.contacts, setup.connectors])
     sup = system.supports
     M, K = to_dense(system.M), to_dense(system.K)

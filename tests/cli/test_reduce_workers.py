@@ -157,7 +157,7 @@ def test_a_worker_that_finds_another_deck_says_so(study, tmp_path):
     from creak.studies.file.reader import read_study
 
     setup, reference, gaps, _ = ready(set_up(read_study(study)), lambda *_: None)
-    jobs = part_jobs(setup, reference, gaps, Store(tmp_path / "out"))
+    jobs = part_jobs(setup.reduction, reference, gaps, Store(tmp_path / "out", study=setup.study))
     assert sorted(job.name for job in jobs) == ["LOWER", "UPPER"]
     deck = tmp_path / "strips.inp"
     deck.write_text(deck.read_text().replace("210000", "200000"), encoding="utf-8")

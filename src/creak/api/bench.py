@@ -123,7 +123,7 @@ class Bench:
         setup = self.setup.with_tables(reduction=checked_study(study.path, data, study.text).config.reduction)
         check_frequencies(setup.study.config.reduction, study.config.time, study.driving)
         check_reduction(setup.model, setup.study.config.reduction, setup.study.places)
-        return replace(self, setup=setup, model=reduce_model(setup, self.reference, self.gaps, self.progress))
+        return replace(self, setup=setup, model=reduce_model(setup.reduction, self.reference, self.gaps, self.progress))
 
     def run(self, name: str = "reduced", *, keep: str | Path | None = None) -> Run:
         """March the model through its loads; a run that stops early has `Run.stopped`.
@@ -208,10 +208,11 @@ def make_bench(
     positions = None if at is None else _positions(at)
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
         compiled(report, steps=True)
-    reference = build_reference(setup, report)
+    reference = build_reference(setup.structure, setup.band, report)
     if positions is None:
-        smallest = with_linear_gaps(setup, reference, report).linear_gaps
-        kept, _ = prechecked(setup.study.config.precheck, setup.contacts, smallest)
+        table = setup.study.config.precheck
+        smallest = with_linear_gaps(table, setup.reduction, setup.marching, reference, report).linear_gaps
+        kept, _ = prechecked(table, setup.contacts, smallest)
     else:
         kept = setup.contacts.select(_at(setup.model.nodes.coords[setup.contacts.nodes_idx], positions))
     coords = setup.model.nodes.coords

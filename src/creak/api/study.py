@@ -204,7 +204,7 @@ def run_setup(
     found = evaluate(
         setup,
         progress if progress is not None else silent,
-        store=Store(folder, "last" if keep else "nothing", runner, texts(ignore, "ignore")),
+        store=Store(folder, "last" if keep else "nothing", runner, setup.study, texts(ignore, "ignore")),
         converge=converge,
         record=record,
         changes=changes,

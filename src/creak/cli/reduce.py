@@ -168,10 +168,13 @@ def _reduced(
     try:
         fresh = set[str]()
         if distribution.workers is not None or distribution.scheduler is not None:
-            jobs = part_jobs(setup, reference, gaps, Store(folder, ignore=distribution.ignore))
+            jobs = part_jobs(
+                setup.reduction, reference, gaps, Store(folder, study=setup.study, ignore=distribution.ignore)
+            )
             found = _elsewhere(jobs, output, distribution)
             fresh, checks = set(found), checks | found
-        return _told(reduce_model(setup, reference, gaps, output.progress, Store(folder), made), fresh), checks, notes
+        reduced = reduce_model(setup.reduction, reference, gaps, output.progress, Store(folder), made)
+        return _told(reduced, fresh), checks, notes
     except CreakError:
         if checks:
             output.warn(f"saved: {', '.join(checks)}. The same command goes on from there")

@@ -36,7 +36,7 @@ def silent(*_):
 def outcome(study, store):
     """All motion and forces of a run, what it told, and the model that it marched."""
     setup, reference, gaps, notes = ready(set_up(study, store=store), silent, store)
-    reduced = reduce_model(setup, reference, gaps, silent, Store(store))
+    reduced = reduce_model(setup.reduction, reference, gaps, silent, Store(store))
     history = march_run("reduced", setup.marching, setup.observed(gaps), reduced, gaps, silent).history
     assert history.force.any()
     arrays = [history.time, history.gap, history.force, history.displacement, history.energy, reference.modes.omega2]
@@ -92,7 +92,7 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     monkeypatch.setattr(surface_to_surface, "_searched", lambda *a: pytest.fail("searched"))
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)
-        reduced = reduce_model(setup, reference, gaps, silent, Store(store))
+        reduced = reduce_model(setup.reduction, reference, gaps, silent, Store(store))
         run = FlowRun(reduced.system, gaps, setup.loads, OutputRequest(setup.watched), setup.marching.resolution)
         assert run.model.rows.shape[0] == gaps.m > 0
         assert not any(is_made(part) for part in reference.parts), change
@@ -103,10 +103,14 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
 @pytest.mark.parametrize("change", [{}, {"damping.modal": 0.03}])
 def test_the_pre_check_is_that_of_the_whole_with_its_damping(here, change):
     setup = set_up(with_changes(read_study(here / "study.toml"), change))
-    whole = build_reference(setup, silent)
-    system = in_modes(whole, setup.loads, setup.reduction)
+    whole = build_reference(setup.structure, setup.band, silent)
+    system = in_modes(whole, setup.reduction)
     direct = -largest(-linear_gaps(setup.marching, setup.contacts, system))
-    np.testing.assert_allclose(with_linear_gaps(setup, whole, silent).linear_gaps, direct, rtol=1e-9)
+    np.testing.assert_allclose(
+        with_linear_gaps(setup.study.config.precheck, setup.reduction, setup.marching, whole, silent).linear_gaps,
+        direct,
+        rtol=1e-9,
+    )
 
 
 @pytest.mark.parametrize("change", CHANGES[1::2])

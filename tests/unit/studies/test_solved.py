@@ -90,15 +90,19 @@ def test_nothing_is_kept_without_a_folder_and_not_more_than_a_few(store, tmp_pat
     assert not list((store / "solved").glob("large.*"))
 
 
+def _built(study, store):
+    setup = set_up(study)
+    return build_reference(setup.structure, setup.band, silent, store)
+
+
 def test_a_second_run_finds_the_modes_of_the_assembly(tmp_path, store, monkeypatch):
     """Neither modes nor factor are made again for another gap; another band or mass makes them."""
     study = read_study(write_strips(tmp_path, study=STUDY))
-    first = build_reference(set_up(study), silent, store)
+    first = _built(study, store)
     made = []
     real = reference.modes
     monkeypatch.setattr(reference, "modes", lambda *a, **k: made.append(1) or real(*a, **k))
-    setup = set_up(with_changes(study, {"contact.tip.clearance": 0.4}))
-    second = build_reference(setup, silent, store)
+    second = _built(with_changes(study, {"contact.tip.clearance": 0.4}), store)
     assert not made
     assert second.modes.frequencies == pytest.approx(first.modes.frequencies, rel=1e-14)
     np.testing.assert_array_equal(second.modes.shapes, first.modes.shapes)
@@ -108,11 +112,11 @@ def test_a_second_run_finds_the_modes_of_the_assembly(tmp_path, store, monkeypat
     np.testing.assert_allclose(second.stiffness.solve(b), first.stiffness.solve(b), rtol=1e-9)
     changes = {"damping.modal": 0.02}, {"verification.mac_f_max": 3000.0}
     for change in changes:
-        build_reference(set_up(with_changes(study, change)), silent, store)
+        _built(with_changes(study, change), store)
     assert len(made) == len(changes)
     deck = tmp_path / study.config.model.deck
     deck.write_text(deck.read_text(encoding="utf-8").replace("7.85e-9", "7.86e-9"), encoding="utf-8")
-    build_reference(set_up(study), silent, store)
+    _built(study, store)
     assert len(made) == len(changes) + 1
 
 
@@ -123,8 +127,10 @@ def test_the_linear_run_is_that_of_another_gap_and_of_nothing_else(tmp_path, sto
 
     def gaps(changes, folder=store):
         setup = set_up(with_changes(study, changes))
-        built = build_reference(setup, silent, folder)
-        return precheck.with_linear_gaps(setup, built, silent).linear_gaps
+        built = build_reference(setup.structure, setup.band, silent, folder)
+        return precheck.with_linear_gaps(
+            setup.study.config.precheck, setup.reduction, setup.marching, built, silent
+        ).linear_gaps
 
     gaps({})
     wider = gaps({"contact.tip.clearance": 0.4})
@@ -149,7 +155,7 @@ def test_what_was_checked_is_told_again_of_the_same_superelement_only(tmp_path, 
 
     def found(changes, folder=store):
         setup, built, gaps, _ = ready(set_up(with_changes(study, changes)), silent)
-        reduced = reduce_model(setup, built, gaps, silent)
+        reduced = reduce_model(setup.reduction, built, gaps, silent)
         return health.checked(reduced.superelements, setup.model.nodes, setup.band, silent, folder)
 
     first = found({})

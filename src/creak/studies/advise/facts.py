@@ -41,7 +41,6 @@ from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.case import Course
 from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTable
 from creak.studies.models.of_parts import reference_that_fits
-from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE, solves_for
 from creak.studies.prepare.excitation import Excitation, excitation_of
 from creak.studies.prepare.marching import scheme_of
@@ -178,16 +177,16 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     excitation = excitation_of(setup.study.driving, setup.loads, c.verification.mac_f_max)
     none = c.reference.model_copy(update={"run": "none"})
     by_parts = setup.with_tables(reduction=_without_the_whole(c.reduction), reference=none)
-    reference = reference_that_fits(by_parts, assembled(setup.structure, progress), progress)
+    reference = reference_that_fits(by_parts.reduction, by_parts.takes_whole, progress)
     setup = setup if reference.of_parts is None else by_parts
-    c, reduction, exterior, course = setup.study.config, setup.reduction, setup.exterior, setup.study.course
+    c, reduction, course = setup.study.config, setup.reduction, setup.study.course
     marching, f = setup.marching, excitation.frequency
-    reference = with_linear_gaps(setup, reference, progress)
+    reference = with_linear_gaps(c.precheck, reduction, marching, reference, progress)
     gaps, channels = _channels(setup.contacts, setup.connectors, c.precheck, reference.linear_gaps)
     reference.release()
     fixed = sorted({*(m * f for m in MULTIPLES), reduction.band.f_max})
     heard = [] if band is None else [PER_MODE * band]
-    found = sizes(setup.structure, reduction, exterior, reference, gaps, sorted({*fixed, *heard}), progress)
+    found = sizes(reduction, reference, gaps, sorted({*fixed, *heard}), progress)
     counted, cost = None, None
     if reference.of_parts is None:
         # from the second multiple on no lower than the verification's spectra

@@ -25,7 +25,6 @@ from creak.reduction.room import pieces_of
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.substructures import Partition, Substructure, partition, required
-from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.structure import Structure
 
@@ -94,9 +93,7 @@ class Sizes:
 
 
 def sizes(
-    structure: Structure,
     reduction: Reduction,
-    exterior: Exterior,
     reference: ReferenceModel,
     gaps: GapOperator,
     frequencies: Sequence[float],
@@ -111,14 +108,14 @@ def sizes(
     InputError : as `partition`.
     """
     table = reduction.table.model_copy(update={"keep_out": 0.0, "interface": InterfaceTable()})
-    cut = partition(structure, replace(reduction, table=table), exterior, reference, gaps)
-    reasons = list(_reasons(required(structure, reduction, exterior, cut.model), cut.model, exterior.watch.nodes, gaps))
+    cut, watched = partition(replace(reduction, table=table), reference, gaps), reduction.exterior.watch.nodes
+    reasons = list(_reasons(required(reduction, cut.model), cut.model, watched, gaps))
     parts, count = [], len(cut.substructures)
     for k, sub in enumerate(cut.substructures):
         progress("count fixed-interface modes", k, count)
         parts.append(_part_size(sub, reasons, frequencies))
     progress("count fixed-interface modes", count, count)
-    return Sizes(tuple(parts), _coupled(structure, reference.loose, cut))
+    return Sizes(tuple(parts), _coupled(reduction.structure, reference.loose, cut))
 
 
 def sturm_counts(pencil: Pencil, frequencies: Sequence[float]) -> Counted:

@@ -186,8 +186,8 @@ def _moved(result: StudyResult, channel: int, damp: Damped) -> Iterator[Change]:
         return replace(s, model=without_fastener(s.model, old))
 
     def apart(_: System) -> System:
-        how = rest(setup.structure), setup.reduction, setup.exterior, result.reference, gaps
-        return coupled_again(*how, reduced.superelements).system
+        how = replace(setup.reduction, structure=rest(setup.structure))
+        return coupled_again(how, result.reference, gaps, reduced.superelements).system
 
     a, b, c, d = (node_name(model, n) for n in (*old.nodes, *ends))
     words = f"the fastener between {a} and {b} moved to {c} and {d}"

@@ -87,7 +87,7 @@ def settle(
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
-            more = with_more_modes(at.setup, reference, at.gaps, at.reduced, progress, store.folder)
+            more = with_more_modes(at.setup.reduction, reference, at.gaps, at.reduced, progress, store.folder)
         except OutOfMemory as error:
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
@@ -111,7 +111,7 @@ def settle(
             try:
                 reduced = more
                 if not more.complete:
-                    reduced = raised_model(following, reference, at.gaps, more, progress, store)
+                    reduced = raised_model(following.reduction, reference, at.gaps, more, progress, store)
             except OutOfMemory as error:
                 why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
         if enough or why or again.stopped is not None:

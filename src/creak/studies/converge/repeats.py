@@ -272,7 +272,7 @@ def _ready(result: StudyResult, base: Run, repeat: Repeat, progress: Progress) -
     setup = repeated_setup(result.setup, repeat, _substeps(result.setup.study.config.time, base))
     model: ReducedModel | ReferenceModel = result.reduced or result.reference
     if isinstance(model, ReducedModel) and repeat.family == "modes":
-        model = with_more_modes(setup, result.reference, result.gaps, model, progress)
+        model = with_more_modes(setup.reduction, result.reference, result.gaps, model, progress)
     gaps = scaled_contact(result.gaps, _scaled(result.gaps, result.setup.contacts), repeat.stiffness)
     observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
     march = partial(march_run, repeat.name, setup.marching, observed, model, gaps)

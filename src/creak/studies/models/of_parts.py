@@ -6,6 +6,7 @@ static shapes and modes of the parts, kept as they were computed. One part is fa
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -23,7 +24,7 @@ from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
 from creak.reduction.inside import Inside
 from creak.reduction.modal import support_motion
-from creak.studies.models.outlines import Assembled
+from creak.studies.models.outlines import Assembled, assembled
 from creak.studies.models.reference import (
     ReferenceModel,
     damped,
@@ -31,29 +32,33 @@ from creak.studies.models.reference import (
     joined_reference,
     modal_band,
 )
-from creak.studies.models.room import only_parts_fit, takes_the_whole
+from creak.studies.models.room import only_parts_fit
 from creak.studies.models.substructures import required_labels, touched
-from creak.studies.prepare.reduction import Band
-from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.prepare.structure import Structure
 
 SPREAD = 2.0
 """Fixed-interface modes kept over the band whose modes are wanted: frequencies within some 0.1 % there."""
 
 
-def reference_that_fits(setup: Setup, of: Assembled, progress: Progress, store: Path | None = None) -> ReferenceModel:
+def reference_that_fits(
+    reduction: Reduction, takes: Sequence[tuple[str, str]], progress: Progress, store: Path | None = None
+) -> ReferenceModel:
     """The unreduced model joined, or its parts reduced to what joins them where memory holds no factor of the whole.
+
+    Parameters
+    ----------
+    takes : what of the study needs the whole, as `Setup.takes_whole`.
 
     Raises
     ------
     OutOfMemory : not even those of its parts, or the study needs the whole.
     """
-    c, structure, band = setup.study.config, setup.structure, setup.band
-    takes = takes_the_whole(c.reduction, c.proof, static=bool(c.static), exact=c.time.exact)
+    structure, band, exterior = reduction.structure, reduction.band, reduction.exterior
+    of = assembled(structure, progress, store)
     if not only_parts_fit(takes, of.parts, store, of.key):
         return joined_reference(structure, band, of, progress, store)
-    exterior = setup.exterior
-    must = required_labels(structure, setup.reduction, exterior, structure.model)
+    must = required_labels(reduction, structure.model)
     seen = np.unique(np.concatenate([exterior.contacts.labels, exterior.connectors, node_dofs(exterior.watch.nodes)]))
     return reference_of_parts(structure, band, of, must, seen, progress, store)
 

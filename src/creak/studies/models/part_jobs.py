@@ -22,7 +22,8 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import Keep, Store, is_kept, is_saved
 from creak.studies.models.substructures import Substructure, part_alone, partition
 from creak.studies.models.superelements import made_from, reduce_substructure, save_superelement
-from creak.studies.prepare.setup import Setup, set_up
+from creak.studies.prepare.reduction import Reduction
+from creak.studies.prepare.setup import set_up
 from creak.studies.tasks.queue import Runner
 
 IN_WORKERS = "reduce the parts in workers"
@@ -70,29 +71,28 @@ class PartJob:
         return Saved(None, None) if saved else Saved(None, None, why)
 
 
-def part_jobs(setup: Setup, reference: ReferenceModel, gaps: GapOperator, store: Store) -> list[PartJob]:
+def part_jobs(reduction: Reduction, reference: ReferenceModel, gaps: GapOperator, store: Store) -> list[PartJob]:
     """A job for each part that is to be reduced and whose file is not there yet, the largest first.
 
     Raises
     ------
     InputError : as `partition`.
     """
-    if store.folder is None:
-        raise ValueError("workers hand over what they reduce in a folder")
-    folder, study, jobs = store.folder.resolve(), setup.study.from_anywhere(), []
-    reduction, there = setup.reduction, is_saved if store.keep == "nothing" else is_kept
-    cut = partition(setup.structure, reduction, setup.exterior, reference, gaps)
-    for number, sub in enumerate(cut.substructures):
+    if store.folder is None or store.study is None:
+        raise ValueError("workers set up a study, and hand over what they reduce in a folder")
+    folder, study, jobs = store.folder.resolve(), store.study.from_anywhere(), []
+    there = is_saved if store.keep == "nothing" else is_kept
+    for number, sub in enumerate(partition(reduction, reference, gaps).substructures):
         wanted = made_from(reduction, sub)
         if not sub.stays and not there(folder, sub.part.name, wanted):
             name, given = sub.part.name, (study, number, gaps, sub.boundary, sub.shape, wanted, folder)
-            job = PartJob(name, digest(wanted), *given, store.ignore, store.keep, setup.raised)
+            job = PartJob(name, digest(wanted), *given, store.ignore, store.keep, reduction.band.raised)
             jobs.append((sub.part.n, job))
     return [job for _, job in sorted(jobs, key=lambda pair: -pair[0])]
 
 
 def reduce_elsewhere(
-    setup: Setup, reference: ReferenceModel, gaps: GapOperator, store: Store, progress: Progress
+    reduction: Reduction, reference: ReferenceModel, gaps: GapOperator, store: Store, progress: Progress
 ) -> list[str]:
     """Have the workers of a store, where it has some, reduce what is not there yet; notes for people.
 
@@ -101,7 +101,7 @@ def reduce_elsewhere(
     if store.runner is None:
         return []
     notes = list[str]()
-    for name, saved in ended(store.runner, part_jobs(setup, reference, gaps, store), progress):
+    for name, saved in ended(store.runner, part_jobs(reduction, reference, gaps, store), progress):
         notes += [f"superelement {name}: reduced here, for the worker could not: {saved.error}"] if saved.error else []
         notes += saved.notes
     return notes
@@ -120,13 +120,11 @@ def ended(runner: Runner, jobs: Sequence[PartJob], progress: Progress) -> Iterat
 def run_part(job: PartJob) -> Saved:
     """Reduce a part, check and save it; errors become part of the outcome."""
     try:
-        setup = replace(set_up(job.study, job.ignore, job.folder), raised=job.raised)
-        model, reduction = setup.model, setup.reduction
-        part = part_alone(setup.structure, reduction, job.gaps, job.number)
+        reduction = replace(set_up(job.study, job.ignore, job.folder), raised=job.raised).reduction
+        model, part = reduction.structure.model, part_alone(reduction, job.gaps, job.number)
         sub = Substructure(part, job.boundary, job.shape, job.boundary[:0], False)
         _same(job, made_from(reduction, sub))
-        store = Store(job.folder, job.keep)
-        reduced, notes = reduce_substructure(model, reduction, setup.exterior, sub, store, silent)
+        reduced, notes = reduce_substructure(reduction, sub, Store(job.folder, job.keep), silent)
         if job.keep != "nothing":
             return Saved(None, None, notes=tuple(notes))
         from creak.studies.models.health import check  # a run does not wait for it

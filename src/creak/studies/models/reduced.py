@@ -39,10 +39,7 @@ from creak.studies.models.superelements import (
     reduce_substructure,
     with_all_modes,
 )
-from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
 DIAGONAL_LIMIT = 6000
@@ -120,7 +117,7 @@ class Stage:
 
 
 def reduce_model(
-    setup: Setup,
+    reduction: Reduction,
     reference: ReferenceModel,
     gaps: GapOperator,
     progress: Progress,
@@ -139,24 +136,19 @@ def reduce_model(
     ------
     InputError : what is asked for does not fit the model.
     """
-    wall, cpu = clock.perf_counter(), clock.process_time()
-    structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
-    band = reduction.band
+    wall, cpu, band = clock.perf_counter(), clock.process_time(), reduction.band
     if reduction.table.method == WHOLE:
         found = _modes_of_whole(band.raised_to(0), reference, progress)
         for k in range(band.raised):
             found = _modes_of_whole(band.raised_to(k + 1), reference, progress, found)
-        static = static_shapes(setup.loads, reference, reduction)
-        kept = band.kept_modes(found.omega2)
-        whole = _whole(setup.model, structure.modal, reference, gaps, found, kept, static)
-        return _with_times(whole, wall, cpu)
-    cut, superelements, failed = partition(structure, reduction, exterior, reference, gaps), [], []
-    notes = reduce_elsewhere(setup, reference, gaps, store, progress)
+        return _with_times(_whole(reduction, reference, gaps, found, band.kept_modes(found.omega2)), wall, cpu)
+    cut, superelements, failed = partition(reduction, reference, gaps), [], []
+    notes = reduce_elsewhere(reduction, reference, gaps, store, progress)
     for sub in cut.substructures:
         if sub.stays:
             continue
         try:
-            reduced, more = reduce_substructure(setup.model, reduction, exterior, sub, store, progress)
+            reduced, more = reduce_substructure(reduction, sub, store, progress)
         except CreakError as error:
             if made is None:
                 raise
@@ -170,7 +162,7 @@ def reduce_model(
     if failed:
         raise failed[0]
     _check_modes(reduction, superelements)
-    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store.folder)
+    together = _together(reduction, reference.loose, cut, superelements, progress, store.folder)
     known = reference.modes.frequencies
     joined = reduction.table.interface.type == "full" and reference.of_parts is None
     if joined and known.size and isinstance(together.system.K, Diagonal):
@@ -198,31 +190,24 @@ def _modes_of_whole(band: Band, reference: ReferenceModel, progress: Progress, f
     )
 
 
-def _whole(
-    model: Model,
-    modal: ModalDamping | None,
-    reference: ReferenceModel,
-    gaps: GapOperator,
-    found: Modes,
-    kept: int,
-    static: FloatArray,
-) -> ReducedModel:
+def _whole(reduction: Reduction, reference: ReferenceModel, gaps: GapOperator, found: Modes, kept: int) -> ReducedModel:
     """Gap modes of the assembly, with the lowest of its modes and the static shapes of forces.
 
     Modal damping is that of all modes that are kept, where these are more than those up to the first f_max that the
     assembly is damped by; beyond them it grows with the frequency (`with_modal_damping`).
     """
-    system, R = reference.system, reference.support_shapes
+    system, R, structure = reference.system, reference.support_shapes, reduction.structure
+    modal, static = structure.modal, static_shapes(reference, reduction)
     own = found if kept == found.omega2.size else lowest(found, kept)
     if modal is not None and own.omega2.size > reference.modes.omega2.size:
         system = damped(modal, without_modal_damping(system, R), own, R)
     rows = channel_matrices(system, gaps).rows
     reduced = gap_modes(system, rows, modes=own, stiffness=reference.stiffness, static=static)
-    return ReducedModel((), model, reduced, reduced.stats.retained, own.omega2.size, 0.0, 0.0, [], None, found)
+    size = reduced.stats.retained, own.omega2.size
+    return ReducedModel((), structure.model, reduced, *size, 0.0, 0.0, [], None, found)
 
 
 def _together(
-    structure: Structure,
     reduction: Reduction,
     loose: System | None,
     cut: Partition,
@@ -240,7 +225,7 @@ def _together(
         return kept["omega2"], kept["Phi"], kept["N"]
 
     progress("couple and diagonalise", 0, 1)
-    reduced, interface = iter(superelements), reduction.table.interface
+    structure, reduced, interface = reduction.structure, iter(superelements), reduction.table.interface
     own = partial(_own_interface, interface, reduction.driving.places, cut)
     systems = [sub.part if sub.stays else own(next(reduced)) for sub in cut.substructures]
     coupled = structure.joined(systems, loose, cut.model)
@@ -254,7 +239,7 @@ def _together(
 
 
 def with_more_modes(
-    setup: Setup,
+    reduction: Reduction,
     reference: ReferenceModel,
     gaps: GapOperator,
     reduced: ReducedModel,
@@ -263,43 +248,37 @@ def with_more_modes(
 ) -> ReducedModel:
     """The same with the further modes too, which are computed where the reduction has not done so already."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    structure, reduction, exterior = setup.structure, setup.reduction, setup.exterior
     known, band = reduction.band.further, replace(reduction.band, further=True)
     reduction, found, parts = replace(reduction, band=band), reduced.found, list(reduced.superelements)
     if found is not None:
         found = found if known else _modes_of_whole(band, reference, progress)
-        static = static_shapes(setup.loads, reference, reduction)
-        kept = found.omega2.size
-        whole = _whole(setup.model, structure.modal, reference, gaps, found, kept, static)
-        return _with_times(whole, wall, cpu)
+        return _with_times(_whole(reduction, reference, gaps, found, found.omega2.size), wall, cpu)
     if not known:
-        cut = partition(structure, reduction, exterior, reference, gaps)
         parts = []
-        for sub in cut.substructures:
+        for sub in partition(reduction, reference, gaps).substructures:
             if not sub.stays:
-                parts.append(reduce_substructure(setup.model, reduction, exterior, sub, NO_STORE, progress)[0])
+                parts.append(reduce_substructure(reduction, sub, NO_STORE, progress)[0])
                 parts[-1].inside.release(above=KEPT)
     every = [with_all_modes(part) for part in parts]
-    together = coupled_again(structure, reduction, exterior, reference, gaps, every, progress, store)
-    return _with_times(together, wall, cpu)
+    return _with_times(coupled_again(reduction, reference, gaps, every, progress, store), wall, cpu)
 
 
 def raised_model(
-    setup: Setup,
+    reduction: Reduction,
     reference: ReferenceModel,
     gaps: GapOperator,
     more: ReducedModel,
     progress: Progress,
     store: Store = NO_STORE,
 ) -> ReducedModel:
-    """A model with all its further modes as the one of a setup that is raised once more: it gets further modes anew."""
-    wall, cpu, band = clock.perf_counter(), clock.process_time(), setup.band
+    """A model with all its further modes as a reduction that is raised once more has it: it gets further modes anew."""
+    wall, cpu, band = clock.perf_counter(), clock.process_time(), reduction.band
     found, every = more.found, list[Reduced]()
-    notes = [] if found is not None else reduce_elsewhere(setup, reference, gaps, store, progress)
+    notes = [] if found is not None else reduce_elsewhere(reduction, reference, gaps, store, progress)
     if found is not None:
         found = _modes_of_whole(band, reference, progress, found)
     for reduced in more.superelements:
-        every.append(raised_once(band, reduced, setup.model, progress, store))
+        every.append(raised_once(band, reduced, reduction.structure.model, progress, store))
         reduced.inside.release(above=KEPT)
     wall, cpu = clock.perf_counter() - wall, clock.process_time() - cpu
     wall, cpu = more.wall_s + wall, more.cpu_s + cpu
@@ -307,9 +286,7 @@ def raised_model(
 
 
 def coupled_again(
-    structure: Structure,
     reduction: Reduction,
-    exterior: Exterior,
     reference: ReferenceModel,
     gaps: GapOperator,
     superelements: Sequence[Reduced],
@@ -318,8 +295,8 @@ def coupled_again(
 ) -> ReducedModel:
     """Superelements joined by the links and springs of a structure; nothing is reduced again."""
     wall, cpu = clock.perf_counter(), clock.process_time()
-    cut = partition(structure, reduction, exterior, reference, gaps)
-    together = _together(structure, reduction, reference.loose, cut, superelements, progress, store)
+    cut = partition(reduction, reference, gaps)
+    together = _together(reduction, reference.loose, cut, superelements, progress, store)
     return _with_times(together, wall, cpu)
 
 

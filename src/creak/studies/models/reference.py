@@ -11,7 +11,6 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.assembly.system import Stats, System
-from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.later import later
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError, factor, regular_factor
@@ -20,7 +19,6 @@ from creak.progress import Progress
 from creak.reduction.modal import ModalDamping, modal_system, support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
 from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
@@ -68,10 +66,9 @@ class ReferenceModel:
             self.stiffness.release()
 
 
-def build_reference(setup: Setup, progress: Progress, store: Path | None = None) -> ReferenceModel:
+def build_reference(structure: Structure, band: Band, progress: Progress, store: Path | None = None) -> ReferenceModel:
     """Assemble the parts, join them, and find the modes of the whole, or take them from a run before (`solved`)."""
-    structure = setup.structure
-    return joined_reference(structure, setup.band, assembled(structure, progress, store), progress, store)
+    return joined_reference(structure, band, assembled(structure, progress, store), progress, store)
 
 
 def joined_reference(
@@ -193,7 +190,7 @@ def modal_band(band: Band, n: int) -> float:
     return max(band.assembly, band.damped, band.f_max if n <= SMALL else 0.0)
 
 
-def in_modes(reference: ReferenceModel, loads: Loads, reduction: Reduction, system: System | None = None) -> System:
+def in_modes(reference: ReferenceModel, reduction: Reduction, system: System | None = None) -> System:
     """The modes of the assembly on the quasi-static motion of its supports and forces, as a small System.
 
     Parameters
@@ -204,21 +201,21 @@ def in_modes(reference: ReferenceModel, loads: Loads, reduction: Reduction, syst
     ------
     InputError : as `static_shapes`.
     """
-    shapes = static_shapes(loads, reference, reduction)
+    shapes = static_shapes(reference, reduction)
     whole = reference.system if system is None else system
     return modal_system(whole, reference.modes, reference.support_shapes, shapes)
 
 
-def static_shapes(loads: Loads, reference: ReferenceModel, reduction: Reduction) -> FloatArray:
+def static_shapes(reference: ReferenceModel, reduction: Reduction) -> FloatArray:
     """K^-1 B of the force excitations, (n, n_force).
 
     Raises
     ------
     InputError : there are forces, and only contact holds the structure.
     """
-    system = reference.system
-    B = np.zeros((system.n, len(loads.force_labels)))
-    for j, labels in enumerate(loads.force_labels):
+    system, forces = reference.system, reduction.exterior.forces
+    B = np.zeros((system.n, len(forces)))
+    for j, labels in enumerate(forces):
         B[:, j] = np.asarray(system.rows(labels)[0].sum(axis=0)).ravel()
     if not B.shape[1]:
         return B

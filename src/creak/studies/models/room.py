@@ -14,8 +14,6 @@ from creak.linalg.factor import factor_bytes
 from creak.linalg.memory import ENTRY, GB, OVERRIDE, OutOfMemory, free_bytes
 from creak.linalg.pieces.factor import Pieces
 from creak.reduction.room import beside_factor, beside_pieces, pieces_of, plenty
-from creak.studies.file.config import Proof, ReductionTable
-from creak.studies.models.reduced import WHOLE
 from creak.studies.solved import solved
 
 JOIN = 1.2
@@ -75,7 +73,7 @@ def only_parts_fit(
 
     Parameters
     ----------
-    takes : what of the study needs the unreduced model, as `takes_the_whole`.
+    takes : what of the study needs the unreduced model, as `Setup.takes_whole`.
 
     Raises
     ------
@@ -107,20 +105,3 @@ def only_parts_fit(
 
 def _cut(needed: Room) -> str:
     return "" if needed.pieces is None else f", cut into {needed.pieces.count} pieces"
-
-
-def takes_the_whole(reduction: ReductionTable, proof: Proof, *, static: bool, exact: bool) -> list[tuple[str, str]]:
-    """Words of the study that need the unreduced model, and what to say instead of each."""
-    method = reduction.method
-    causes = [
-        (method in ("none", WHOLE), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
-        (proof == "whole", '[reference] run = "whole"', '[reference] run = "spots"'),
-        (static, "[[static]]", "no [[static]]"),
-        (not exact, "a forced [time] scheme", "[time] without step and integrator"),
-        (
-            reduction.interface.type == "participation",
-            '[reduction] interface = "participation"',
-            'interface = { type = "full" }',
-        ),
-    ]
-    return [(words, instead) for there, words, instead in causes if there]

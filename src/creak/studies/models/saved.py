@@ -18,6 +18,7 @@ from creak.formats.deck.command_files import plain_file
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
 from creak.formats.stored.superelement import SavedSuperelement, read_superelement_file, read_where_it_fits
+from creak.studies.file.reader import Study
 from creak.studies.solved import SOLVED, solved
 from creak.studies.tasks.queue import Runner
 
@@ -34,6 +35,8 @@ class Store:
     keep: Keep = "nothing"
     runner: Runner | None = None
     """Workers who reduce parts into the folder; None: this process does it."""
+    study: Study | None = None
+    """What they set up."""
     ignore: tuple[str, ...] = ()
     """Of the deck, which they may leave unread."""
 

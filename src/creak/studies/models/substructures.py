@@ -17,7 +17,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
 from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
-from creak.studies.file.config import InterfaceTable, ReductionTable
+from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
@@ -70,30 +70,27 @@ class _Retained:
     """Dofs at which something else than another part acts."""
 
 
-def partition(
-    structure: Structure, reduction: Reduction, exterior: Exterior, reference: ReferenceModel, gaps: GapOperator
-) -> Partition:
+def partition(reduction: Reduction, reference: ReferenceModel, gaps: GapOperator) -> Partition:
     """Cut the parts, find the retained dofs of each, thin the interface.
 
     Raises
     ------
     InputError : a set that does not exist, an interface without nodes, a retained dof that is not free.
     """
-    table, places = reduction.table, reduction.driving.places
-    pieces = _cut(structure.model, table, gaps, places)
+    table, exterior, pieces = reduction.table, reduction.exterior, _cut(reduction, gaps)
     last = len(table.substructures) + 1
-    must, shared = required_labels(structure, reduction, exterior, pieces.model), shared_nodes(pieces.model)
+    must, shared = required_labels(reduction, pieces.model), shared_nodes(pieces.model)
     whole = node_dofs(np.intersect1d(nodes_of(must), shared))  # of which the interface has nothing
     retained = _Retained(
         np.union1d(must, whole),
         _contact_labels(exterior.watch.nodes, gaps),
         shared,
-        _outside(structure, exterior, pieces.model),
+        _outside(reduction.structure, exterior, pieces.model),
     )
-    _check_interface(table.interface, retained, places)
+    _check_interface(table.interface, retained, reduction.driving.places)
     out = []
     for k, group in enumerate(pieces.group):
-        part, marks = _full_part(structure, reference, pieces, k)
+        part, marks = _full_part(reduction.structure, reference, pieces, k)
         if group == last or not part.n:  # nothing is left of a part that was cut out as a whole
             every = np.arange(part.n, dtype=np.int64)
             out.append(Substructure(part, every, None, every[:0], True))
@@ -103,8 +100,9 @@ def partition(
     return Partition(pieces.model, tuple(out))
 
 
-def _cut(model: Model, table: ReductionTable, gaps: GapOperator, places: Places) -> Pieces:
+def _cut(reduction: Reduction, gaps: GapOperator) -> Pieces:
     """Element sets become parts of their own; elements near the contact become unreduced parts."""
+    model, table, places = reduction.structure.model, reduction.table, reduction.driving.places
     groups = [np.zeros(b.ids.size, dtype=np.int64) for b in model.blocks]
     last = len(table.substructures) + 1
     chosen = [*enumerate(table.substructures, start=1), *((last, name) for name in table.unreduced)]
@@ -142,20 +140,20 @@ def _full_part(structure: Structure, reference: ReferenceModel, pieces: Pieces, 
     return structure.part(k, pieces.model), None
 
 
-def part_alone(structure: Structure, reduction: Reduction, gaps: GapOperator, k: int) -> System:
+def part_alone(reduction: Reduction, gaps: GapOperator, k: int) -> System:
     """Part k of the model as `partition` cuts it, without the other parts."""
-    return structure.part(k, _cut(structure.model, reduction.table, gaps, reduction.driving.places).model)
+    return reduction.structure.part(k, _cut(reduction, gaps).model)
 
 
-def required(structure: Structure, reduction: Reduction, exterior: Exterior, model: Model) -> dict[str, IntArray]:
-    """Why physical dofs always stay -> their labels, the strongest reason first."""
-    none = np.zeros(0, dtype=np.int64)
+def required(reduction: Reduction, model: Model) -> dict[str, IntArray]:
+    """Why physical dofs of a model, as it is cut, always stay -> their labels, the strongest reason first."""
+    structure, exterior, none = reduction.structure, reduction.exterior, np.zeros(0, dtype=np.int64)
     joined = [node_dofs(b.nodes_idx.ravel()) for b in model.blocks if b.part < 0]
     held = [x for f in model.fixed for e in fixed_equations(f) for x in e.labels]
     return {
         "links": np.concatenate([_link_labels(model), *joined]),
         "supports": np.array(held, dtype=np.int64),
-        "loads": np.concatenate([none, *structure.driven.labels.values(), exterior.forces]),
+        "loads": np.concatenate([none, *structure.driven.labels.values(), *exterior.forces]),
         "connectors": exterior.connectors,
         "imported parts": np.concatenate([none, *(s.joins for s in structure.superelements)]),
         "chosen": _chosen(structure.model, reduction.table.retained_sets, reduction.driving.places),
@@ -168,10 +166,10 @@ def _link_labels(model: Model) -> IntArray:
     return np.array(links, dtype=np.int64)
 
 
-def required_labels(structure: Structure, reduction: Reduction, exterior: Exterior, model: Model) -> IntArray:
+def required_labels(reduction: Reduction, model: Model) -> IntArray:
     """Physical dofs that always stay: links between parts, supports, loads, connectors, elements between parts, and
     the user's own choice."""
-    return np.unique(np.concatenate([*required(structure, reduction, exterior, model).values()])).astype(np.int64)
+    return np.unique(np.concatenate([*required(reduction, model).values()])).astype(np.int64)
 
 
 def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
@@ -210,7 +208,7 @@ def _outside(structure: Structure, exterior: Exterior, model: Model) -> IntArray
     """Dofs of supports, loads, connectors and contacts."""
     held = [np.array(e.labels, dtype=np.int64) for f in model.fixed for e in fixed_equations(f)]
     moved = structure.driven.labels.values()
-    return np.concatenate([exterior.connectors, exterior.contacts.labels, *moved, exterior.forces, *held])
+    return np.concatenate([exterior.connectors, exterior.contacts.labels, *moved, *exterior.forces, *held])
 
 
 def _check_interface(table: InterfaceTable, retained: _Retained, places: Places) -> None:

@@ -43,7 +43,6 @@ from creak.studies.models.dof_names import row_names
 from creak.studies.models.outlines import marks_of
 from creak.studies.models.saved import NO_STORE, Store, boundary_kind, from_store, part_path, shared_path, very_same
 from creak.studies.models.substructures import Substructure
-from creak.studies.prepare.exterior import Exterior
 from creak.studies.prepare.reduction import Band, Reduction
 from creak.studies.solved import SOLVED, forget
 from creak.version import edition
@@ -78,12 +77,7 @@ class Reduced:
 
 
 def reduce_substructure(
-    model: Model,
-    reduction: Reduction,
-    exterior: Exterior,
-    sub: Substructure,
-    store: Store,
-    progress: Progress,
+    reduction: Reduction, sub: Substructure, store: Store, progress: Progress
 ) -> tuple[Reduced, list[str]]:
     """One superelement, from the store or made anew, and notes for people; it still holds the factor that made it.
 
@@ -91,7 +85,7 @@ def reduce_substructure(
     ------
     InputError : the retained dofs do not hold the part, or its saved file is damaged.
     """
-    band, folder = reduction.band, store.folder
+    model, band, folder = reduction.structure.model, reduction.band, store.folder
     first = band.raised_to(0)
     wanted = made_from(replace(reduction, band=first), sub)
     f_max = None if reduction.table.method == "guyan" else band.first
@@ -123,7 +117,7 @@ def reduce_substructure(
                 expected="retained dofs that hold every part",
                 fix="Couple it at more nodes, or add a node set to [reduction] retain.",
             ) from error
-        seen = np.intersect1d(exterior.seen(model), sub.part.labels)
+        seen = np.intersect1d(reduction.exterior.seen(model), sub.part.labels)
         matrices = reduced_matrices(sub.part, basis, progress, watched=seen)
         notes += _in_pieces(inside)
     reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)

@@ -31,8 +31,8 @@ class Exterior:
     """Where something outside of a part acts on it or looks at it; links, supports and superelements are the
     structure's."""
 
-    forces: IntArray
-    """Physical dofs that forces act on."""
+    forces: tuple[IntArray, ...]
+    """Of each force, the physical dofs that it acts on."""
     connectors: IntArray
     """Those of the connectors' channels."""
     contacts: GapOperator

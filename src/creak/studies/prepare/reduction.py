@@ -1,4 +1,4 @@
-"""How a study asks to be reduced: its table, and up to which frequencies modes are kept."""
+"""How a study asks to be reduced: what, by which table, and up to which frequencies modes are kept."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from creak.arrays import FloatArray
 from creak.linalg.modes import BAND, with_further
 from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable
+from creak.studies.prepare.exterior import Exterior
+from creak.studies.prepare.structure import Structure
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,10 @@ class Band:
 
 @dataclass(frozen=True)
 class Reduction:
-    """What [reduction] says, with the band that follows from it, and what drives the model that is reduced."""
+    """What is reduced, and how: as [reduction] says, with the band that follows from it."""
 
+    structure: Structure
+    exterior: Exterior
     table: ReductionTable
     band: Band
     driving: Driving

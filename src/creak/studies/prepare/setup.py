@@ -131,19 +131,14 @@ class Setup:
 
     @property
     def reduction(self) -> Reduction:
-        """How it is reduced."""
-        return Reduction(self.study.config.reduction, self.band, self.study.driving)
+        """What is reduced, and how."""
+        exterior = Exterior(self.loads.force_labels, self.connectors.labels, self.contacts, self.watch)
+        return Reduction(self.structure, exterior, self.study.config.reduction, self.band, self.study.driving)
 
     @property
     def watch(self) -> Watch:
         """What is watched of the motion."""
         return Watch(self.pairs, self.watched, self.elines)
-
-    @property
-    def exterior(self) -> Exterior:
-        """Where something acts on parts from outside or looks at them."""
-        forces = np.concatenate([np.zeros(0, dtype=np.int64), *self.loads.force_labels])
-        return Exterior(forces, self.connectors.labels, self.contacts, self.watch)
 
     @cached_property
     def marching(self) -> Marching:
@@ -175,6 +170,20 @@ class Setup:
         """Whether a state at rest, or steps of the unreduced model, are solved for."""
         c = self.study.config
         return c.proof != "none" or c.reduction.method == "none" or self.solves_rest
+
+    @property
+    def takes_whole(self) -> list[tuple[str, str]]:
+        """Words of the study that need the unreduced model as a whole, and what to say instead of each."""
+        c = self.study.config
+        method, by_modes = c.reduction.method, c.reduction.interface.type == "participation"
+        causes = [
+            (method in ("none", "gap-modes"), f'[reduction] method = "{method}"', 'method = "craig-bampton"'),
+            (c.proof == "whole", '[reference] run = "whole"', '[reference] run = "spots"'),
+            (bool(c.static), "[[static]]", "no [[static]]"),
+            (not c.time.exact, "a forced [time] scheme", "[time] without step and integrator"),
+            (by_modes, '[reduction] interface = "participation"', 'interface = { type = "full" }'),
+        ]
+        return [(words, instead) for there, words, instead in causes if there]
 
     @property
     def origin(self) -> tuple[str, ...]:

@@ -115,7 +115,8 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and (k < TRIED or k == least) and linear is not None:
             other = started(drawn_setup(setup, draw), reference, silent)
-            gaps = with_linear_gaps(other, reference, silent).linear_gaps
+            of = other.study.config.precheck, other.reduction, other.marching
+            gaps = with_linear_gaps(*of, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
     return lowest
 
@@ -140,7 +141,7 @@ def shared_model(
     ------
     InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
     """
-    c, reference = setup.study.config, build_reference(setup, progress)
+    c, reference = setup.study.config, build_reference(setup.structure, setup.band, progress)
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
@@ -149,7 +150,7 @@ def shared_model(
             fix="Leave them out.",
         )
     before, setup = setup, started(setup, reference, progress)
-    reference = with_linear_gaps(setup, reference, progress)
+    reference = with_linear_gaps(c.precheck, setup.reduction, setup.marching, reference, progress)
     plain = plain_of(before, reference, further or draws) if isinstance(draws, Drawn) else None
     if isinstance(draws, Drawn):
         draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
@@ -167,7 +168,7 @@ def shared_model(
     if not gaps.presses:
         raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
     store = Store(store_of(setup.study)) if keep is None else Store(keep, "all")
-    reduced = reduce_model(setup, reference, gaps, progress, store)
+    reduced = reduce_model(setup.reduction, reference, gaps, progress, store)
     system, why_not = flowing(reduced.system)
     if system is None:
         raise NumericalError(f"the reduced model cannot be marched by exact flow{why_not}")

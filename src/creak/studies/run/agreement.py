@@ -154,7 +154,7 @@ def response_fit(
     _, pushed = spectrum(loads.force[rows], loads.step, f_max)
     if not freq.size or not isinstance(reduced.K, Diagonal):
         return {}
-    small = in_modes(reference, loads, reduction)
+    small = in_modes(reference, reduction)
     both = [_relative(LinearTerms(system, loads), pairs, freq, moved, pushed) for system in (small, reduced)]
     return nrmse_by_axis(*both)
 

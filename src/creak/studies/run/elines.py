@@ -148,7 +148,7 @@ def modal_measures(
     marching: Marching, lines: Elines, reduction: Reduction, reference: ReferenceModel, progress: Progress
 ) -> PointMeasures | None:
     """The same of the modes of the assembly, on top of the quasi-static motion of its supports and loads."""
-    system = in_modes(reference, marching.loads, reduction)
+    system = in_modes(reference, reduction)
     return without_contact(marching, lines, system, progress, "motion of the E-lines from modes")
 
 

@@ -141,7 +141,7 @@ def run_study(
         stopped: str | None = None
         health: dict[str, Health] = {}
         if c.reduction.method != "none":
-            model_of = partial(reduce_model, setup, reference, progress=progress, store=store)
+            model_of = partial(reduce_model, setup.reduction, reference, progress=progress, store=store)
             settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
 
             def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:

@@ -16,14 +16,12 @@ from creak.assembly.system import Supports, System
 from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.dynamics.history import History
-from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
 from creak.signals.peaks import largest
 from creak.studies.file.config import PrecheckTable
 from creak.studies.models.of_parts import reference_that_fits
-from creak.studies.models.outlines import assembled
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, in_modes
 from creak.studies.prepare.exterior import Exterior
@@ -52,15 +50,6 @@ MOST_RUNS = 3
 """Runs of a model until what closes must be among its channels; a red verdict says where it is not."""
 
 
-def with_linear_gaps(setup: Setup, reference: ReferenceModel, progress: Progress) -> ReferenceModel:
-    """The same with the gaps of the linear run, where the study asks for a pre-check and the structure is held."""
-    if not setup.study.config.precheck.enabled or setup.contacts.m == 0 or reference.stiffness is None:
-        return reference
-    of = setup.structure, setup.reduction, setup.exterior, setup.marching
-    gaps, closed = linear_course(*of, reference, progress)
-    return replace(reference, linear_gaps=gaps, linear_closed=closed)
-
-
 def prechecked(
     table: PrecheckTable, contacts: GapOperator, smallest: FloatArray | None, tested: Container[str] = ()
 ) -> tuple[GapOperator, list[str]]:
@@ -86,23 +75,20 @@ def prechecked(
     return contacts.select(np.flatnonzero(closes | measured)), notes
 
 
-def linear_course(
-    structure: Structure,
-    reduction: Reduction,
-    exterior: Exterior,
-    marching: Marching,
-    reference: ReferenceModel,
-    progress: Progress,
-) -> tuple[FloatArray, FloatArray]:
-    """Of a run without contact: (m,) smallest gap of every channel, and (2,) how long and how many are closed.
+def with_linear_gaps(
+    table: PrecheckTable, reduction: Reduction, marching: Marching, reference: ReferenceModel, progress: Progress
+) -> ReferenceModel:
+    """The same with the gaps of a run without contact, where the study asks for a pre-check and the structure is held.
 
     The run uses the modes of the assembly on top of the quasi-static motion of its supports and loads. A gap that
     still shrinks from period to period counts as what it comes to (`steady.growth`).
     """
-    contacts, loads, repeats = exterior.contacts, marching.loads, marching.course.repeats
+    contacts, repeats = reduction.exterior.contacts, marching.course.repeats
+    if not table.enabled or contacts.m == 0 or reference.stiffness is None:
+        return reference
 
     def run() -> dict[str, FloatArray]:
-        system = linear_system(structure, reduction, exterior, loads, reference)
+        system = linear_system(reduction, reference)
         gap = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
         lowest, on = -largest(contacts.gap0 - gap), growth(marching.ends, gap, repeats)
         if on is not None:
@@ -111,10 +97,10 @@ def linear_course(
 
     made_from: list[str] = []
     if reference.store is not None:
-        of_structure = digest_of_structure(exterior, loads, reference)
-        made_from = [of_structure, *_made_from(structure, marching, contacts), repr(repeats)]
+        of_structure = digest_of_structure(reduction.exterior, reference)
+        made_from = [of_structure, *_made_from(reduction.structure, marching, contacts), repr(repeats)]
     found = solved(reference.store, "precheck", made_from, run)
-    return contacts.gap0 + found["closes"], found["closed"]
+    return replace(reference, linear_gaps=contacts.gap0 + found["closes"], linear_closed=found["closed"])
 
 
 def _made_from(structure: Structure, marching: Marching, contacts: GapOperator) -> list[str]:
@@ -126,38 +112,37 @@ def _made_from(structure: Structure, marching: Marching, contacts: GapOperator) 
     return [digest(one) for one in (damping, driven, asked)]
 
 
-def linear_system(
-    structure: Structure, reduction: Reduction, exterior: Exterior, loads: Loads, reference: ReferenceModel
-) -> System:
+def linear_system(reduction: Reduction, reference: ReferenceModel) -> System:
     """The small System of the pre-check: the modes of the assembly on the quasi-static motion of supports and forces.
 
     It is kept without damping, which is laid over it: other damping and other loads need no matrix of the whole.
 
     Where parts damp by themselves (dashpots, materials with other Rayleigh numbers), with all matrices of the whole.
     """
+    structure, exterior = reduction.structure, reduction.exterior
     own = any(s.damping.extra is not None for s in structure.superelements)
     if own or damps_by_itself(structure.model, structure.rayleigh, structure.override_damping):
-        return in_modes(reference, loads, reduction)
-    made_from = [] if reference.store is None else [digest_of_structure(exterior, loads, reference)]
-    at = np.unique(np.concatenate([exterior.contacts.labels, exterior.forces]))
-    kept = solved(reference.store, "linear", made_from, lambda: _undamped(reference, loads, reduction, at))
+        return in_modes(reference, reduction)
+    made_from = [] if reference.store is None else [digest_of_structure(exterior, reference)]
+    at = np.unique(np.concatenate([exterior.contacts.labels, *exterior.forces]))
+    kept = solved(reference.store, "linear", made_from, lambda: _undamped(reference, reduction, at))
     return _damped(structure, reference.modes.omega2, kept, at)
 
 
-def digest_of_structure(exterior: Exterior, loads: Loads, reference: ReferenceModel) -> str:
+def digest_of_structure(exterior: Exterior, reference: ReferenceModel) -> str:
     """Of all that the System depends on but damping."""
-    asked: list[object] = [reference.key, reference.modes.omega2, loads.force_labels, exterior.contacts.labels]
+    asked: list[object] = [reference.key, reference.modes.omega2, exterior.forces, exterior.contacts.labels]
     if reference.of_parts is not None:
         asked += [reference.of_parts, exterior.connectors, exterior.watch.nodes]  # their motion is kept of the parts
     return digest(asked)
 
 
-def _undamped(reference: ReferenceModel, loads: Loads, reduction: Reduction, at: IntArray) -> dict[str, FloatArray]:
+def _undamped(reference: ReferenceModel, reduction: Reduction, at: IntArray) -> dict[str, FloatArray]:
     """The numbers of the System, its motion at some dofs."""
     whole, found = reference.system, reference.modes
     none = replace(whole.supports, C_qs=np.zeros_like(whole.supports.C_qs), C_ss=np.zeros_like(whole.supports.C_ss))
     ones = Damping(modal_shapes=np.asarray(whole.M @ found.shapes), modal_values=np.ones(found.omega2.size))
-    small = in_modes(reference, loads, reduction, replace(whole, damping=ones, supports=none))
+    small = in_modes(reference, reduction, replace(whole, damping=ones, supports=none))
     rows, rows_s = small.rows(at)
     assert small.damping.modal_shapes is not None
     numbers = {"m": small.M.diagonal(), "k": small.K.diagonal(), "velocity": small.velocity}
@@ -214,13 +199,13 @@ def ready(
     ------
     OutOfMemory : memory holds neither a factor of the whole model nor those of its parts, or the study needs the whole.
     """
-    reference = reference_that_fits(setup, assembled(setup.structure, progress, store), progress, store)
+    reference = reference_that_fits(setup.reduction, setup.takes_whole, progress, store)
     if compiled is not None and (setup.solves_rest or not setup.study.config.time.exact):
         compiled(progress, steps=setup.solves_rest)
     setup = started(setup, reference, progress)
     c, mass = setup.study.config, reference.system.stats.mass
     figures = figure_warnings(setup.model, c.model.units, mass, reference.modes.omega2)
-    reference = with_linear_gaps(setup, reference, progress)
+    reference = with_linear_gaps(c.precheck, setup.reduction, setup.marching, reference, progress)
     tested = frozenset[str]().union(*(test.contacts for test in setup.tests))
     kept, notes = prechecked(c.precheck, setup.contacts, reference.linear_gaps, tested)
     if c.reduction.method != WHOLE:

@@ -32,7 +32,7 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
         )
     checked = study.config.precheck.model_copy(update={"enabled": True})
     setup = setup.with_tables(precheck=checked)
-    reference = build_reference(setup, progress)
+    reference = build_reference(setup.structure, setup.band, progress)
     if reference.stiffness is None:
         raise InputError(
             "only contact holds the structure: without it nothing can be told from modes",

@@ -56,11 +56,11 @@ def changed(setup: Setup, changes: dict[str, Any]) -> Setup:
 @pytest.mark.parametrize("f_max", [6000.0, 20000.0])
 def test_counted_size_is_that_of_the_reduced_model(setup, facts, f_max):
     """No mode is computed for the count, so nothing but equality will do."""
-    reference = build_reference(setup, silent)
+    reference = build_reference(setup.structure, setup.band, silent)
     study = changed(setup, {"reduction": {"f_max": f_max}})
     few = facts.gaps.select(np.array([0, 12, 38]))
-    found = sizes(study.structure, study.reduction, study.exterior, reference, few, [f_max], silent)
-    made = reduce_model(study, reference, few, silent)
+    found = sizes(study.reduction, reference, few, [f_max], silent)
+    made = reduce_model(study.reduction, reference, few, silent)
     assert made.coupled is not None
     assert found.unknowns(f_max) == made.coupled.n
     assert sum(p.boundary for p in found.parts) == made.retained

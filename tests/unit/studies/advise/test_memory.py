@@ -37,7 +37,7 @@ def part(name: str = "UPPER", scale: int = 1) -> PartSize:
 @pytest.fixture(scope="module")
 def study(tmp_path_factory) -> tuple[Setup, ReferenceModel]:
     setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"))))
-    return setup, build_reference(setup, lambda *_: None)
+    return setup, build_reference(setup.structure, setup.band, lambda *_: None)
 
 
 def told_of(setup: Setup, reference: ReferenceModel, whole: Counted, parts, unknowns: int, rows: int) -> Memory:
@@ -114,7 +114,7 @@ def test_an_unreduced_run_holds_the_factors_of_its_flights(tmp_path, monkeypatch
     monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
     setup = set_up(read_study(write_strips(tmp_path, study=STUDY.replace("step = 5e-4\n", ""))))
     table = setup.study.config.time.model_copy(update=time)
-    reference = build_reference(setup, lambda *_: None)
+    reference = build_reference(setup.structure, setup.band, lambda *_: None)
     setup = setup.with_tables(time=table, reduction=setup.study.config.reduction.model_copy(update={"method": "none"}))
     none, one = (told_of(setup, reference, replace(WHOLE, memory=m), [], 800, 40).run[-1] for m in (0.0, 1e9))
     assert one.what == "reference run"

@@ -81,7 +81,7 @@ def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
     found = run(bar(tmp_path, f'{AUTO}\nmethod = "{method}"', time="end = 2e-3"), converge=False)
     result = found.found
     assert result.setup.raised > 0
-    again = reduce_model(result.setup, result.reference, result.gaps, silent)
+    again = reduce_model(result.setup.reduction, result.reference, result.gaps, silent)
     assert (again.modes, again.system.n) == (result.reduced.modes, result.reduced.system.n)
 
 

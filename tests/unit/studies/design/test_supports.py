@@ -20,7 +20,7 @@ FREED = '[support.root]\nnodes = "ROOT_UPPER"\nfree = ["z"]\n'
 def matrices(path):
     """The unreduced K, and the motion that its supports force on it."""
     setup = set_up(read_study(path))
-    built = build_reference(setup, lambda *_: None)
+    built = build_reference(setup.structure, setup.band, lambda *_: None)
     return setup, built.system.K.toarray(), built.support_shapes
 
 

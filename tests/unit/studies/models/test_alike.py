@@ -43,7 +43,7 @@ def setup(tmp_path_factory):
 def complete(setup):
     """The reduced model with all modes that there are, and the reference with few."""
     high = set_up(creak.change_study(setup.study, {"reduction.f_max": 1e8}))
-    return run_study(high, silent).reduced, build_reference(setup, silent)
+    return run_study(high, silent).reduced, build_reference(setup.structure, setup.band, silent)
 
 
 def test_every_mode_has_its_share_of_critical(setup, complete):
@@ -120,7 +120,7 @@ def test_every_mode_of_gap_modes_has_its_share_whatever_is_known_of_the_whole(se
     """Modes beyond the first f_max too, by SciPy's eigh; the residual shapes beyond them more, as their frequency."""
     _, reference = complete
     high = set_up(creak.change_study(setup.study, {"reduction.method": "gap-modes", "reduction.f_max": 1e5}))
-    found = reduce_model(high, reference, high.contacts, silent)
+    found = reduce_model(high.reduction, reference, high.contacts, silent)
     omega2, phi = sla.eigh(to_dense(found.system.K), to_dense(found.system.M))
     omega, kept = np.sqrt(omega2), found.modes
     shares = np.einsum("ij,ij->j", phi, damping(found.system) @ phi) / (2.0 * omega)

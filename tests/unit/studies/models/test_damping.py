@@ -65,7 +65,7 @@ def both(tmp_path_factory):
     """The two models of a study with modal damping."""
     setup = set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), UNDAMPED, MODAL)))
     _, reference, gaps, _ = ready(setup, silent)
-    return setup, reference, reduce_model(setup, reference, gaps, silent)
+    return setup, reference, reduce_model(setup.reduction, reference, gaps, silent)
 
 
 def test_every_mode_of_the_reduced_model_has_the_damping_of_the_study(both):

@@ -26,7 +26,7 @@ from creak.studies.models import of_parts
 from creak.studies.models import room as module
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
-from creak.studies.models.room import Room, only_parts_fit, room, takes_the_whole
+from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study
@@ -45,18 +45,13 @@ def setup(tmp_path_factory) -> Setup:
     return set_up(read_study(write_strips(tmp_path_factory.mktemp("strips"), None, ALONE)))
 
 
-def takes(setup: Setup) -> list[tuple[str, str]]:
-    c = setup.study.config
-    return takes_the_whole(c.reduction, c.proof, static=bool(c.static), exact=c.time.exact)
-
-
 def changed(setup: Setup, table: str, **values: object) -> Setup:
     return setup.with_tables(**{table: getattr(setup.study.config, table).model_copy(update=values)})
 
 
 @pytest.mark.skipif(not has_pardiso(), reason="SuperLU does not tell what it will need")
 def test_the_analysis_tells_the_memory_of_the_factor(setup):
-    K = build_reference(setup, silent).system.K
+    K = build_reference(setup.structure, setup.band, silent).system.K
     with threadpool_limits(1):  # the work space of several threads is larger than so small a factor
         assert factor_bytes(K) == pytest.approx(factor(K).memory, rel=0.05)
 
@@ -132,15 +127,15 @@ def test_what_does_not_fit_is_refused_before_it_starts(change, words, setup, mon
     insisted = re.search(rf"set {OVERRIDE}=(\S+) ", str(said.value))
     assert insisted is not None
     monkeypatch.setenv(OVERRIDE, insisted[1])
-    assert only_parts_fit(takes(setup), ()) == (not change)
+    assert only_parts_fit(setup.takes_whole, ()) == (not change)
 
 
 def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
     monkeypatch.setattr(module, "room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
-    assert only_parts_fit(takes(setup), ())
+    assert only_parts_fit(setup.takes_whole, ())
     monkeypatch.setenv(OVERRIDE, "3.5")
-    assert not only_parts_fit(takes(setup), ())
+    assert not only_parts_fit(setup.takes_whole, ())
 
 
 def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):

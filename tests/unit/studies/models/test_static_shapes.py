@@ -22,10 +22,10 @@ def test_a_structure_that_only_contact_holds_has_none(tmp_path):
     deck = two_strips().replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 1, 3")
     path = write_strips(tmp_path, deck, text.replace("f_max = 3000", 'method = "gap-modes"'))
     setup = set_up(read_study(path))
-    reference = build_reference(setup, silent)
-    shapes = static_shapes(setup.loads, reference, setup.reduction)
+    reference = build_reference(setup.structure, setup.band, silent)
+    shapes = static_shapes(reference, setup.reduction)
     assert shapes.shape == (reference.system.n, 1)
     pushed = np.asarray(reference.system.K @ shapes[:, 0])
     assert np.abs(pushed).sum() == pytest.approx(4.0, rel=1e-6)  # one on each of four nodes
     with pytest.raises(InputError, match="only contact holds the structure"):
-        static_shapes(setup.loads, replace(reference, stiffness=None), setup.reduction)
+        static_shapes(replace(reference, stiffness=None), setup.reduction)

@@ -69,7 +69,7 @@ def shares(system, found) -> np.ndarray:
 
 def test_partners_have_the_measured_damping_and_others_their_mean(measured_study):
     setup = set_up(measured_study)
-    reference = build_reference(setup, silent)
+    reference = build_reference(setup.structure, setup.band, silent)
     found = shares(reference.system, reference.modes)
     expected = np.full(found.size, MEAN)
     expected[[*MEASURED]] = [*MEASURED.values()]
@@ -81,8 +81,8 @@ def test_partners_have_the_measured_damping_and_others_their_mean(measured_study
 
 def test_the_reduced_model_has_the_same_damping(measured_study):
     setup = set_up(measured_study)
-    reference = build_reference(setup, silent)
-    reduced = reduce_model(setup, reference, join([setup.contacts, setup.connectors]), silent).system
+    reference = build_reference(setup.structure, setup.band, silent)
+    reduced = reduce_model(setup.reduction, reference, join([setup.contacts, setup.connectors]), silent).system
     omega2, C = reduced.K.diagonal(), reduced.damping
     W = C.modal_shapes
     d = np.einsum("ij,j,ij->i", W, C.modal_values, W)

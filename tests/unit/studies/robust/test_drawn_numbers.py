@@ -90,10 +90,22 @@ def test_less_damping_brings_gaps_nearer_in_the_pre_check(tmp_path):
     """The draw of least damping is looked at, wherever it stands."""
     study = read_study(write_strips(tmp_path, None, f"{STUDY}[damping]\nmodal = 0.1\n"))
     setup, values = set_up(study), [0.1] * 10 + [0.01, 0.1]
-    reference = with_linear_gaps(setup, build_reference(setup, silent), silent)
+    reference = with_linear_gaps(
+        setup.study.config.precheck,
+        setup.reduction,
+        setup.marching,
+        build_reference(setup.structure, setup.band, silent),
+        silent,
+    )
     draws = [Draw(k, {"damping.modal": zeta}, {}) for k, zeta in enumerate(values)]
     other = set_up(with_changes(study, {"damping.modal": 0.01}))
-    least = with_linear_gaps(other, build_reference(other, silent), silent).linear_gaps
+    least = with_linear_gaps(
+        other.study.config.precheck,
+        other.reduction,
+        other.marching,
+        build_reference(other.structure, other.band, silent),
+        silent,
+    ).linear_gaps
     expected = np.minimum(least - reference.linear_gaps, 0.0)
     assert expected.min() < -0.01
     assert lowest_of(setup, reference, draws) == pytest.approx(expected, abs=1e-9)

@@ -496,7 +496,9 @@ def test_gaps_and_loads_of_all_draws_at_once_are_those_of_each(tmp_path, case):
         assert (bench.lowest <= one_by_one + 1e-9).all()  # which looks at the loads of eight draws alone
     for k in range(10):
         own = started(drawn_setup(setup, found.drawn.draw(k)), bench.reference, lambda *_: None)
-        left = with_linear_gaps(own, bench.reference, lambda *_: None).linear_gaps
+        left = with_linear_gaps(
+            own.study.config.precheck, own.reduction, own.marching, bench.reference, lambda *_: None
+        ).linear_gaps
         assert (bench.lowest <= left - bench.reference.linear_gaps + 1e-9).all()
     assert bench.lowest.min() >= one_by_one.min() - 0.5
 
@@ -524,7 +526,7 @@ def test_draws_that_differ_in_more_are_not_foretold(tmp_path):
         path.write_text(text, encoding="utf-8")
         setup = set_up(read_study(path))
         found = creak.robust(setup.study, 4, indices=False, threads=1).draws
-        return plain_of(setup, build_reference(setup, lambda *_: None), found.drawn)
+        return plain_of(setup, build_reference(setup.structure, setup.band, lambda *_: None), found.drawn)
 
     key = '"connector.0.upper" = { type = "normal", sigma = 1.5 }'
     assert plain() is not None

@@ -104,7 +104,7 @@ def test_the_mean_of_a_field_is_that_of_the_nearest_wall(tmp_path, method):
 def test_the_pre_check_counts_the_nearest_wall_alone(tmp_path):
     """A smaller clearance lets only its gaps fall."""
     setup = slot(tmp_path, "node-to-surface")
-    reference = build_reference(setup, silent)
+    reference = build_reference(setup.structure, setup.band, silent)
     lowest = lowest_of(setup, reference, [Draw(0, {"contact.slot.clearance": 1.1}, {})])
     further = np.array([name.count(":") == 2 for name in setup.contacts.names])
     assert lowest[~further] == pytest.approx(-0.3)

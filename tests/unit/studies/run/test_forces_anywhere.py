@@ -46,11 +46,13 @@ def study(folder, node_set, damping, method="craig-bampton"):
 def test_the_precheck_feels_a_force_anywhere(folder, node_set, damping):
     """The System that it keeps without damping moves as the one that is made of the damped whole."""
     setup = set_up(study(folder, node_set, damping))
-    reference = build_reference(setup, silent)
-    whole, contacts = in_modes(reference, setup.loads, setup.reduction), setup.contacts
+    reference = build_reference(setup.structure, setup.band, silent)
+    whole, contacts = in_modes(reference, setup.reduction), setup.contacts
     moved = linear_gaps(setup.marching, contacts, whole) - contacts.gap0
     expected = contacts.gap0 - largest(-moved)
-    found = with_linear_gaps(setup, reference, silent).linear_gaps
+    found = with_linear_gaps(
+        setup.study.config.precheck, setup.reduction, setup.marching, reference, silent
+    ).linear_gaps
     scale = float(np.abs(expected - setup.contacts.gap0).max())
     assert found == pytest.approx(expected, abs=1e-9 * scale)  # round-off
 
