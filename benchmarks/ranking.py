@@ -84,7 +84,7 @@ def alarms(study: creak.Study, load: str, seed: int) -> dict[str, Any]:
 def changes(study: creak.Study) -> list[dict[str, Any]]:
     """Every change that is tried of the first place: now, predicted, checked."""
     run = creak.run(study, converge=False, record=False)
-    result, places = run.found, heard_places(run.found, run.main, run.sound)
+    result, places = run.found, heard_places(run.found.scope, run.main, run.sound)
     causes = find_causes(result, places)
     ear = replace(run.sound.ear, statistics=None) if isinstance(run.sound, Sound) else None
     assert not isinstance(causes, str), causes

@@ -39,7 +39,7 @@ def door_rows(mesh_size: float, load: str, play: float | None) -> list[tuple[str
         result = run_study(creak.set_up(study), lambda *_: None)
     run = main_run(result.runs)
     assert run is not None
-    places = find_places(result, run)
+    places = find_places(result.scope, run)
     channels = [p.channels for p in places]
     hear(result, channels)  # compiles
     sound = hear(result, channels)

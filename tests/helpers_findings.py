@@ -8,6 +8,7 @@ from creak.report.drawn import ANIMATION_BYTES, Drawn, drawn_of
 from creak.studies.findings.gather import findings_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
+from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 
 
@@ -19,4 +20,4 @@ def summarised(result: StudyResult, *told: Any, **more: Any) -> dict[str, Any]:
 def to_draw(result: StudyResult, *told: Any, size: int = ANIMATION_BYTES, **more: Any) -> tuple[Findings, Drawn]:
     """What a page takes; its motion may take so many bytes."""
     findings = findings_of(result, *told, **more)
-    return findings, drawn_of(result, findings, size)
+    return findings, drawn_of(main_run(result.runs), result.reference, findings, size)

@@ -47,7 +47,7 @@ def main() -> None:
         assert band is not None
         print(f"{result.reference.free_dof:,} dofs, {model.system.n:,} kept, {len(run.events)} events", flush=True)
         meter = Meter()
-        found = beside_unreduced(result, find_places(band, run), progress, notes)
+        found = beside_unreduced(result, find_places(band.scope, run), progress, notes)
         cost = meter.read()
     assert found is not None
     rows = [

@@ -44,7 +44,7 @@ def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]
 def report(strips: tuple[StudyResult, Path]) -> Path:
     """Its report.html, with a player for each place and one for all."""
     result, folder = strips
-    sound = hear(result, [p.channels for p in find_places(result, main_run(result.runs))])
+    sound = hear(result, [p.channels for p in find_places(result.scope, main_run(result.runs))])
     assert isinstance(sound, Sound), sound
     write_page(*to_draw(result, sound=sound), folder / "report.html")
     return folder / "report.html"

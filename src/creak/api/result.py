@@ -181,8 +181,9 @@ class Result(Evaluation):
     def _drawn(self, animation_mb: float) -> Drawn:
         """What a report draws of model and motion, made once."""
         from creak.report.drawn import drawn_of
+        from creak.studies.run.compared import main_run
 
         size = round(1e6 * animation_mb)
         if size not in self._pictures:
-            self._pictures[size] = drawn_of(self.found, self.findings, size)
+            self._pictures[size] = drawn_of(main_run(self.found.runs), self.found.reference, self.findings, size)
         return self._pictures[size]

@@ -12,8 +12,8 @@ from creak.formats.stored.tree import read_tree, write_tree
 from creak.report.figures.motions import ModeShapes, Motions, mode_shapes, recorded_motions
 from creak.report.figures.surface import Surface, surface_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
-from creak.studies.run.job import StudyResult
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.run.one_run import Run
 
 ANIMATION_BYTES = 5_000_000
 """What the motion around events may take of a report."""
@@ -30,15 +30,17 @@ class Drawn:
     """Of the unreduced model; None: there are none to draw."""
 
 
-def drawn_of(result: StudyResult, findings: Findings, animation_bytes: int = ANIMATION_BYTES) -> Drawn:
+def drawn_of(
+    run: Run | None, reference: ReferenceModel, findings: Findings, animation_bytes: int = ANIMATION_BYTES
+) -> Drawn:
     """The surface of the model, and motion on it.
 
     Parameters
     ----------
     animation_bytes : what the motion around the hardest events may take of the report.
     """
-    surface, n_node, reference = _surface(findings), findings.setup.model.nodes.count, result.reference
-    motions = recorded_motions(main_run(result.runs), n_node, surface, animation_bytes)
+    surface, n_node = _surface(findings), findings.setup.model.nodes.count
+    motions = recorded_motions(run, n_node, surface, animation_bytes)
     shapes = mode_shapes(reference.system, reference.modes, n_node, surface) if animation_bytes > 0 else None
     return Drawn(surface, motions, shapes)
 

@@ -115,7 +115,7 @@ def evaluate(
         save = first
         attempted("a first copy of the results", lambda: save(Evaluation(found, findings_of(found))), None, notes)
     progress("sound", 0, 1)
-    places = [] if main is None else [p.channels for p in find_places(found, main)]
+    places = [] if main is None else [p.channels for p in find_places(found.scope, main)]
     silence: Sound | str = "none: it could not be computed"
     if odd := other_units(setup.model, setup.study.config.model.units):
         sound: Sound | str = f"none: {odd}, so nothing is known in Pa"
@@ -124,8 +124,8 @@ def evaluate(
     progress("sound", 1, 1)
     convergence = None
     if converge:
-        structure = beside_unreduced(found, heard_places(found, main, sound), progress, notes)
-        of_places = followed(found, sound)
+        structure = beside_unreduced(found, heard_places(found.scope, main, sound), progress, notes)
+        of_places = followed(found.scope, main, sound)
         convergence = attempted("repeated runs", lambda: repeat(found, progress, of_places, structure), None, notes)
     if isinstance(sound, Sound):
         notes += sound.notes

@@ -193,7 +193,7 @@ def rubbed(result_of):
     for name, run in result.runs.items():
         energy = run.history.energy.copy()
         energy[:, ENERGIES.index("friction")] = np.linspace(0.0, 0.03, energy.shape[0])
-        runs[name] = replace(run, history=replace(run.history, energy=energy, residual=2e-11), slips=slips)
+        runs[name] = replace(run, gaps=gaps, history=replace(run.history, energy=energy, residual=2e-11), slips=slips)
     return replace(result, gaps=gaps, runs=runs)
 
 

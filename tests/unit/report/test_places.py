@@ -53,7 +53,7 @@ def node(result, label):
 def test_nodes_of_one_element_are_one_place_and_others_are_not(result):
     # The upper strip has nodes 101 to 105 in its first row, 20 mm apart.
     near, far = [node(result, k) for k in (101, 102)], [node(result, k) for k in (104, 105)]
-    places = find_places(result, struck(result, near + far))
+    places = find_places(result.scope, struck(result, near + far))
     assert [set(p.nodes_idx.tolist()) for p in places] == [set(far), set(near)]
     assert [p.number for p in places] == [1, 2]
     assert places[0].node_idx == far[1]
@@ -63,7 +63,7 @@ def test_nodes_of_one_element_are_one_place_and_others_are_not(result):
 
 
 def test_a_chain_of_neighbours_is_one_place(result):
-    places = find_places(result, struck(result, [node(result, k) for k in (101, 102, 103, 104, 105)]))
+    places = find_places(result.scope, struck(result, [node(result, k) for k in (101, 102, 103, 104, 105)]))
     assert len(places) == 1
     assert places[0].nodes_idx.size == 5
 
@@ -75,16 +75,16 @@ def test_places_are_looked_for_once_for_each_run(result, monkeypatch):
     first = summarised(fresh)
     assert summarised(replace(fresh, notes=[*fresh.notes])) == first
     assert len(looked) == len(fresh.runs) == 2
-    # Other channels, or another window, are looked at anew.
+    # Another run, or another window, is looked at anew.
     run = fresh.runs["reduced"]
-    find_places(replace(fresh, gaps=replace(fresh.gaps)), run)
-    find_places(replace(fresh, window=(0.0, 0.5 * fresh.window[1])), run)
+    find_places(fresh.scope, replace(run))
+    find_places(replace(fresh.scope, window=(0.0, 0.5 * fresh.window[1])), run)
     assert len(looked) == 4
 
 
 def test_places_share_all_events_of_a_contact_among_them(result):
     run = result.runs["reduced"]
-    places = find_places(result, run)
+    places = find_places(result.scope, run)
     total = sum(e.impulse for p in places for e in p.events)
     h = run.history
     inside = (h.time >= result.window[0]) & (h.time <= result.window[1])
@@ -158,7 +158,7 @@ def test_force_is_one_number_wherever_it_is_told(result):
 def test_nothing_touched_is_no_place(result):
     run = result.runs["reduced"]
     still = replace(run, history=replace(run.history, force=np.zeros_like(run.history.force)))
-    assert find_places(result, still) == ()
+    assert find_places(result.scope, still) == ()
 
 
 def test_csv_numbers_matched_events_alike(result):
@@ -188,10 +188,10 @@ def test_a_place_may_only_squeak(result):
     end = result.window[1] + 1.0
     late = replace(slip, t_start=end, slips=((end, end + 1e-3),))
     squeaks = replace(run, history=replace(h, force=force, gap=gap), slips=(slip, late))
-    places = find_places(result, squeaks)
+    places = find_places(result.scope, squeaks)
     assert [(p.events, p.slips, p.force, p.number) for p in places] == [((), (slip,), 0.0, 1)]
     rattles = replace(pressed, slips=(slip,))
-    assert [(len(p.events), p.slips) for p in find_places(result, rattles)] == [(1, (slip,))]
+    assert [(len(p.events), p.slips) for p in find_places(result.scope, rattles)] == [(1, (slip,))]
 
 
 def test_a_chain_of_slips_is_shown_where_one_of_them_begins_in_the_window():

@@ -12,7 +12,6 @@ from creak.api.study import run_setup, set_up
 from creak.report.html import report_text
 from creak.report.tables.convergence import procedure
 from creak.report.words.method import paragraph
-from creak.studies.converge.unanswered import unanswered
 from creak.studies.file.reader import read_study
 from creak.studies.findings.gather import findings_of
 from helpers_findings import summarised, to_draw
@@ -97,9 +96,9 @@ def test_gaps_that_move_and_stay_open_are_an_answer(tmp_path, margin):
 
 def test_contact_that_presses_is_an_answer_although_nothing_closes(result_of):
     result = result_of("both runs")
-    assert unanswered(result) is None
+    assert result.unanswered is None
     far = replace(result.reference, linear_gaps=result.setup.contacts.gap0)
-    assert unanswered(replace(result, reference=far)) is None
+    assert replace(result, reference=far).unanswered is None
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,7 @@ from creak.studies.cause.told import cause_dict, change_dict, change_words
 from creak.studies.findings.places import Place, channels_at, events_at
 from creak.studies.findings.sound import heard_places
 from creak.studies.models.reference import rejoined
+from creak.studies.prepare.marching import Scope
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started
@@ -74,7 +75,7 @@ def try_changes(
     """The place as it is, and with each change that can be marched, on the reduced model."""
     run = main_run(result.runs)
     assert run is not None
-    now = effect_of(result, place, run.system, result.gaps, run.history, ear)
+    now = effect_of(result.scope, place, run.system, run.gaps, run.history, ear)
     tried = []
     for change in candidates(result, place, cause):
         effect = predicted(result, place, change, run.system, ear)
@@ -93,7 +94,7 @@ def predicted(result: StudyResult, place: Place, change: Change, system: System,
         history = marched(result.setup.marching, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
     except (Stopped, CreakError):
         return None
-    return effect_of(result, place, changed, gaps, history, ear, system if change.same_modes else None)
+    return effect_of(result.scope, place, changed, gaps, history, ear, system if change.same_modes else None)
 
 
 def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
@@ -124,11 +125,11 @@ def checked_by_run(
     run = main_run(again.runs)
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
-    return effect_of(again, place, run.system, again.gaps, run.history, ear)
+    return effect_of(again.scope, place, run.system, run.gaps, run.history, ear)
 
 
 def effect_of(
-    result: StudyResult,
+    scope: Scope,
     place: Place,
     system: System,
     gaps: GapOperator,
@@ -137,11 +138,10 @@ def effect_of(
     like: System | None = None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
-    study, window = result.setup.study, result.window
-    channels = channels_at([place], result.setup.model, gaps, history)[0]
+    window, channels = scope.window, channels_at([place], scope.model, gaps, history)[0]
     inside = (history.time >= window[0]) & (history.time <= window[1])
     impulse = (history.weights * inside) @ history.force
-    count = len(events_at([channels], study.config.verification, gaps, history, window)[0])
+    count = len(events_at([channels], scope, gaps, history)[0])
     heard: Sequence[float | None] = (None, None)
     if ear is not None:
         heard = n5_of(window, system, gaps, history, [channels], ear, like)
@@ -157,7 +157,7 @@ def causes_of(
     ----------
     changes : "none", "predicted" or "checked", as `creak.run` has it.
     """
-    places = [p for p in heard_places(result, main_run(result.runs), sound) if p.events]
+    places = [p for p in heard_places(result.scope, main_run(result.runs), sound) if p.events]
     progress("what causes it", 0, 1)
     found = find_causes(result, places)
     progress("what causes it", 1, 1)

@@ -92,7 +92,7 @@ def settle(
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
-        agree = again.stopped is None and tell_the_same(v, at.window, at.run, again)
+        agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
         following = replace(at.setup, raised=at.setup.raised + 1)
         stage = _stage(following.band.f_max, more, again, more.wall_s - before)
         moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)

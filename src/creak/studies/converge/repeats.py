@@ -81,82 +81,79 @@ def converge(
     ----------
     places : of the base run, what is followed of each. structure : what the unreduced model says of its events.
     """
-    base = result.runs.get("reduced") or result.runs["reference"]
-    notes: list[str] = []
-    repeats: list[Repeat] = []
-    outcomes = {BASE: outcome_of(_base_run(result), base, places.base, places.rubs)}
+    base, setup = result.runs.get("reduced") or result.runs["reference"], result.setup
+    c, notes, repeats = setup.study.config, list[str](), list[Repeat]()
+    first = Repeat(BASE, "", c.time.step, f_max=None if result.reduced is None else setup.band.f_max)
+    outcomes = {BASE: outcome_of(first, base, places.base, places.rubs)}
     if base.stopped is not None:
         notes.append(f"convergence was not looked at: the {base.stopped}")
     elif not result.gaps.presses:
         notes.append("convergence was not looked at: there is no channel that can press")
     else:
-        repeats, notes = plan(result)
+        repeats, notes = plan(first, c.contact, base.gaps, setup.connectors, exact=c.time.exact)
+        more, said = with_modes(first, c.reduction, result.reduced)
+        repeats, notes = [*repeats, *more], [*notes, *said]
         outcomes |= _outcomes(result, base, repeats, places, progress)
     if repeats and result.reduced is not None and result.reduced.complete:
-        same = replace(_base_run(result), name=MORE_MODES, family="modes")
+        same = replace(first, name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
-    unlooked = not_looked_at(result.setup.study.config.reduction, result.reduced)
-    more = outcomes.get(MORE_MODES)
+    unlooked = not_looked_at(c.reduction, result.reduced)
+    with_more = outcomes.get(MORE_MODES)
     none = result.reduced is not None and not result.reduced.complete and not outcomes[BASE].modes
-    if none and more is not None and not more.stopped and not is_moved(outcomes[BASE].impulse, more.impulse):
-        unlooked += (UNEXCITED.format(more.modes),)
+    if none and with_more and not with_more.stopped and not is_moved(outcomes[BASE].impulse, with_more.impulse):
+        unlooked += (UNEXCITED.format(with_more.modes),)
     notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
-    v, exact = result.setup.study.config.verification, result.setup.study.config.time.exact
-    window = (0.0, float(base.history.time[-1])) if exact else result.window
-    found = assess(outcomes, base.name, window, v.event_tolerance, tuple(notes), structure, places)
-    return replace(found, unlooked=unlooked, fine=result.setup.study.config.time.accuracy == "fine")
+    window = (0.0, float(base.history.time[-1])) if c.time.exact else result.window
+    found = assess(outcomes, base.name, window, c.verification.event_tolerance, tuple(notes), structure, places)
+    return replace(found, unlooked=unlooked, fine=c.time.accuracy == "fine")
 
 
-def plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
-    """The runs to make, and what is to be said of those that are not."""
-    if result.setup.study.config.time.exact:
-        return _exact_plan(result)
-    base, notes = _base_run(result), []
+def plan(
+    base: Repeat, contact: Mapping[str, ContactTable], gaps: GapOperator, connectors: GapOperator, *, exact: bool
+) -> tuple[list[Repeat], list[str]]:
+    """The runs to make, one for each thing that the answer must not hang on, and what is to be said of those that are
+    not made.
+
+    Parameters
+    ----------
+    gaps : channels of the run. exact : no step is forced.
+    """
+    finite, own = _scaled(gaps, contact).size > 0, _is_given(contact)
+    notes = [GIVEN] if finite and own else []
+    if exact:
+        repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
+        if finite:
+            repeats += [
+                replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
+                replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
+            ]
+        return repeats, notes
     h, quarter = base.step, 0.25 * base.step
     repeats = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
-    softer, own = _scaled(result.gaps, result.setup.contacts), _is_given(result.setup.study.config.contact)
-    hard = int(np.isinf(result.gaps.stiffness).sum())
-    if softer.size:
+    hard = int(np.isinf(gaps.stiffness).sum())
+    if finite:
         repeats += [
             replace(base, name=name, family="stiffness", step=quarter, stiffness=factor, judged=not own)
             for name, factor in ((TWICE, 2.0), (TENFOLD, 10.0))
         ]
-    notes += [GIVEN] if softer.size and own else []
     if hard:
         notes.append(f"{hard} hard channels have no stiffness to vary and stay hard in all runs")
-    if result.setup.connectors.m:
+    if connectors.m:
         notes.append("the stiffness of connectors is a figure of the study, no penalty: it stays in all runs")
-    if not softer.size:
+    if not finite:
         notes.append("no contact has a stiffness to vary: settling with it was not looked at")
-    return _with_modes(result, repeats, notes)
-
-
-def _exact_plan(result: StudyResult) -> tuple[list[Repeat], list[str]]:
-    """One run for each thing that the answer must not hang on."""
-    base, notes = _base_run(result), []
-    repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
-    if _scaled(result.gaps, result.setup.contacts).size:
-        own = _is_given(result.setup.study.config.contact)
-        repeats += [
-            replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
-            replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
-        ]
-        notes += [GIVEN] if own else []
-    return _with_modes(result, repeats, notes)
-
-
-def _with_modes(result: StudyResult, repeats: list[Repeat], notes: list[str]) -> tuple[list[Repeat], list[str]]:
-    """The plan with the run with more modes, and what is to be said of parts that have no more."""
-    reduced = result.reduced
-    if reduced is None:
-        return repeats, notes
-    if reduced.complete:
-        return repeats, [*notes, COMPLETE]
-    full = [r.system.name for r in reduced.superelements if r.complete]
-    notes += [f"complete, with all modes that there are: {listed(full)}"] if full else []
-    if result.setup.study.config.reduction.method != "guyan":
-        repeats.append(replace(_base_run(result), name=MORE_MODES, family="modes"))
     return repeats, notes
+
+
+def with_modes(base: Repeat, table: ReductionTable, reduced: ReducedModel | None) -> tuple[list[Repeat], list[str]]:
+    """The run with more modes, and what is to be said of parts that have no more."""
+    if reduced is None:
+        return [], []
+    if reduced.complete:
+        return [], [COMPLETE]
+    full = [r.system.name for r in reduced.superelements if r.complete]
+    notes = [f"complete, with all modes that there are: {listed(full)}"] if full else []
+    return [replace(base, name=MORE_MODES, family="modes")] if table.method != "guyan" else [], notes
 
 
 def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[str, ...]:
@@ -181,19 +178,14 @@ def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapO
     return replace(gaps.with_stiffness(gaps.stiffness * by), curves=curves)
 
 
-def _scaled(gaps: GapOperator, contacts: GapOperator) -> IntArray:
+def _scaled(gaps: GapOperator, contact: Mapping[str, ContactTable]) -> IntArray:
     """Channels of contact pairs with a finite stiffness or a curve."""
-    return np.flatnonzero(gaps.of_groups(set(contacts.group)) & np.isfinite(gaps.stiffness))
+    return np.flatnonzero(gaps.of_groups({*contact}) & np.isfinite(gaps.stiffness))
 
 
 def _is_given(tables: Mapping[str, ContactTable]) -> bool:
     """Whether the study says how stiff every contact is, by a number or a curve."""
     return all(t.stiffness != "auto" or t.overclosure is not None for t in tables.values())
-
-
-def _base_run(result: StudyResult) -> Repeat:
-    c = result.setup.study.config
-    return Repeat(BASE, "", c.time.step, f_max=None if result.reduced is None else result.setup.band.f_max)
 
 
 @dataclass(frozen=True)
@@ -273,7 +265,7 @@ def _ready(result: StudyResult, base: Run, repeat: Repeat, progress: Progress) -
     model: ReducedModel | ReferenceModel = result.reduced or result.reference
     if isinstance(model, ReducedModel) and repeat.family == "modes":
         model = with_more_modes(setup.reduction, result.reference, result.gaps, model, progress)
-    gaps = scaled_contact(result.gaps, _scaled(result.gaps, result.setup.contacts), repeat.stiffness)
+    gaps = scaled_contact(result.gaps, _scaled(result.gaps, setup.study.config.contact), repeat.stiffness)
     observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
     march = partial(march_run, repeat.name, setup.marching, observed, model, gaps)
     return _Ready(repeat, model.system, gaps, march)

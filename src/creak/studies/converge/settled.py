@@ -9,9 +9,8 @@ import numpy as np
 
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
 from creak.studies.converge.settling import BASE, CHANCE, ENOUGH, Convergence, EventSettling, Settling
-from creak.studies.converge.unanswered import unanswered
 from creak.studies.converge.words import remedy_of
-from creak.studies.run.job import StudyResult
+from creak.studies.file.case import Course
 from creak.studies.run.one_run import Run
 from creak.studies.run.steady import faded_in, may_still_close
 from creak.verify.events import Event
@@ -45,18 +44,24 @@ class Verdict:
     """Sentences; none where all is well."""
 
 
-def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -> Verdict | None:
+def verdict_of(
+    run: Run, course: Course, unanswered: str | None, convergence: Convergence | None, ended: str = ""
+) -> Verdict | None:
     """What the energy balance and the repeated runs say of a run; None where it was not repeated.
 
     A run whose answer could not have been another one has not settled, however exact it is.
+
+    Parameters
+    ----------
+    unanswered : why it says nothing of rattle. ended : why f_max = "auto" went no further.
     """
-    table = result.setup.study.config.time
+    table = course.time
     against = reasons_against(run.history, forced=not table.exact)
     if against:
         return Verdict(UNRELIABLE, tuple(against))
-    if why := unanswered(result):
-        return Verdict(UNSETTLED, (why,))
-    if not table.exact and result.gaps.presses and (convergence is None or convergence.model != run.name):
+    if unanswered:
+        return Verdict(UNSETTLED, (unanswered,))
+    if not table.exact and run.gaps.presses and (convergence is None or convergence.model != run.name):
         return Verdict(
             UNSETTLED,
             (
@@ -64,18 +69,17 @@ def verdict_of(run: Run, result: StudyResult, convergence: Convergence | None) -
                 "them out of [time], or run with --converge",
             ),
         )
-    course = result.setup.study.course
     if why := faded_in(run.history, course.fade):
         return Verdict(UNSETTLED, (why,))
-    if table.exact and (why := may_still_close(run.history, result.gaps, course.repeats)):
+    if table.exact and (why := may_still_close(run.history, run.gaps, course.repeats)):
         return Verdict(UNSETTLED, (why,))
-    if table.exact and not result.gaps.presses:
+    if table.exact and not run.gaps.presses:
         return Verdict(SETTLED, ())
     if convergence is None or convergence.model != run.name:
         return None
     verdict = verdict_of_runs(convergence)
-    if verdict.word != SETTLED and result.band is not None and result.band.why:
-        return Verdict(verdict.word, (*verdict.reasons, f'f_max = "auto" ended here: {result.band.why}'))
+    if verdict.word != SETTLED and ended:
+        return Verdict(verdict.word, (*verdict.reasons, f'f_max = "auto" ended here: {ended}'))
     return verdict
 
 

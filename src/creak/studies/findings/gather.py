@@ -15,11 +15,12 @@ from creak.arrays import IntArray, SingleArray
 from creak.contact.gap_operator import GapOperator
 from creak.digest import file_sha256
 from creak.dynamics.history import History
+from creak.formats.stored.run_identity import RunIdentity
 from creak.model.dofs import nodes_of
 from creak.model.plain_mesh import plain_mesh
-from creak.studies.converge.settled import verdict_of
+from creak.studies.converge.settled import Verdict, verdict_of
 from creak.studies.converge.settling import Convergence
-from creak.studies.converge.unanswered import unanswered
+from creak.studies.file.reader import Study
 from creak.studies.findings.elines import measured_rates
 from creak.studies.findings.places import resting_places
 from creak.studies.findings.sound import heard_places
@@ -38,6 +39,9 @@ from creak.studies.findings.tree import (
     MeasuredRate,
     Note,
 )
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.marching import Scope
+from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import static_gravity
 from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.compared import main_run
@@ -68,16 +72,25 @@ def findings_of(
     causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     tests : measurements beside it (`creak.studies.findings.measured`).
     """
-    s = result.setup
+    s, main, unanswered = result.setup, main_run(result.runs), result.unanswered
+    stages = ((), "") if result.band is None else (result.band.stages, result.band.why)
+    with_modes = "reduced" in result.runs and s.study.config.reduction.method != "guyan"
+
+    def verdict(run: Run) -> Verdict | None:
+        return verdict_of(run, s.study.course, unanswered, convergence, stages[1])
+
     return Findings(
         creak=version(),
         identity=result.identity,
-        setup=_setup(result),
+        setup=_setup(s, result.reference),
         gaps=_channels(result.gaps),
         closed_later=result.closed_later,
-        static=_static(result),
-        runs={name: _run(run, result, convergence, sound, causes or {}) for name, run in result.runs.items()},
-        band=_band(result),
+        static=_static(s),
+        runs={
+            name: _run(run, result.scope, verdict(run), sound, (causes or {}) if run is main else None)
+            for name, run in result.runs.items()
+        },
+        band=FoundBand(s.band.f_max, *stages) if with_modes else None,
         linear_gaps=result.reference.linear_gaps,
         modes=result.modes,
         spectra=result.spectra,
@@ -95,15 +108,14 @@ def findings_of(
         tests=tests,
         window=result.window,
         said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
-        unanswered=unanswered(result),
+        unanswered=unanswered,
         other_units=other_units(s.model, s.study.config.model.units),
-        provenance=tuple(provenance(result)),
+        provenance=tuple(_provenance(s.study, s.model.source, result.identity)),
         stopped=result.stopped,
     )
 
 
-def _setup(result: StudyResult) -> FoundSetup:
-    s, reference = result.setup, result.reference
+def _setup(s: Setup, reference: ReferenceModel) -> FoundSetup:
     study, model = s.study, s.model
     moved = [*s.driven.labels.values(), *s.loads.force_labels]
     parts = (
@@ -142,8 +154,7 @@ def _channels(gaps: GapOperator) -> Channels:
     )
 
 
-def _static(result: StudyResult) -> dict[str, Any] | None:
-    s = result.setup
+def _static(s: Setup) -> dict[str, Any] | None:
     if s.static is None:
         return None
     groups = [*s.contacts.group, *s.connectors.group]
@@ -152,15 +163,15 @@ def _static(result: StudyResult) -> dict[str, Any] | None:
 
 def _run(
     run: Run,
-    result: StudyResult,
-    convergence: Convergence | None,
+    scope: Scope,
+    verdict: Verdict | None,
     sound: Sound | str | None,
-    causes: Mapping[int, dict[str, Any]],
+    causes: Mapping[int, dict[str, Any]] | None,
 ) -> FoundRun:
-    h, places, nearest = run.history, heard_places(result, run, sound), None
+    h, places, nearest = run.history, heard_places(scope, run, sound), None
     if h.gap.size:
         row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
-        nearest = (result.gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
+        nearest = (run.gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
     return FoundRun(
         name=run.name,
         integrator=run.integrator,
@@ -175,7 +186,7 @@ def _run(
         force=h.force,
         energy=h.energy,
         energy_created_of_contact=created_of_contact(h),
-        closest=_closest(h, result.gaps),
+        closest=_closest(h, run.gaps),
         nearest=nearest,
         resting_channels=int(resting(h).sum()),
         contact_steps=h.contact_steps,
@@ -185,9 +196,9 @@ def _run(
         slips=run.slips,
         squeaks=run.squeaks,
         places=places,
-        resting=resting_places(result, run),
-        verdict=verdict_of(run, result, convergence),
-        causes=tuple(causes.get(p.number) for p in places) if run is main_run(result.runs) else (),
+        resting=resting_places(scope, run),
+        verdict=verdict,
+        causes=() if causes is None else tuple(causes.get(p.number) for p in places),
     )
 
 
@@ -198,15 +209,6 @@ def _closest(h: History, gaps: GapOperator) -> SingleArray:
     for j, group in enumerate(gaps.group):
         np.minimum(closest[:, row[group]], h.gap[:, j], out=closest[:, row[group]])
     return closest.astype(np.float32)
-
-
-def _band(result: StudyResult) -> FoundBand | None:
-    if "reduced" not in result.runs or result.setup.study.config.reduction.method == "guyan":
-        return None
-    found = result.band
-    if found is None or not found.stages:
-        return FoundBand(result.setup.band.f_max)
-    return FoundBand(result.setup.band.f_max, found.stages, found.why)
 
 
 def _sound(sound: Sound) -> FoundSound:
@@ -238,18 +240,16 @@ def _sound(sound: Sound) -> FoundSound:
     )
 
 
-def provenance(result: StudyResult) -> list[tuple[str, str]]:
+def _provenance(study: Study, model: str | Path, identity: RunIdentity) -> list[tuple[str, str]]:
     """Name and value, for a table: files with their digests, versions, machine."""
-    study = result.setup.study
-    source = Path(result.setup.model.source)
     deck = study.places.sibling(study.config.model.deck)
-    rows = [("Run", result.identity.id), ("Study file", f"{study.path.name}, SHA-256 {result.identity.study_sha256}")]
-    for path in dict.fromkeys((deck, source)):
+    rows = [("Run", identity.id), ("Study file", f"{study.path.name}, SHA-256 {identity.study_sha256}")]
+    for path in dict.fromkeys((deck, Path(model))):
         if path.is_file():
             rows.append(("Deck", f"{path.name}, {path.stat().st_size:,} bytes, SHA-256 {file_sha256(path)}"))
             break
-    if result.identity.files_sha256:
-        rows.append(("Other files", f"SHA-256 {result.identity.files_sha256}"))
+    if identity.files_sha256:
+        rows.append(("Other files", f"SHA-256 {identity.files_sha256}"))
     rows.append(("creak", version()))
     rows.append(("Python and packages", f"Python {platform.python_version()}; {_versions()}"))
     return [*rows, ("Machine", f"{platform.system()}, {platform.machine()}")]

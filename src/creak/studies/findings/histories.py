@@ -11,7 +11,8 @@ from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
 from creak.model.mesh import Nodes
 from creak.signals.resampling import cell_means
-from creak.studies.run.job import StudyResult
+from creak.studies.prepare.exterior import Watch
+from creak.studies.prepare.marching import Marching
 from creak.studies.run.one_run import Run
 
 UNASKED = 32_000_000
@@ -20,10 +21,10 @@ MARGIN = 4
 """Instants before and after a touch that are stored with it."""
 
 
-def record_of(run: Run, result: StudyResult) -> RunRecord:
+def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRecord:
     """What is stored of a run: most of it at its output times."""
-    h, nodes, watched = run.history, result.setup.model.nodes, result.setup.watched
-    at, friction = h.output_index, result.gaps.friction
+    h, gaps, watched = run.history, run.gaps, watch.nodes
+    at, friction = h.output_index, gaps.friction
     rubbing = np.zeros(0, dtype=np.int64) if friction is None else friction.channels
     touched = np.flatnonzero((h.force > 0.0).any(axis=0))
     return RunRecord(
@@ -37,12 +38,12 @@ def record_of(run: Run, result: StudyResult) -> RunRecord:
         displacement=h.displacement.reshape(at.size, watched.size, 6),
         node_ids=nodes.ids[watched].astype(np.int64),
         node_names=[nodes.label(int(i)) for i in watched],
-        channels=result.gaps.names,
-        channel_nodes=nodes.ids[result.gaps.nodes_idx].astype(np.int64),
+        channels=gaps.names,
+        channel_nodes=nodes.ids[gaps.nodes_idx].astype(np.int64),
         energy=h.energy[at],
         energy_terms=ENERGIES,
-        field=_field(run, result),
-        elines=_lines(run, result.setup.elines.points, nodes),
+        field=_field(run, nodes, marching),
+        elines=_lines(run, watch.lines.points, nodes),
     )
 
 
@@ -65,13 +66,12 @@ def _near_contact(h: History) -> IntArray:
     return np.flatnonzero(near)
 
 
-def _field(run: Run, result: StudyResult) -> Field | None:
+def _field(run: Run, nodes: Nodes, marching: Marching) -> Field | None:
     """The motion of all nodes as the study asks for it; where it does not, around the hardest event."""
-    h, nodes = run.history, result.setup.model.nodes
+    h = run.history
     if h.whole_at.size:
-        parts = result.setup.study.config.time.substeps
-        time, q = result.setup.marching.ends[h.whole_at], h.coordinates
-        s = result.setup.loads.support[0, parts * h.whole_at].T
+        time, q = marching.ends[h.whole_at], h.coordinates
+        s = marching.loads.support[0, marching.table.substeps * h.whole_at].T
     elif run.recording is not None and run.recording.motions:
         m = run.recording.motions[0]
         every = max(1, -(-m.time.size * 24 * nodes.count // UNASKED))

@@ -13,7 +13,8 @@ from creak.assembly.damping import Damping
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.measured.histories import Histories
-from creak.model.mesh import Model
+from creak.model.mesh import Model, Nodes
+from creak.model.units import UnitsName
 from creak.progress import Progress
 from creak.reduction.modal import ModalDamping
 from creak.sound.zwicker_tables import RATE
@@ -23,6 +24,8 @@ from creak.studies.findings.tree import FoundTest
 from creak.studies.models.correlation import fit_modes
 from creak.studies.models.frfs import FrfFit, fit_frfs
 from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.exterior import Watch
+from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.measurements import OF_SOUND, Measurement
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
@@ -50,18 +53,19 @@ def beside_tests(
     result: StudyResult, sound: Sound | str | None, progress: Progress, notes: list[str]
 ) -> tuple[FoundTest, ...]:
     """The measurements of the study over what was computed; what cannot be compared becomes a note."""
-    tests, main = result.setup.tests, main_run(result.runs)
-    f_max = result.setup.study.config.verification.f_max
+    s, reduced, found = result.setup, result.reduced, []
+    tests, main, c = s.tests, main_run(result.runs), s.study.config
+    units, f_max = c.model.units, c.verification.f_max
     if any(test.top for test in tests) and result.reference.of_parts is not None:
         notes.append("modes and functions of tests: memory does not hold the unreduced model, they are not compared")
         tests = tuple(replace(test, modes=None, frfs=None) for test in tests)
     moved = any(not OF_SOUND.fullmatch(c.name) for test in tests for c in test.channels)
     histories = None
     if main is not None and moved:
-        histories = attempted("time histories beside the tests", partial(_histories, result, main), None, notes)
-    s, reduced, found = result.setup, result.reduced, []
+        of_run = partial(_histories, main, units, s.model.nodes, s.watch, s.marching)
+        histories = attempted("time histories beside the tests", of_run, None, notes)
     structure = partial(_structure, s.model, result.reference, s.modal)
-    of_frfs = structure, s.modal, None if reduced is None else reduced.system, s.study.config.model.units, progress
+    of_frfs = structure, s.modal, None if reduced is None else reduced.system, units, progress
     for k, test in enumerate(tests):
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
@@ -128,12 +132,12 @@ def _records(
     return replace(found, pairs=(*found.pairs, *more.pairs), notes=(*found.notes, *more.notes))
 
 
-def _histories(result: StudyResult, main: Run) -> Histories:
+def _histories(main: Run, units: UnitsName, nodes: Nodes, watch: Watch, marching: Marching) -> Histories:
     """Motion, gaps and forces of the run as results.h5 holds them."""
-    record = record_of(main, result)
+    record = record_of(main, nodes, watch, marching)
     return Histories(
         main.name,
-        result.setup.study.config.model.units,
+        units,
         record.time,
         record.node_ids,
         tuple(record.node_names),

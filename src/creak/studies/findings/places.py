@@ -13,8 +13,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.plain_mesh import Mesh
-from creak.studies.file.config import VerificationTable
-from creak.studies.run.job import ReducedRun, StudyResult
+from creak.studies.prepare.marching import Scope
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event, counted_instants, events_in, find_events
 from creak.verify.rubbing import NOTHING, SELDOM, Rub, rub_of
@@ -78,39 +77,37 @@ class Place:
         return float(between.std() / between.mean()) if between.size > 1 and between.mean() > 0.0 else None
 
 
-def find_places(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
+def find_places(scope: Scope, run: Run) -> tuple[Place, ...]:
     """The places that touch in the verification window, by worst force, and those that only squeak or scrape.
 
     Touched channels of one contact belong together where their nodes share an element or lie within `NEAR` of the
     model's size, and so on from neighbour to neighbour. They are looked for once for each run.
     """
-    return tuple(p for p in _known(result, run) if p.number)
+    return tuple(p for p in _known(scope, run) if p.number)
 
 
-def resting_places(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
+def resting_places(scope: Scope, run: Run) -> tuple[Place, ...]:
     """Patches that have pressed since the start without a hit or a slip: no places, but what they carry is told."""
-    return tuple(p for p in _known(result, run) if not p.number)
+    return tuple(p for p in _known(scope, run) if not p.number)
 
 
-def _known(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
-    gaps, known = run.places_known.get(result.window, (None, ()))
-    if gaps is not result.gaps:
-        known = _find(result, run)
-        run.places_known[result.window] = result.gaps, known
-    return known
+def _known(scope: Scope, run: Run) -> tuple[Place, ...]:
+    if scope.window not in run.places_known:
+        run.places_known[scope.window] = _find(scope, run)
+    found: tuple[Place, ...] = run.places_known[scope.window]
+    return found
 
 
-def _find(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
-    h, gaps, model = run.history, result.gaps, result.setup.model
-    inside = counted_instants(h.time, run.events, result.window)
+def _find(scope: Scope, run: Run) -> tuple[Place, ...]:
+    h, gaps, window = run.history, run.gaps, scope.window
+    inside = counted_instants(h.time, run.events, window)
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
     if not touched.size:
         return ()
-    patch = _patches(model, gaps, touched)
+    patch = _patches(scope.model, gaps, touched)
     every = [touched[patch == p] for p in np.unique(patch).tolist()]
-    slips, places = _slips(result, run, touched, patch), []
-    v = result.setup.study.config.verification
-    at_each = events_at(every, v, gaps, h, result.window)
+    slips, places = _slips(run, window, touched, patch), []
+    at_each = events_at(every, scope, gaps, h)
     for channels, p, own in zip(every, np.unique(patch).tolist(), at_each, strict=True):
         contact, rows, slid = gaps.group[int(channels[0])], np.unique(gaps.nodes_idx[channels]), slips.get(p, ())
         if own:
@@ -119,7 +116,7 @@ def _find(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
             node = max(slid, key=lambda e: e.friction_work).node_idx
         else:
             node = int(gaps.nodes_idx[channels[np.argmax(h.weights @ h.force[:, channels])]])
-        rub = rub_of(h, gaps, channels, result.window, v.f_max)
+        rub = rub_of(h, gaps, channels, window, scope.verification.f_max)
         if len(own) > 1:  # those are judged one by one
             rub = replace(rub, force=None)
         places.append(Place(0, contact, channels, rows, node, tuple(own), tuple(slid), rub))
@@ -127,14 +124,8 @@ def _find(result: StudyResult | ReducedRun, run: Run) -> tuple[Place, ...]:
     return tuple(replace(place, number=0 if place.rests else k) for k, place in enumerate(places, start=1))
 
 
-def events_at(
-    groups: Sequence[IntArray],
-    v: VerificationTable,
-    gaps: GapOperator,
-    history: History,
-    window: tuple[float, float],
-) -> list[list[Event]]:
-    """Events of each group of channels by itself that count in a window (`events_in`)."""
+def events_at(groups: Sequence[IntArray], scope: Scope, gaps: GapOperator, history: History) -> list[list[Event]]:
+    """Events of each group of channels by itself that count in the window (`events_in`)."""
     every = np.concatenate([*groups, np.zeros(0, dtype=np.int64)])
     if not every.size:
         return [[] for _ in groups]
@@ -142,7 +133,8 @@ def events_at(
     only = replace(gaps.select(every), group=tuple(names))
     pressing = history.preload[every] if history.preload.size else history.preload
     own = replace(history, gap=history.gap[:, every], force=history.force[:, every], preload=pressing)
-    events = events_in(find_events(own, only, v.merge, v.f_max), window)
+    v = scope.verification
+    events = events_in(find_events(own, only, v.merge, v.f_max), scope.window)
     return [[e for e in events if e.group == f"{k}"] for k in range(len(groups))]
 
 
@@ -161,16 +153,14 @@ def channels_at(places: Sequence[Place], model: Mesh, gaps: GapOperator, history
     return [np.flatnonzero(place == k).astype(np.int64) for k in range(len(places))]
 
 
-def _slips(
-    result: StudyResult | ReducedRun, run: Run, touched: IntArray, patch: IntArray
-) -> dict[int, list[SlipEvent]]:
+def _slips(run: Run, window: tuple[float, float], touched: IntArray, patch: IntArray) -> dict[int, list[SlipEvent]]:
     """Patch -> stick-slip events of its nodes, with those of their slips that begin in the window."""
-    nodes, group = result.gaps.nodes_idx, result.gaps.group
+    nodes, group = run.gaps.nodes_idx, run.gaps.group
     own: dict[int, list[SlipEvent]] = {}
     for slip in run.slips:
         here = np.flatnonzero(nodes[touched] == slip.node_idx)
         mine = [k for k in here.tolist() if group[int(touched[k])] == slip.group]
-        begun = tuple(s for s in slip.slips if result.window[0] <= s[0] <= result.window[1])
+        begun = tuple(s for s in slip.slips if window[0] <= s[0] <= window[1])
         if mine and begun:
             own.setdefault(int(patch[mine[0]]), []).append(replace(slip, slips=begun))
     return own

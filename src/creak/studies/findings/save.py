@@ -65,11 +65,12 @@ def save(
     folder.mkdir(parents=True, exist_ok=True)
     remove_dead(folder)
     run, convergence = findings.identity, findings.convergence
-    records = {name: record_of(one, result) for name, one in result.runs.items()}
-    c = result.setup.study.config
-    attributes = {"creak": findings.creak, "title": c.title, "units": c.model.units, "study": result.setup.study.text}
+    setup, c = result.setup, result.setup.study.config
+    told = setup.model.nodes, setup.watch, setup.marching
+    records = {name: record_of(one, *told) for name, one in result.runs.items()}
+    attributes = {"creak": findings.creak, "title": c.title, "units": c.model.units, "study": setup.study.text}
     if more is None and any(record.field is not None for record in records.values()):
-        more = partial(_write_mesh, mesh=plain_mesh(result.setup.model))
+        more = partial(_write_mesh, mesh=plain_mesh(setup.model))
 
     def rest(file: h5py.File) -> None:
         write_identity(file, run)

@@ -16,7 +16,7 @@ from creak.sound.quality import FIGURES
 from creak.sound.zwicker_tables import RATE
 from creak.studies.findings.places import Place, find_places, ranked
 from creak.studies.findings.tree import Findings
-from creak.studies.run.job import StudyResult
+from creak.studies.prepare.marching import Scope
 from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.loud import Heard
@@ -27,11 +27,11 @@ TOGETHER = "all"
 """Name of the sound of all contact together."""
 
 
-def heard_places(result: StudyResult, run: Run | None, sound: Sound | str | None) -> tuple[Place, ...]:
+def heard_places(scope: Scope, run: Run | None, sound: Sound | str | None) -> tuple[Place, ...]:
     """The places of a run, the loudest first; where it was not heard, the hardest hit first."""
     if run is None:
         return ()
-    places = find_places(result, run)
+    places = find_places(scope, run)
     return ranked(places, sound.order) if isinstance(sound, Sound) and sound.run == run.name else places
 
 

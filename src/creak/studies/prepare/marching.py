@@ -12,6 +12,7 @@ from creak.dynamics.flow.resolution import Resolution
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
+from creak.model.mesh import Model
 from creak.studies.file.case import Course
 from creak.studies.file.config import TimeTable, VerificationTable
 from creak.studies.prepare.elines import NO_ELINES, Elines
@@ -76,6 +77,16 @@ class Marching:
 def scheme_of(table: TimeTable) -> Scheme:
     """HHT-alpha or generalised-alpha."""
     return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
+
+
+@dataclass(frozen=True)
+class Scope:
+    """What is told of a run: of which model, by which events, over what time."""
+
+    model: Model
+    verification: VerificationTable
+    window: tuple[float, float]
+    """s"""
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.formats.stored.run_identity import RunIdentity
 from creak.linalg.threads import one_blas_thread
@@ -15,7 +18,7 @@ from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
-from creak.studies.prepare.marching import Marching, Observed
+from creak.studies.prepare.marching import Marching, Observed, Scope
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
 from creak.studies.prepare.watched import motion_warnings
@@ -44,6 +47,8 @@ from creak.verify.unreduced import Structure
 if TYPE_CHECKING:
     from creak.reduction.health import Health
 
+MOVED = 1e-9
+"""Share of its gap at rest by which a channel must close to have moved: above round-off, far below anything else."""
 ReferenceRun = Callable[[Marching, Observed, ReferenceModel, GapOperator, Progress], Run]
 
 
@@ -67,9 +72,9 @@ class ReducedRun:
     """What the unreduced model says of the run; None: it was not asked yet."""
 
     @property
-    def window(self) -> tuple[float, float]:
-        """Of the run, that the verification looks at, s."""
-        return self.setup.marching.window
+    def scope(self) -> Scope:
+        """What is told of the run."""
+        return Scope(self.setup.model, self.setup.study.config.verification, self.setup.marching.window)
 
 
 March = Callable[[ReducedModel], Run]
@@ -102,6 +107,32 @@ class StudyResult:
     """Of the main run beside that without contact; None: there are no lines."""
     band: ReducedRun | None = None
     """How f_max was found; None: nothing was reduced."""
+
+    @property
+    def scope(self) -> Scope:
+        """What is told of its runs."""
+        return Scope(self.setup.model, self.setup.study.config.verification, self.window)
+
+    @property
+    def unanswered(self) -> str | None:
+        """Why its run says nothing of rattle, in a sentence; None: it does, whatever it says."""
+        if why := self.setup.no_contact:
+            return why
+        run = main_run(self.runs)
+        if run is None or run.history.force.any():
+            return None
+        linear = self.reference.linear_gaps
+        closed = _closed(run.gaps.gap0, run.history.gap.min(axis=0, initial=np.inf))
+        if closed or (linear is not None and _closed(self.setup.contacts.gap0, linear)):
+            return None
+        return (
+            "no gap of its contacts and connectors becomes smaller than it is at rest, so nothing can rattle: what "
+            "drives the model is zero, or does not reach them"
+        )
+
+
+def _closed(at_rest: FloatArray, smallest: FloatArray) -> bool:
+    return bool((at_rest - smallest > MOVED * np.abs(at_rest)).any())
 
 
 @none_ignored()

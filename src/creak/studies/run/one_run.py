@@ -41,6 +41,8 @@ class Run:
 
     name: str
     system: System
+    gaps: GapOperator
+    """Its channels."""
     history: History
     events: list[Event]
     cost: Cost
@@ -66,10 +68,8 @@ class Run:
     """Over time, with `lines`."""
     notes: tuple[str, ...] = ()
     """What should be known of it: instants that were not kept, a run that was taken from another case."""
-    places_known: dict[tuple[float, float], tuple[GapOperator, Any]] = field(
-        default_factory=dict, init=False, compare=False, repr=False
-    )
-    """Window -> channels and what `studies.findings.places` found of them, so that it looks once."""
+    places_known: dict[tuple[float, float], Any] = field(default_factory=dict, init=False, compare=False, repr=False)
+    """Window -> what `studies.findings.places` found, so that it looks once."""
 
 
 def march_run(
@@ -119,6 +119,7 @@ def march_run(
     return Run(
         name,
         system,
+        gaps,
         left,
         events,
         cost,

@@ -40,7 +40,10 @@ def beside_unreduced(
         if result.stopped is not None:
             found = Structure(why_not="the run was stopped")
         else:
-            found = attempted("spot checks", lambda: _checked(result, run, places, progress, notes), FAILED, notes)
+            bars = "reference" in result.runs
+            found = attempted(
+                "spot checks", lambda: _checked(result.reference, run, places, bars, progress, notes), FAILED, notes
+            )
     samples = None if result.events is None else event_statistics(result)
     return found.beside(result.events, samples)
 
@@ -58,21 +61,25 @@ def _of_events(run: ReducedRun, of: Handover | None, why: str, progress: Progres
 
 
 def _checked(
-    result: StudyResult, run: ReducedRun, places: Sequence[Place], progress: Progress, notes: list[str]
+    reference: ReferenceModel,
+    run: ReducedRun,
+    places: Sequence[Place],
+    bars: bool,
+    progress: Progress,
+    notes: list[str],
 ) -> Structure:
-    """Events, where none were looked at yet, rubbing, how far its own run hangs on contact steps; each may fail."""
+    """Events, where none were looked at yet, rubbing and `bars` of its own run by contact steps; each may fail."""
     started = clock.perf_counter()
-    of, why = handed_over(run, result.reference)
+    of, why = handed_over(run, reference)
     events = run.structure
     if events is None:
         events = attempted("spot checks", lambda: _of_events(run, of, why, progress), FAILED, notes)
     if of is None:
         return events
     nothing: tuple[tuple[RubSpot, ...], int] = (), 0
-    no_bars: dict[str, float] = {}
+    of_steps: dict[str, float] = {}
     rubs, solves = attempted("spot checks of friction", lambda: check_rubs(run, places, of), nothing, notes)
-    bars = no_bars
-    if "reference" in result.runs:
-        bars = attempted("bars of the unreduced run", lambda: bars_of_steps(run, of), no_bars, notes)
+    if bars:
+        of_steps = attempted("bars of the unreduced run", lambda: bars_of_steps(run, of), of_steps, notes)
     wall_s = events.wall_s + clock.perf_counter() - started
-    return replace(events, rubs=rubs, of_steps=bars, solves=events.solves + solves, wall_s=wall_s)
+    return replace(events, rubs=rubs, of_steps=of_steps, solves=events.solves + solves, wall_s=wall_s)

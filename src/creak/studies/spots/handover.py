@@ -185,7 +185,7 @@ def low_modes(zeta: ModalDamping | None, reduced: System, reference: ReferenceMo
 
 def ordered(found: ReducedRun, of: Handover) -> list[tuple[Event, str]]:
     """Events of each place of the reduced run in the order in which they are looked at."""
-    return chosen(found.run.events, find_places(found, found.run), of.gaps, SEED)
+    return chosen(found.run.events, find_places(found.scope, found.run), of.gaps, SEED)
 
 
 @dataclass(frozen=True)

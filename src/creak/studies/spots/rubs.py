@@ -47,10 +47,10 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     ----------
     places : of the reduced run, numbered as they are told.
     """
-    places = [p for p in (*places, *resting_places(run, run.run)) if p.rub.figures]
+    window, places = run.scope.window, [p for p in (*places, *resting_places(run.scope, run.run)) if p.rub.figures]
     draw, order = np.random.default_rng(SEED), list[Piece]()
     for _ in range(EACH):
-        order += [x for p in places if (x := _piece(p, of.ends, of.fewest, run.window, draw.random())) is not None]
+        order += [x for p in places if (x := _piece(p, of.ends, of.fewest, window, draw.random())) is not None]
     if not order:
         return (), 0
     near = near_channels(of.history, of.gaps, order, of.ends)

@@ -86,7 +86,7 @@ def _cause(folder, study):
     (folder / "mass.inp").write_text(DECK, encoding="utf-8")
     (folder / "study.toml").write_text(study, encoding="utf-8")
     run = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
-    cause = find_causes(run.found, heard_places(run.found, run.main, run.sound))[0]
+    cause = find_causes(run.found, heard_places(run.found.scope, run.main, run.sound))[0]
     return run, cause, cause_dict(cause, run.found.setup.loads, run.found.gaps, "mm")
 
 

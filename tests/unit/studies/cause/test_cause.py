@@ -47,7 +47,7 @@ def result(folder):
 
 @pytest.fixture(scope="module")
 def places(result):
-    return heard_places(result.found, result.main, result.sound)
+    return heard_places(result.found.scope, result.main, result.sound)
 
 
 @pytest.fixture(scope="module")
@@ -83,7 +83,7 @@ def test_what_the_run_kept_of_its_motion_is_not_marched_again(causes, folder, mo
         return march(marching, system, gaps, loads, steps)
 
     monkeypatch.setattr(decompose, "marched", free_alone)
-    again = find_causes(kept.found, heard_places(kept.found, kept.main, kept.sound))
+    again = find_causes(kept.found, heard_places(kept.found.scope, kept.main, kept.sound))
     assert [c.gap for c in again] == [c.gap for c in causes]
     for a, b in zip(again, causes, strict=True):
         np.testing.assert_allclose(a.modes, b.modes, rtol=1e-12, atol=1e-12 * np.abs(b.modes).max())
@@ -134,7 +134,7 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
     every = list(candidates(found, place, cause))
     assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
-    now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
+    now = effect_of(found.scope, place, result.main.system, found.gaps, result.history, None)
     worst = 0.0
     for change in (next(c for c in every if c.kind == kind) for kind in ("mass", "fastener", "damping")):
         effect = predicted(found, place, change, result.main.system, None)
@@ -197,12 +197,12 @@ def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
     weight = "\n[damping]\nmodal = 0.02\n\n[[static]]\ngravity = [0.0, 0.0, -9810.0]\n"
     write_strips(tmp_path, two_strips() + JOINED, BASE + weight)
     result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
-    found, place = result.found, heard_places(result.found, result.main, result.sound)[0]
+    found, place = result.found, heard_places(result.found.scope, result.main, result.sound)[0]
     cause = find_causes(found, [place])[0]
     every = list(candidates(found, place, cause))
     assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
     assert "moved to" in next(c.words for c in every if c.kind == "moved")
-    now = effect_of(found, place, result.main.system, found.gaps, result.history, None)
+    now = effect_of(found.scope, place, result.main.system, found.gaps, result.history, None)
     for change in (c for c in every if c.kind in ("gap", "mass", "moved")):
         effect = predicted(found, place, change, result.main.system, None)
         checked = checked_by_run(found, place, change, None, lambda *_: None)

@@ -205,16 +205,13 @@ def test_contact_stiffness_and_curves_are_scaled_hard_ones_are_not(strips):
 def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     c = strips.setup.study.config
     config = c.model_copy(update={"reduction": c.reduction.model_copy(update={"method": "guyan"})})
-    hard = replace(
-        strips,
-        gaps=replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf)),
-        setup=replace(strips.setup, study=replace(strips.setup.study, config=config)),
-    )
-    repeats, notes = module.plan(hard)
+    base, hard = Repeat(BASE, "", c.time.step), replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf))
+    repeats, notes = module.plan(base, c.contact, hard, strips.setup.connectors, exact=False)
     assert [v.name for v in repeats] == [HALF, QUARTER]
+    assert not module.with_modes(base, config.reduction, strips.reduced)[0]
     for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness"):
         assert any(word in note for note in notes)
-    assert "Guyan" in module.not_looked_at(hard.setup.study.config.reduction, hard.reduced)[0]
+    assert "Guyan" in module.not_looked_at(config.reduction, strips.reduced)[0]
 
 
 @pytest.mark.parametrize(
@@ -222,10 +219,10 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     [({"stiffness": "auto"}, False), ({"stiffness": 50.0}, True), ({"overclosure": [(0, 0), (1, 9)]}, True)],
 )
 def test_only_a_stiffness_that_creak_chose_is_judged(given, own, strips):
-    study = strips.setup.study
-    table = study.config.contact["tip"].model_copy(update={"stiffness": "auto", **given})
-    config = study.config.model_copy(update={"contact": {"tip": table}})
-    repeats, notes = module.plan(replace(strips, setup=replace(strips.setup, study=replace(study, config=config))))
+    c = strips.setup.study.config
+    table = c.contact["tip"].model_copy(update={"stiffness": "auto", **given})
+    base = Repeat(BASE, "", c.time.step)
+    repeats, notes = module.plan(base, {"tip": table}, strips.gaps, strips.setup.connectors, exact=False)
     judged = {v.name: v.judged for v in repeats}
     assert judged[TWICE] is judged[TENFOLD] is not own
     assert judged[HALF]

@@ -96,7 +96,7 @@ def test_places_are_ranked_by_what_is_heard(result):
     np.testing.assert_allclose(sound.pressure, alone.pressure, atol=1e-9)
     n5 = [h.n5_added for h in sound.heard[0][:-1]]
     assert n5[0] > n5[1]
-    place = find_places(found, result.main)[0]
+    place = find_places(found.scope, result.main)[0]
     assert [p.number for p in ranked((place, place), sound.order)] == [1, 2]
 
 
@@ -110,7 +110,7 @@ def test_a_loud_background_leaves_nothing(result, folder):
 
 
 def test_regularity_of_events(result):
-    place = find_places(result.found, result.main)[0]
+    place = find_places(result.found.scope, result.main)[0]
     starts = np.diff(sorted(e.t_start for e in place.events))
     assert place.irregularity == pytest.approx(np.std(starts) / np.mean(starts))
 

@@ -56,7 +56,7 @@ def rubbed(plain) -> StudyResult:
         energy = h.energy.copy()
         energy[-1, ENERGIES.index("friction")] = 1.25
         h = replace(h, force=force, sliding=sliding, tangential=tangential, energy=energy, residual=3e-12)
-        return replace(run, history=h, slips=tuple(find_slips(h, gaps, 1e-3)))
+        return replace(run, gaps=gaps, history=h, slips=tuple(find_slips(h, gaps, 1e-3)))
 
     return replace(plain, gaps=gaps, runs={name: with_friction(run) for name, run in plain.runs.items()})
 
@@ -83,7 +83,7 @@ def test_a_squeak_that_began_before_the_window_is_at_its_place(rubbed):
     middle = 0.5 * run.history.time[-1]
     for window, found in (((middle, 2 * middle), 10), ((0.0, 0.5 * chain[0].t_start), 0)):
         late = replace(rubbed, window=window, runs={name: replace(run, slips=chain)})
-        assert sum(p.slip_count for p in find_places(late, late.runs[name])) == found
+        assert sum(p.slip_count for p in find_places(late.scope, late.runs[name])) == found
 
 
 # --- summary.json ---------------------------------------------------------------------------------------------------

@@ -98,7 +98,7 @@ def test_what_was_stored_is_read_back(result, folder):
 
 
 def test_the_scatter_is_a_source_of_the_bar_of_n5(result):
-    places = followed(result.found, result.sound)
+    places = followed(result.found.scope, result.main, result.sound)
     heard = result.sound.heard[0][: len(places.scatter)]
     off = [max(h.n5_bar[1] / h.n5 - 1.0, 1.0 - h.n5_bar[0] / h.n5) for h in heard]
     assert places.scatter == pytest.approx(off)
@@ -108,7 +108,7 @@ def test_a_repeated_run_is_heard_alike(result):
     """The same run again: noise of the same seed, so that what differs is the run."""
     run, found, sound = result.main, result.found, result.sound
     assert isinstance(sound, Sound)
-    groups = [p.channels for p in find_places(found, run)]
+    groups = [p.channels for p in find_places(found.scope, run)]
     *single, together = n5_of(found.window, run.system, found.gaps, run.history, groups, sound.ear)
     assert [single[k] for k in sound.order] == pytest.approx([h.n5 for h in sound.heard[0][:-1]])
     assert together == pytest.approx(sound.heard[0][-1].n5)

@@ -163,7 +163,7 @@ def test_files_of_a_listener_with_a_head_have_two_channels(result, folder, monke
 
 def test_repeated_runs_are_heard_in_the_same_room_by_the_same_ear(result):
     run, found = result.main, result.found
-    groups = [p.channels for p in find_places(found, run)]
+    groups = [p.channels for p in find_places(found.scope, run)]
     *single, _ = n5_of(found.window, run.system, found.gaps, run.history, groups, result.sound.ear)
     assert [single[k] for k in result.sound.order] == pytest.approx(
         [h.n5_added for h in result.sound.heard[0][:-1]], rel=1e-6

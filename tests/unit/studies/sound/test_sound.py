@@ -199,7 +199,7 @@ def test_without_a_listener_an_ear_off_the_loudest_panel(result):
     study = result.found.setup.study
     none = replace(study, config=study.config.model_copy(update={"listener": {}}))
     found = replace(result.found, setup=replace(result.found.setup, study=none))
-    places = [p.channels for p in find_places(found, result.main)]
+    places = [p.channels for p in find_places(found.scope, result.main)]
     sound = hear(found, places)
     assert isinstance(sound, Sound)
     ear = sound.listeners[0]
@@ -220,7 +220,7 @@ def test_a_listener_in_the_plane_of_a_strip_hears_it(result, parts):
     }
     study = replace(setup.study, config=setup.study.config.model_copy(update={"listener": tables}))
     found = replace(result.found, setup=replace(setup, study=study))
-    sound = hear(found, [p.channels for p in find_places(found, result.main)])
+    sound = hear(found, [p.channels for p in find_places(found.scope, result.main)])
     assert isinstance(sound, Sound)
     levels = [one[-1].level for one in sound.heard]
     assert levels[2] > 60.0
@@ -239,7 +239,7 @@ def test_a_compact_part_is_told_and_is_no_panel(result):
     more = replace(model, nodes=nodes, blocks=(*model.blocks, cube), parts=parts)
     tables = result.found.setup.study.config.model_copy(update={"listener": {}})
     study = replace(result.found.setup.study, config=tables)
-    places = [p.channels for p in find_places(result.found, result.main)]
+    places = [p.channels for p in find_places(result.found.scope, result.main)]
     alone, beside = (
         hear(replace(result.found, setup=replace(result.found.setup, model=m, study=study)), places)
         for m in (model, more)
@@ -358,7 +358,7 @@ def test_the_unreduced_model_goes_on_where_the_modes_end(beyond):
 
 def test_a_repeated_run_is_heard_by_both_ways_as_well(beyond):
     run, found = beyond.main, beyond.found
-    groups = [p.channels for p in find_places(found, run)]
+    groups = [p.channels for p in find_places(found.scope, run)]
     ear = beyond.sound.ear
     *single, together = n5_of(found.window, run.system, found.gaps, run.history, groups, ear)
     order = beyond.sound.order
@@ -370,7 +370,7 @@ def test_a_repeated_run_is_heard_by_both_ways_as_well(beyond):
 
 def test_where_the_share_of_the_cost_is_used_up_the_band_ends_there(beyond, monkeypatch):
     """With few frequencies it goes as far as these, with fewer not at all, and says what it would take."""
-    places = [p.channels for p in find_places(beyond.found, beyond.main)]
+    places = [p.channels for p in find_places(beyond.found.scope, beyond.main)]
     monkeypatch.setattr(module, "FLOOR", 14)
     less = hear(beyond.found, places)
     assert isinstance(less, Sound)
