@@ -132,7 +132,7 @@ def couple(
         names,
         M_side[active],
         K_side[active],
-        _extra_side(T, extra, T_s),
+        np.zeros((T.shape[1], T_s.shape[1])) if extra is None else _side(T, extra, T_s),
         M_corner,
         K_corner,
         _extra_corner(T_s, extra, len(names)),
@@ -376,10 +376,6 @@ def _side(T: Matrix, A: SideBySide, T_s: Matrix) -> FloatArray:
 
 def _corner(T_s: Matrix, A: SideBySide) -> FloatArray:
     return to_dense(T_s.T @ A.times(T_s))
-
-
-def _extra_side(T: Matrix, C: SideBySide | None, T_s: Matrix) -> FloatArray:
-    return np.zeros((T.shape[1], T_s.shape[1])) if C is None else _side(T, C, T_s)
 
 
 def _extra_corner(T_s: Matrix, C: SideBySide | None, n: int) -> FloatArray:

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import typer
 from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
-from creak.cli.details import list_unread, model_detail, tell_vain
+from creak.cli.details import list_unread, model_detail, tell_notes, tell_vain
 from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
 from creak.errors import InputError
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
     from creak.arrays import FloatArray
+    from creak.model.units import UnitsName
+    from creak.studies.models.beside_test import BesideTest
     from creak.studies.models.deck_modes import DeckModes
 
 LengthName = Literal["mm", "m", "in"]
@@ -51,7 +53,6 @@ def modes(
 
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
-    from creak.cli.correlation import print_beside, require_test, test_data, write_page
     from creak.formats.deck.command_files import will_read
     from creak.studies.models.beside_test import deck_beside_test
     from creak.studies.models.deck_modes import deck_modes
@@ -208,3 +209,55 @@ def _table(found: DeckModes, title: str, rows: FloatArray, form: str = "{:.2f}")
 def _cells(values: FloatArray, total: FloatArray, form: str) -> list[str]:
     """A dash where the model has no inertia in the direction."""
     return [form.format(v) if t > 0.0 else "-" for v, t in zip(values.tolist(), total.tolist(), strict=True)]
+
+
+def require_test(test: Path | None, test_units: str | None, sensors: Path | None, page: Path | None) -> None:
+    """Check that options which belong to a test stand with one.
+
+    Raises
+    ------
+    InputError : one of them stands alone, or what draws the page is not installed.
+    """
+    from creak.api.extras import need_report
+
+    given = {"--test-units": test_units, "--sensors": sensors, "--page": page}
+    alone = [name for name, value in given.items() if value is not None]
+    if test is None and alone:
+        raise InputError(f"{alone[0]} without --test", expected="--test MEASURED", fix="Name the file of the test.")
+    if page is not None:
+        need_report("--json")
+
+
+def test_data(found: BesideTest) -> dict[str, Any]:
+    """For machines."""
+    from creak.report.words.correlation import frf_sentence, sentence
+
+    data: dict[str, Any] = {}
+    if found.modes is not None:
+        data["correlation"] = {"sentence": sentence(found.modes), **found.modes.as_dict()}
+    if found.frfs is not None:
+        data["frfs"] = {"sentence": frf_sentence(found.frfs), **found.frfs.as_dict()}
+    return data
+
+
+def write_page(output: Output, found: BesideTest, path: Path, units: UnitsName) -> None:
+    """MAC, shapes, functions and tables as one HTML file."""
+    from creak.report.correlation_page import write_correlation
+
+    with output.progress.phase("write the page"):
+        write_correlation(found, path, units)
+    output.wrote(path)
+
+
+def print_beside(output: Output, found: BesideTest) -> None:
+    """Tables, sentences and notes."""
+    from creak.report.words.correlation import frf_rows, frf_sentence, pair_rows, sentence
+
+    if found.modes is not None:
+        name = found.modes.measured.path.name
+        output.table(f"Modes of {name} and their partners in the model", pair_rows(found.modes))
+        output.say(sentence(found.modes))
+    if found.frfs is not None:
+        output.table(f"Functions of {found.frfs.measured.path.name} and of the model", frf_rows(found.frfs))
+        output.say(frf_sentence(found.frfs))
+    tell_notes(output, found.notes, set())

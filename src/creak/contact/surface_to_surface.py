@@ -33,6 +33,7 @@ from creak.contact.search import Accept, Projection, project_along, project_twic
 from creak.elements.geometry import gauss_triangle
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
+from creak.model.projection import facet_shape
 
 QUADRATURE = 10
 """Gauss points per direction: the edges of the main facets cross a secondary facet unseen, so few are not enough."""
@@ -197,11 +198,8 @@ def _integration_points(facets: Facets) -> Points:
 
 def _quad_rule() -> tuple[FloatArray, FloatArray, FloatArray]:
     x, w = np.polynomial.legendre.leggauss(QUADRATURE)
-    r, s = (a.ravel() for a in np.meshgrid(x, x, indexing="ij"))
-    N = 0.25 * np.stack([(1 - r) * (1 - s), (1 + r) * (1 - s), (1 + r) * (1 + s), (1 - r) * (1 + s)], axis=1)
-    dr = 0.25 * np.stack([-(1 - s), 1 - s, 1 + s, -(1 + s)], axis=1)
-    ds = 0.25 * np.stack([-(1 - r), -(1 + r), 1 + r, 1 - r], axis=1)
-    return N, np.stack([dr, ds], axis=2), np.outer(w, w).ravel()
+    xi = np.stack([a.ravel() for a in np.meshgrid(x, x, indexing="ij")], axis=1)
+    return *facet_shape(xi, np.zeros(len(xi), dtype=bool)), np.outer(w, w).ravel()
 
 
 def _tri_rule() -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -144,7 +144,7 @@ def _points(file: TextIO, model: Mesh) -> None:
 def _cells(file: TextIO, model: Mesh) -> None:
     blocks = model.blocks
     sizes = [np.full(b.ids.size, b.nodes_idx.shape[1]) for b in blocks]
-    types = [np.full(b.ids.size, _cell_type(b.kind, b.nodes_idx.shape[1])) for b in blocks]
+    types = [np.full(b.ids.size, CELLS.get(b.kind, VERTEX if b.nodes_idx.shape[1] == 1 else LINE)) for b in blocks]
     parts = [np.full(b.ids.size, b.part) for b in blocks]
     file.write("<Cells>\n")
     _array(file, "connectivity", _joined([b.nodes_idx.ravel() for b in blocks], "<i8"))
@@ -154,10 +154,6 @@ def _cells(file: TextIO, model: Mesh) -> None:
     _array(file, "element", _joined([b.ids for b in blocks], "<i8"))
     _array(file, "part", _joined(parts, "<i8"))
     file.write("</CellData>\n")
-
-
-def _cell_type(kind: str, n_node: int) -> int:
-    return CELLS.get(kind, VERTEX if n_node == 1 else LINE)
 
 
 def _joined(arrays: list[np.ndarray], dtype: str) -> np.ndarray:

@@ -16,6 +16,16 @@ from creak.errors import InputError
 from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, dofs_of, node_dofs, nodes_of
 
 
+def rigid_at(r: FloatArray) -> FloatArray:
+    """S_k = [I, -(r_k x)] (k, 3, 6): translations at arms r (k, 3) of a rigid motion (u, theta)."""
+    S = np.zeros((len(r), 3, 6))
+    S[:, :, :3] = np.eye(3)
+    S[:, 0, 4], S[:, 0, 5] = r[:, 2], -r[:, 1]
+    S[:, 1, 3], S[:, 1, 5] = -r[:, 2], r[:, 0]
+    S[:, 2, 3], S[:, 2, 4] = r[:, 1], -r[:, 0]
+    return S
+
+
 @dataclass(frozen=True)
 class Equation:
     """sum_k coefficient_k u(node_k, dof_k) = 0; the first term is eliminated."""
@@ -92,11 +102,7 @@ class DistributingCoupling:
         InputError : the nodes lie on a line (unless `turns_on_line`) or in a point.
         """
         r = coords[self.nodes_idx] - coords[self.ref_idx]
-        S = np.zeros((self.nodes_idx.size, 3, 6))
-        S[:, :, :3] = np.eye(3)
-        S[:, 0, 4], S[:, 0, 5] = r[:, 2], -r[:, 1]
-        S[:, 1, 3], S[:, 1, 5] = -r[:, 2], r[:, 0]
-        S[:, 2, 3], S[:, 2, 4] = r[:, 1], -r[:, 0]
+        S = rigid_at(r)
         weighted = S * self.weights[:, None, None]
         A = np.einsum("kia,kib->ab", weighted, S)
         length = float(np.sqrt((r**2).sum(axis=1).mean())) or 1.0

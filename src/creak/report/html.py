@@ -187,12 +187,7 @@ def _plotly() -> Markup:
     """The library of the plots."""
     from plotly.offline import get_plotlyjs
 
-    return _packed(get_plotlyjs())
-
-
-def _packed(text: str) -> Markup:
-    """Text as base64 of gzip, which the page unpacks when it needs it: two fifths of its size."""
-    return Markup(base64.b64encode(gzip.compress(text.encode("utf-8"), mtime=0)).decode("ascii"))
+    return Markup(base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii"))
 
 
 def _told_parts(result: Findings) -> dict[str, Any]:

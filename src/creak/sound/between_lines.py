@@ -72,7 +72,7 @@ class Lines:
         left = [float((alike * np.exp(2j * np.pi * size * tau)).real.sum()) for tau in tried.tolist()]
         tau = float(tried[int(np.argmax(left))])
         for _ in range(ROUNDS):
-            off = _wrapped(turn + 2.0 * np.pi * step * tau)
+            off = np.asarray(np.angle(np.exp(1j * (turn + 2.0 * np.pi * step * tau))))
             near = step * (np.abs(off) < FAR)
             tau -= float(near @ off) / max(2.0 * np.pi * float(near @ near), 1e-300)
         if size.size == 1:  # of even lines each delay is one of many
@@ -125,7 +125,3 @@ class Lines:
 
 def _turns(value: ComplexArray) -> FloatArray:
     return np.asarray(np.angle(value[1:] * value[:-1].conj()))
-
-
-def _wrapped(angle: FloatArray) -> FloatArray:
-    return np.asarray(np.angle(np.exp(1j * angle)))

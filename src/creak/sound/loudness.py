@@ -10,11 +10,23 @@ from numpy.typing import ArrayLike
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.jit import njit
 from creak.sound.at_48k import at_48k
 from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
-from creak.sound.slopes import with_slopes
 from creak.sound.third_octave import STEP, as_level, band_powers, counted, smoothing
-from creak.sound.zwicker_tables import ACUM, BANDS, BARK, FILTERS, LEVEL_RATE, RATE, REFERENCE_PRESSURE, SHARPNESS
+from creak.sound.zwicker_tables import (
+    ACUM,
+    BANDS,
+    BARK,
+    EDGES,
+    FILTERS,
+    LEVEL_RATE,
+    RANGES,
+    RATE,
+    REFERENCE_PRESSURE,
+    SHARPNESS,
+    SLOPES,
+)
 
 EVERY = 4
 """Band levels per value that is given: one every 2 ms."""
@@ -30,6 +42,8 @@ BEFORE = 1.0
 """s of the background alone before a sound: its loudness has settled within 1e-6 by then."""
 FAINT = 0.1
 """sone: softer sounds are given no sharpness."""
+ON_THE_EDGE = 1e-6
+"""Bark by which a point may lie beyond a piece and still be its last."""
 
 
 @dataclass(frozen=True)
@@ -214,3 +228,52 @@ def sharpness(specific: FloatArray, total: FloatArray) -> FloatArray:
     return np.asarray(
         np.where(heard, ACUM * float(BARK[0]) * (specific @ SHARPNESS) / np.where(heard, total, 1.0), 0.0)
     )
+
+
+def with_slopes(core: FloatArray, every: int = 1) -> tuple[FloatArray, FloatArray]:
+    """Total loudness (n,) in sone and, of each `every`-th row, specific loudness (n_out, 240) in sone/Bark at `BARK`
+    (ISO 532-1, 5.4).
+
+    Parameters
+    ----------
+    core : (n, 20) sone/Bark of the critical bands.
+    """
+    total, specific = _with_slopes(core, every, EDGES, RANGES, SLOPES, BARK)
+    return np.asarray(total), np.asarray(specific)
+
+
+@njit(nogil=True)
+def _with_slopes(
+    core: FloatArray, every: int, edges: FloatArray, ranges: FloatArray, slopes: FloatArray, bark: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """The pattern in straight pieces from low to high bands.
+
+    A band louder than what spills over from below is flat; else that spill falls on, ever flatter the softer it is,
+    down to the band's own loudness.
+    """
+    count, bands = core.shape
+    total, specific = np.zeros(count), np.zeros(((count + every - 1) // every, bark.size))
+    for k in range(count):
+        z, n, point = 0.0, 0.0, 0
+        for i in range(edges.size):
+            own = core[k, i] if i < bands else 0.0
+            while z < edges[i]:
+                if n <= own:
+                    n, steep, end, low = own, 0.0, edges[i], own
+                else:
+                    row = 0
+                    while ranges[row] >= n:
+                        row += 1
+                    steep = slopes[row, min(i - 1, slopes.shape[1] - 1)]
+                    low = max(ranges[row], own)
+                    end = z + (n - low) / steep
+                    if end > edges[i]:
+                        end = edges[i]
+                        low = n - (end - z) * steep
+                total[k] += 0.5 * (end - z) * (n + low)
+                if k % every == 0:
+                    while point < bark.size and bark[point] <= end + ON_THE_EDGE:
+                        specific[k // every, point] = max(n - (bark[point] - z) * steep, 0.0)
+                        point += 1
+                z, n = end, low
+    return total, specific

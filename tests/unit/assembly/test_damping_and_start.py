@@ -15,7 +15,7 @@ from creak.assembly.system import System, to_dense
 from creak.errors import InputError
 from creak.model.constraints import RigidLink
 from creak.reduction.craig_bampton import craig_bampton
-from creak.studies.run.start_velocity import velocity_warnings
+from creak.studies.run.precheck import velocity_warnings
 from helpers_core import (
     NONE,
     STEEL,

@@ -7,14 +7,18 @@ import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
 from creak.signals.sources import Record, displacement_motion
-from creak_thesis.record import HIGH_PASS, STEP, content, excitation_of, study_record
-from creak_thesis.road_record import (
+from creak_thesis.record import (
     DEFAULT,
+    HIGH_PASS,
     ROAD,
+    STEP,
     SensorErrors,
+    content,
+    excitation_of,
     integrate_in_time,
     noise_after_integration,
     road_record,
+    study_record,
 )
 
 NO_ERRORS = SensorErrors(offset=0.0, wander=0.0, noise=0.0)

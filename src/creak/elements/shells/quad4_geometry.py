@@ -12,6 +12,7 @@ from creak.elements.geometry import DEGENERATE, require_sound, unit
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 """(r, s) of the four nodes."""
 CENTRE = np.zeros((1, 2))
+Pair = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True)
@@ -86,12 +87,17 @@ def evaluate(coords: FloatArray, points: FloatArray, weights: FloatArray) -> Sur
     axes at a point are those of the mean plane after the smallest rotation that takes the mean normal N to
     the normal n there: e1 = E1 - (n . E1) (n + N)/(1 + n . N).
     """
-    x_r, x_s = tangents(coords, points)
+    first, second = unit(coords[:, 2] - coords[:, 0]), unit(coords[:, 3] - coords[:, 1])
+    return surface_of(points, weights, tangents(coords, points), (unit(first - second), unit(np.cross(first, second))))
+
+
+def surface_of(points: FloatArray, weights: FloatArray, base: Pair, mean: Pair) -> Surface:
+    """As `evaluate`, of base vectors (n, n_point, 3), the axis 1 and the normal (n, 3) of the mean plane."""
+    x_r, x_s = base
     cross = np.cross(x_r, x_s)
     area = np.linalg.norm(cross, axis=2)
     normal = cross / area[:, :, None]
-    first, second = unit(coords[:, 2] - coords[:, 0]), unit(coords[:, 3] - coords[:, 1])
-    mean_axis, mean_normal = unit(first - second)[:, None], unit(np.cross(first, second))[:, None]
+    mean_axis, mean_normal = (v[:, None] for v in mean)
     tilt = np.einsum("nqc,ngc->ng", mean_axis, normal) / (1.0 + np.einsum("nqc,ngc->ng", mean_normal, normal))
     e1 = mean_axis - tilt[:, :, None] * (normal + mean_normal)
     axes = np.stack([e1, np.cross(normal, e1), normal], axis=2)

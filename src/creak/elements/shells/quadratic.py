@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.elements.geometry import DEGENERATE, in_chunks, require_sound, unit
 from creak.elements.shells.common import shell_mass, weighted_gram, weighted_sum
 from creak.elements.shells.quad4 import DILATION, DRILLING
-from creak.elements.shells.quad4_geometry import Surface, inverse_2x2, strain_transform
+from creak.elements.shells.quad4_geometry import Surface, strain_transform, surface_of
 from creak.elements.shells.quad4_membrane import condensed
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.elements.solids.common import Reference
@@ -149,16 +149,7 @@ def heat_load(
 
 def surface_at(coords: FloatArray, shape: Shape, rule: Reference) -> Surface:
     """Base vectors, area, and local axes: those of the middle after the smallest rotation to the normal."""
-    x_r, x_s = _tangents(coords, rule)
-    cross = np.cross(x_r, x_s)
-    area = np.linalg.norm(cross, axis=2)
-    normal = cross / area[:, :, None]
-    mean_axis, mean_normal = (v[:, None] for v in _mean_axes(shape, coords))
-    tilt = np.einsum("nqc,ngc->ng", mean_axis, normal) / (1.0 + np.einsum("nqc,ngc->ng", mean_normal, normal))
-    e1 = mean_axis - tilt[:, :, None] * (normal + mean_normal)
-    axes = np.stack([e1, np.cross(normal, e1), normal], axis=2)
-    jacobian = np.stack([x_r, x_s], axis=2) @ axes[:, :, :2].transpose(0, 1, 3, 2)
-    return Surface(rule.points, x_r, x_s, axes, inverse_2x2(jacobian), area, area * rule.weights)
+    return surface_of(rule.points, rule.weights, _tangents(coords, rule), _mean_axes(shape, coords))
 
 
 def membrane(coords: FloatArray, rule: Reference, surface: Surface) -> FloatArray:

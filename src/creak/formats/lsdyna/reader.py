@@ -52,7 +52,7 @@ def read_lsdyna(path: str | Path) -> Model:
     """
     blocks = read_blocks(Path(path))
     named = [(b.name, f"*{b.name}", b.where) for b in blocks]
-    with reading(path, lambda: "" if _has_nodes(blocks) else KEYWORDS.misspelled(named)):
+    with reading(path, lambda: "" if any(b.name == "NODE" for b in blocks) else KEYWORDS.misspelled(named)):
         return _model(blocks, str(path))
 
 
@@ -70,10 +70,6 @@ def read_lsdyna_run(path: str | Path) -> tuple[Model, DeckRun]:
         expected="a study file",
         fix=f"Write one: creak new {Path(path).name} --out study.toml",
     )
-
-
-def _has_nodes(blocks: list[Block]) -> bool:
-    return any(b.name == "NODE" for b in blocks)
 
 
 def _model(source: list[Block], path: str) -> Model:

@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
 from creak.formats.measured.text_fields import holdable, plain_text, unique_labels
-from creak.model.mesh import ElementBlock, Model
+from creak.model.mesh import Model
 from creak.model.solid_faces import HEX20
 from creak.model.units import UNITS, UnitsName
 
@@ -167,15 +167,11 @@ def _elements(model: Model, labels: IntArray) -> Iterator[str]:
     numbers = unique_labels(np.concatenate([b.ids for b in blocks]))
     start = 0
     for block in blocks:
-        nodes = labels[_order(block)]
+        nodes = labels[block.nodes_idx[:, ORDER[block.kind]] if block.kind in ORDER else block.nodes_idx]
         for number, row in zip(numbers[start : start + block.ids.size].tolist(), nodes.tolist(), strict=True):
             yield f"{number:10d}{DESCRIPTORS[block.kind]:10d}{block.part + 1:10d}{1:10d}{7:10d}{len(row):10d}"
             yield from _i10(row)
         start += block.ids.size
-
-
-def _order(block: ElementBlock) -> IntArray:
-    return block.nodes_idx[:, ORDER[block.kind]] if block.kind in ORDER else block.nodes_idx
 
 
 def _trace_lines(model: Model, labels: IntArray) -> Iterator[Iterator[str]]:

@@ -18,14 +18,14 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System, to_dense
 from creak.contact.gap_operator import GapOperator, join
+from creak.elements.block_matrices import block_matrices
 from creak.model.dofs import PER_NODE, node_dofs, nodes_of
 from creak.model.materials import NodalMatrices
-from creak.model.mesh import ElementBlock, Model
+from creak.model.mesh import ElementBlock, Model, some_of
 from creak.model.units import UNITS, UnitsName
 from creak.reduction.diagonal import diagonalise
 from creak.reduction.modal import ModalShares
 from creak.studies.cause.decompose import Cause
-from creak.studies.cause.fasteners import nearest_fastener, part_of, translations, without_fastener
 from creak.studies.findings.places import Place
 from creak.studies.models.reduced import coupled_again, with_damping
 from creak.studies.prepare.setup import Setup
@@ -269,3 +269,87 @@ def node_name(model: Model, node_idx: int) -> str:
     """Node and its part, for sentences."""
     part = next((p.name for p in model.parts if p.has(node_idx)), "")
     return f"node {model.nodes.label(node_idx)}{f' of {part}' if part else ''}"
+
+
+@dataclass(frozen=True)
+class Fastener:
+    """Elements between two parts, or links of one node to one."""
+
+    nodes: tuple[int, int]
+    """Rows of the nodes, in order."""
+    stiffness: FloatArray | None
+    """(3, 3) against relative translation; None: it is rigid."""
+
+
+def nearest_fastener(model: Model, parts: tuple[int, int], point: FloatArray, beyond: float) -> Fastener | None:
+    """The one between two parts that is nearest to a point, of those further than `beyond` from it."""
+    found = []
+    for pair in sorted({pair for _, pair in _pairs(model)}):
+        if {part_of(model, n) for n in pair} != set(parts):
+            continue
+        away = float(np.linalg.norm(model.nodes.coords[list(pair)].mean(axis=0) - point))
+        if away > beyond:
+            found.append((away, pair))
+    if not found:
+        return None
+    pair = min(found)[1]
+    return Fastener(pair, _stiffness(model, pair))
+
+
+def without_fastener(model: Model, fastener: Fastener) -> Model:
+    """The model with neither elements nor links between its two nodes."""
+    blocks: list[ElementBlock] = []
+    for block in model.blocks:
+        own = _between(block, fastener.nodes)
+        kept = np.flatnonzero(~own)
+        blocks.append(some_of(block, kept) if own.any() else block)
+    links = tuple(c for c in model.constraints if _two_ends(c.nodes) != fastener.nodes)
+    return replace(model, blocks=tuple(b for b in blocks if b.ids.size), constraints=links)
+
+
+def part_of(model: Model, node: int) -> int:
+    """Row of the part that has a node, -1: none."""
+    return next((i for i, p in enumerate(model.parts) if p.has(node)), -1)
+
+
+def _pairs(model: Model) -> Iterator[tuple[object, tuple[int, int]]]:
+    """Everything that has just two nodes, in different parts."""
+    for block in model.blocks:
+        if block.part < 0 and block.nodes_idx.shape[1] == 2:
+            yield from ((block, pair) for pair in map(_two_ends, block.nodes_idx) if pair is not None)
+    for link in model.constraints:
+        pair = _two_ends(link.nodes)
+        if pair is not None:
+            yield link, pair
+
+
+def _two_ends(nodes_idx: IntArray) -> tuple[int, int] | None:
+    """The two nodes, in order; None where there are not two."""
+    nodes = np.unique(nodes_idx)
+    return (int(nodes[0]), int(nodes[1])) if nodes.size == 2 else None
+
+
+def _between(block: ElementBlock, nodes: tuple[int, int]) -> np.ndarray:
+    """(n_elem,) elements between parts that have these two nodes."""
+    if block.part >= 0 or block.nodes_idx.shape[1] != 2:
+        return np.zeros(block.ids.size, dtype=bool)
+    return np.asarray((np.sort(block.nodes_idx, axis=1) == nodes).all(axis=1))
+
+
+def _stiffness(model: Model, nodes: tuple[int, int]) -> FloatArray | None:
+    """(3, 3) of the elements between two nodes against relative translation; None where a link holds them."""
+    if any(_two_ends(c.nodes) == nodes for c in model.constraints):
+        return None
+    k = np.zeros((3, 3))
+    for block in model.blocks:
+        rows = np.flatnonzero(_between(block, nodes))
+        if rows.size:
+            k += block_matrices(block, rows, model.nodes.coords)[0][:, :3, :3].sum(axis=0)
+    return k
+
+
+def translations(k: FloatArray) -> FloatArray:
+    """(12, 12) stiffness of two nodes that resist relative translation with k (3, 3)."""
+    D = np.zeros((3, 2 * PER_NODE))
+    D[:, :3], D[:, PER_NODE : PER_NODE + 3] = np.eye(3), -np.eye(3)
+    return np.asarray(D.T @ k @ D)

@@ -102,7 +102,7 @@ def settle(
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = None
         if structure is not None and structure.counts:
-            proven = is_proven(_compared(v, at.window, at.run, again, structure))
+            proven = is_proven(_compared(v, at.scope.window, at.run, again, structure))
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
         enough = agree and moved and proven is not False

@@ -118,7 +118,10 @@ def plan(
     ----------
     gaps : channels of the run. exact : no step is forced.
     """
-    finite, own = _scaled(gaps, contact).size > 0, _is_given(contact)
+    finite, own = (
+        _scaled(gaps, contact).size > 0,
+        all(t.stiffness != "auto" or t.overclosure is not None for t in contact.values()),
+    )
     notes = [GIVEN] if finite and own else []
     if exact:
         repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
@@ -181,11 +184,6 @@ def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapO
 def _scaled(gaps: GapOperator, contact: Mapping[str, ContactTable]) -> IntArray:
     """Channels of contact pairs with a finite stiffness or a curve."""
     return np.flatnonzero(gaps.of_groups({*contact}) & np.isfinite(gaps.stiffness))
-
-
-def _is_given(tables: Mapping[str, ContactTable]) -> bool:
-    """Whether the study says how stiff every contact is, by a number or a curve."""
-    return all(t.stiffness != "auto" or t.overclosure is not None for t in tables.values())
 
 
 @dataclass(frozen=True)

@@ -76,7 +76,7 @@ class Contents:
         """
         path, kind = path.resolve(), place[:1]
         if (kind, path) not in self._known:
-            self._known[kind, path] = digest([_hash(p, p == path) for p in files_at(place, path)])
+            self._known[kind, path] = digest([sha256([_content(p, p == path)]) for p in files_at(place, path)])
         return self._known[kind, path]
 
 
@@ -103,7 +103,3 @@ def _content(path: Path, is_input: bool) -> bytes:
         raise InputError(f"no such file: {path}", fix="Check the path.") from error
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}") from error
-
-
-def _hash(path: Path, is_input: bool) -> str:
-    return sha256([_content(path, is_input)])

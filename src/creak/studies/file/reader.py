@@ -272,7 +272,7 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
             fix="Change it: motion between contacts is exact then, and contact is resolved in its own time scale.",
         )
     if problem["type"] in ("union_tag_invalid", "union_tag_not_found"):
-        kinds = [get_args(t.model_fields["type"].annotation)[0] for t in _signal_tables()]
+        kinds = [get_args(t.model_fields["type"].annotation)[0] for t in get_args(get_args(SignalTable)[0])]
         got = problem["input"].get("type") if isinstance(problem["input"], dict) else problem["input"]
         return InputError(
             f"{name} has type {got!r}", where=where, expected=f"one of {', '.join(kinds)}", fix=suggest(str(got), kinds)
@@ -327,10 +327,6 @@ def _words_beside(error: ValidationError, loc: tuple[int | str, ...]) -> str:
         return ""
     words = [e["ctx"]["expected"] for e in error.errors() if e["type"] == "literal_error" and e["loc"][:-1] == loc[:-1]]
     return f", or {' or '.join(words)}" if words else ""
-
-
-def _signal_tables() -> Sequence[type[BaseModel]]:
-    return get_args(get_args(SignalTable)[0])
 
 
 def _is_tag(key: Any, before: Any) -> bool:

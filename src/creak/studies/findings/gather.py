@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as installed
 from pathlib import Path
@@ -11,12 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from creak.arrays import IntArray, SingleArray
+from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.contact.gap_operator import GapOperator
 from creak.digest import file_sha256
 from creak.dynamics.history import History
 from creak.formats.stored.run_identity import RunIdentity
-from creak.model.dofs import nodes_of
+from creak.model.dofs import dofs_of, node_dofs, nodes_of
+from creak.model.mesh import Nodes
 from creak.model.plain_mesh import plain_mesh
 from creak.studies.converge.settled import Verdict, verdict_of
 from creak.studies.converge.settling import Convergence
@@ -24,7 +25,6 @@ from creak.studies.file.reader import Study
 from creak.studies.findings.elines import measured_rates
 from creak.studies.findings.places import resting_places
 from creak.studies.findings.sound import heard_places
-from creak.studies.findings.static_figures import static_figures
 from creak.studies.findings.tree import (
     Channels,
     Findings,
@@ -42,7 +42,7 @@ from creak.studies.findings.tree import (
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Scope
 from creak.studies.prepare.setup import Setup
-from creak.studies.prepare.static_loads import static_gravity
+from creak.studies.prepare.static_loads import StaticStart, static_gravity
 from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
@@ -54,6 +54,7 @@ from creak.verify.reliability import created_of_contact
 from creak.version import version
 
 PACKAGES = ("numpy", "scipy", "numba", "pypardiso", "h5py", "plotly")
+AXES = ("x", "y", "z", "rx", "ry", "rz")
 
 
 def findings_of(
@@ -263,3 +264,45 @@ def _versions() -> str:
         except PackageNotFoundError:
             continue
     return ", ".join(words)
+
+
+def static_figures(
+    start: StaticStart, nodes: Nodes, watched: IntArray, groups: Sequence[str], gravity: FloatArray
+) -> dict[str, Any]:
+    """Sag of the watched nodes, channels that press, by contact, and the checks.
+
+    Parameters
+    ----------
+    groups : contact or connector of each channel. gravity : (3,) length/time^2.
+    """
+    state = start.state
+    u = start.at(node_dofs(watched)).reshape(-1, 6)
+    translations = np.flatnonzero(dofs_of(start.labels) <= 3)
+    top = translations[np.argmax(np.abs(start.displacement[translations]))]
+    contacts, every = {}, np.array(groups)
+    for name in dict.fromkeys(groups):
+        mine = every == name
+        pressing = mine & (state.force > 0.0)
+        contacts[name] = {
+            "force": float(state.force[mine].sum()),
+            "friction": float(np.linalg.norm(state.held[mine], axis=1).sum()),
+            "channels": {start.names[k]: float(state.force[k]) for k in np.flatnonzero(pressing)},
+            "gap_min": float(state.gap[mine].min()),
+        }
+    return {
+        "gravity": gravity.tolist(),
+        "largest": {
+            "node": nodes.label(int(nodes_of(start.labels[top]))),
+            "dof": AXES[int(dofs_of(start.labels[top])) - 1],
+            "displacement": float(start.displacement[top]),
+        },
+        "nodes": {
+            nodes.label(int(n)): dict(zip(AXES, row, strict=True)) for n, row in zip(watched, u.tolist(), strict=True)
+        },
+        "contacts": contacts,
+        "increments": state.increments,
+        "residual": state.residual,
+        "energy_error": state.energy_error,
+        "strain_energy": state.strain,
+        "contact_energy": state.contact,
+    }

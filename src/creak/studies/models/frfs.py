@@ -180,7 +180,7 @@ def fit_frfs(
     omega2 = (2.0 * np.pi * np.array(found.frequencies)) ** 2
     modal = transfer_model(damped or found.system, (omega2, found.shapes), rows, loads, top, progress)
     if shares is not None:
-        modal = _with_damping(modal, shares)
+        modal = replace(modal, C=np.diag(2.0 * shares_at(shares, modal.omega2) * np.sqrt(modal.omega2)))
     system = likely_units(found.model, units)
     length, force = (1.0 / PER_METRE[test_units], 1.0) if test_units else (system.length, system.force)
     scales, to_si = (1.0, length / force), system.length / system.force
@@ -243,10 +243,6 @@ def _measured_damping(modes: Correlation | None) -> ModalShares | None:
     partner = np.full(modes.measured.frequencies.size, -1, dtype=np.int64)
     partner[[p.test for p in modes.pairs]] = [p.model for p in modes.pairs]
     return damping_shares(modes.measured, partner, np.array(modes.found.frequencies))
-
-
-def _with_damping(modal: TransferModel, shares: ModalDamping) -> TransferModel:
-    return replace(modal, C=np.diag(2.0 * shares_at(shares, modal.omega2) * np.sqrt(modal.omega2)))
 
 
 def _synthesised(modal: TransferModel, kept: list[MeasuredFrf]) -> list[ComplexArray]:

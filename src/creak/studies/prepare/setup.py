@@ -62,6 +62,7 @@ from creak.studies.prepare.start_check import (
     check_held,
     drive_warnings,
     nothing_rattles,
+    pace_warnings,
     start_warnings,
     undamped_warnings,
 )
@@ -280,7 +281,6 @@ def set_up_model(
     study, banded = with_bandwidth(study, model, contacts)
     study, unfollowed = with_flight_steps(study)
     c, course = study.config, study.course
-    highest = highest_frequency(driving)
     check_frequencies(c.reduction, c.time, driving)
     time = time_axis(driving, course)
     driven = driven_dofs(model, driving)
@@ -293,7 +293,8 @@ def set_up_model(
     notes += [Warned(text) for p, where in plays for text in crossed(model, p, where)]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = own_damping(model, c.damping)
-    notes += drive_warnings(model, driving, c.time, c.damping.modal, loads, driven, rayleigh, highest, contacts)
+    notes += drive_warnings(model, driving, loads, driven, contacts)
+    notes += pace_warnings(c.time, c.damping.modal, rayleigh, highest_frequency(driving))
     superelements, said_of = imported_superelements(model, c.superelement, places, rayleigh, override)
     notes += said_of
     check_rotations(model, driving, driven, plays, superelements)

@@ -64,28 +64,21 @@ def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) ->
     return [Warned(text) for text in texts]
 
 
-def drive_warnings(
-    model: Model,
-    driving: Driving,
-    time: TimeTable,
-    modal: float | None,
-    loads: Loads,
-    driven: Driven,
-    rayleigh: Rayleigh,
-    highest: float,
-    contacts: GapOperator,
-) -> list[str]:
-    """Excitations that move nothing or what contact should move, steps too long, damping that lets nothing vibrate.
+def drive_warnings(model: Model, driving: Driving, loads: Loads, driven: Driven, contacts: GapOperator) -> list[str]:
+    """Excitations that move nothing, or what contact should move."""
+    texts = [*_idle(driving, loads), *record_warnings(driving, loads), *_stuck(model, driving, loads, driven)]
+    return [Warned(text) for text in (*texts, *_driven_contact(model, driven, contacts))]
+
+
+def pace_warnings(time: TimeTable, modal: float | None, rayleigh: Rayleigh, highest: float) -> list[str]:
+    """Steps too long, damping that lets nothing vibrate.
 
     Parameters
     ----------
     modal : share of critical that the study asks for.
     highest : frequency that the excitations hold, Hz; 0 where it is not known.
     """
-    texts = [*_idle(driving, loads), *record_warnings(driving, loads), *_stuck(model, driving, loads, driven)]
-    texts += _driven_contact(model, driven, contacts)
-    texts += [*_coarse(time, highest), *_damped(modal, rayleigh, highest)]
-    return [Warned(text) for text in texts]
+    return [Warned(text) for text in (*_coarse(time, highest), *_damped(modal, rayleigh, highest))]
 
 
 def undamped_warnings(

@@ -300,7 +300,7 @@ def _nodes(model: Model, met: Met, parts: tuple[str, str], main: str, suffix: st
         return replace(c, secondary=name)
     labels = tuple(model.nodes.label(int(row)) for row in rows)
     taken = {n.upper() for n in (*model.node_sets, *model.element_sets, *model.surfaces)}
-    own = _upper(f"{parts[0]}_{suffix}_on_{parts[1]}")
+    own = re.sub(r"[^A-Z0-9_]+", "_", f"{parts[0]}_{suffix}_on_{parts[1]}".upper())
     while own in taken:
         own += "_"
     return replace(c, secondary=own, labels=labels)
@@ -340,7 +340,3 @@ def tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
 
 def _pair_name(parts: Sequence[str]) -> str:
     return "-".join(re.sub(r"[^a-z0-9_]+", "_", name.lower()) for name in parts)
-
-
-def _upper(name: str) -> str:
-    return re.sub(r"[^A-Z0-9_]+", "_", name.upper())

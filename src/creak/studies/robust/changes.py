@@ -16,6 +16,7 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.varied import varied
 from creak.studies.robust.draws import Draw, Drawn
 
@@ -29,12 +30,12 @@ OF_SIGNAL = ("amplitude", "seed", "mean")
 """Numbers of a signal that change neither its length nor its frequencies."""
 
 
-def keeps_model(setup: Setup, clips: Sequence[ClipTable], key: str) -> bool:
+def keeps_model(clips: Sequence[ClipTable], key: str, *, modal: bool) -> bool:
     """Whether another value leaves the reduced model, its channels and the steps of the run as they are.
 
     Parameters
     ----------
-    clips : of the study, with the values that they take from the library.
+    clips : of the study, with the values that they take from the library. modal : as `damped_by_modes`.
     """
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
@@ -47,15 +48,14 @@ def keeps_model(setup: Setup, clips: Sequence[ClipTable], key: str) -> bool:
     if words[0] == "excitation":
         return len(words) == 4 and words[2] == "signal" and words[3] in OF_SIGNAL
     if key == "damping.modal":
-        return _has_modal_damping(setup)
+        return modal
     return words[0] == "static"
 
 
-def _has_modal_damping(setup: Setup) -> bool:
-    """Whether all damping of the study is the share of critical that it gives: another one multiplies all of it."""
-    own = damps_by_itself(setup.model, setup.rayleigh, setup.override_damping)
-    dashpots = own or any(part.damping.extra is not None for part in setup.superelements)
-    return bool(setup.study.config.damping.modal) and not dashpots
+def damped_by_modes(structure: Structure, share: float | None) -> bool:
+    """Whether all damping is the share of critical that the study gives: another one multiplies all of it."""
+    own = damps_by_itself(structure.model, structure.rayleigh, structure.override_damping)
+    return bool(share) and not own and all(part.damping.extra is None for part in structure.superelements)
 
 
 def tables_of(study: Study) -> dict[str, Any]:

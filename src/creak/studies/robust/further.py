@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,8 +14,6 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
 from creak.formats.stored.record_log import log_path, read_records, record_log
-from creak.studies.prepare.setup import Setup
-from creak.studies.robust.changes import check_ends
 from creak.studies.robust.draws import Design, Drawn
 from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import SharedModel, places_of, without_contact
@@ -67,9 +65,11 @@ def depth(slack: FloatArray) -> FloatArray:
     return np.asarray(np.maximum(-slack[:, :, NOW], 0.0).sum(axis=1))
 
 
-def further_draws(setup: Setup, design: Design, drawn: Drawn, channels: GapOperator) -> tuple[Drawn, Design] | None:
+def further_draws(
+    design: Design, drawn: Drawn, channels: GapOperator, check: Callable[[Drawn], None]
+) -> tuple[Drawn, Design] | None:
     """`drawn` and more behind it, and the design of these; None: they would tell little more, or reach what no study
-    may say."""
+    may say, which `check` refuses."""
     runs = design.total / design.n
     most = min(WORK // max(channels.m, 1), NUMBERS // _kept_of(len(places_of(channels))))
     most = min(TIMES * design.n, int(most / runs))
@@ -79,7 +79,7 @@ def further_draws(setup: Setup, design: Design, drawn: Drawn, channels: GapOpera
     more = design.further(n)
     found = Drawn.at(design.causes, np.concatenate([drawn.points, more.points()]))
     try:
-        check_ends(setup, found)
+        check(found)
     except InputError:
         return None
     return found, more

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +24,7 @@ from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
 from creak.studies.prepare.varied import at_nearest_wall
 from creak.studies.robust.batches import batches, march_batches
-from creak.studies.robust.changes import check_ends, drawn_study, keeps_model
+from creak.studies.robust.changes import check_ends, damped_by_modes, drawn_study, keeps_model
 from creak.studies.robust.draws import ContactGaps, Design, Draw, Drawn, make_causes, whole_power
 from creak.studies.robust.further import Further, further_draws, keep, kept, told_of
 from creak.studies.robust.linear import FACTORS
@@ -117,7 +118,7 @@ def run_draws(
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
     taken = sum(k < design.total for k in found)
     notes = list[str]()
-    beyond = None if again else further_draws(setup, design, drawn, channels)
+    beyond = None if again else further_draws(design, drawn, channels, partial(check_ends, setup))
     further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
     wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
@@ -180,7 +181,8 @@ def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Desig
     fields = fields_of(setup.contacts, setup.model.nodes)
     given = tomllib.loads(study.text)
     causes = make_causes(config.scatter, data, given, fields, study.places, deviations_of(setup))
-    again = tuple(c.key for c in causes if not keeps_model(setup, clips, c.key))
+    modal = damped_by_modes(setup.structure, config.damping.modal)
+    again = tuple(c.key for c in causes if not keeps_model(clips, c.key, modal=modal))
     return Design(causes, whole_power(n), indices, config.scatter.seed), again
 
 

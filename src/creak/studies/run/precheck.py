@@ -11,16 +11,18 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.damping import Damping
-from creak.assembly.part import damps_by_itself
-from creak.assembly.system import Supports, System
+from creak.assembly.part import damps_by_itself, started_labels
+from creak.assembly.system import Supports, System, rows_with_entries
 from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.dynamics.history import History
 from creak.linalg.diagonal import Diagonal
+from creak.model.mesh import Model
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
 from creak.signals.peaks import largest
 from creak.studies.file.config import PrecheckTable
+from creak.studies.models.dof_names import dof_name
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, in_modes
@@ -34,10 +36,10 @@ from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.kernels import Compiled
 from creak.studies.run.one_run import Run
-from creak.studies.run.start_velocity import velocity_warnings
 from creak.studies.run.static_start import started
 from creak.studies.run.steady import growth
 from creak.studies.solved import solved
+from creak.studies.warned import Warned
 
 T = TypeVar("T")
 SIDES = ("M_qs", "K_qs", "M_ss", "K_ss", "M_start")
@@ -48,6 +50,8 @@ WITHOUT_WHOLE = (
 )
 MOST_RUNS = 3
 """Runs of a model until what closes must be among its channels; a red verdict says where it is not."""
+SAME = 1e-6
+"""Share of the largest initial velocity from which on a node starts with another one than it was given."""
 
 
 def prechecked(
@@ -264,3 +268,25 @@ def run_with_closed(
         gaps = again[0]
         notes.append(again[1])
     return gaps, found, [*notes, *more]
+
+
+def velocity_warnings(model: Model, system: System) -> list[str]:
+    """Dofs that follow others and start with another velocity than the deck gives them."""
+    labels, at = np.unique(started_labels(model)[::-1], return_index=True)  # the last one given counts
+    if not labels.size:
+        return []
+    given = np.array([value for _, _, value in model.initial_velocity])[::-1][at]
+    rows = system.rows(labels)[0]
+    found = np.asarray(rows @ system.velocity)
+    off = (np.abs(found - given) > SAME * np.abs(given).max()) & rows_with_entries(rows)
+    if not off.any():
+        return []
+    k = int(np.argmax(np.where(off, np.abs(found - given), -1.0)))
+    others = f" and {off.sum() - 1} more dofs" if off.sum() > 1 else ""
+    return [
+        Warned(
+            f"{dof_name(model, int(labels[k]))}{others} cannot have the initial velocity of the deck beside those of "
+            f"the nodes that it is linked to: it starts with {found[k]:.4g} instead of {given[k]:.4g}, so that the "
+            "momentum is that of the deck; give all linked nodes velocities that fit together"
+        )
+    ]

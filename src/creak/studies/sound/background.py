@@ -43,7 +43,7 @@ def background_of(table: BackgroundTable | None, places: Places) -> FloatArray |
     path = places.sibling(table.file)
     freq, level = read_table(path, places.where("background", "file"), ("frequency", "level"))
     band = np.rint(10.0 * np.log10(np.maximum(freq, 1e-3) / 1000.0)).astype(np.int64)
-    off = (np.abs(freq / _middle(band) - 1.0) > NEAR) | (band < LOWEST) | (band > HIGHEST)
+    off = (np.abs(freq / (1000.0 * 10.0 ** (0.1 * band)) - 1.0) > NEAR) | (band < LOWEST) | (band > HIGHEST)
     if off.any():
         raise InputError(
             f"{freq[off][0]:g} Hz is no third octave from {_name(LOWEST)} to {_name(HIGHEST)} Hz",
@@ -87,11 +87,6 @@ def _thirds(band: IntArray, level: FloatArray, path: Path) -> tuple[IntArray, Fl
         expected="every third octave, or every octave, from the first to the last",
         fix=f"Give the others too; {NOTHING:g} dB is silence.",
     )
-
-
-def _middle(band: IntArray) -> FloatArray:
-    """Hz."""
-    return np.asarray(1000.0 * 10.0 ** (0.1 * band))
 
 
 def _name(band: int) -> str:

@@ -13,10 +13,12 @@ from typing import Any
 
 from pydantic import ValidationError
 
+from creak.contact.play import check_play
 from creak.digest import digest
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
+from creak.studies.design.clips import check_clips
 from creak.studies.design.properties import with_properties
 from creak.studies.file.changes import SEEDED, change_words, changed, short_keys, value_at
 from creak.studies.file.config import StudyConfig
@@ -25,7 +27,9 @@ from creak.studies.file.paths import DECKS, Contents, map_paths
 from creak.studies.file.places import Places, overlap
 from creak.studies.file.reader import Study, check_idle, explain
 from creak.studies.file.toml_text import toml_text, toml_value
-from creak.studies.prepare.file_check import check_file
+from creak.studies.prepare.excitation import count_steps
+from creak.studies.prepare.pairs import contact_law, plays_of
+from creak.studies.prepare.setup import check_frequencies
 from creak.studies.sweep.file import CaseTable, SweepFile
 from creak.version import version
 
@@ -254,3 +258,23 @@ def _seed(excitations: Mapping[str, ExcitationTable], asked: int | None) -> int 
 def shown(value: Any) -> Any:
     """A value for a cell of a table: numbers and strings as they are, the rest as TOML."""
     return toml_value(value) if isinstance(value, Mapping | list | bool) else value
+
+
+def check_file(study: Study) -> None:
+    """Check names, laws and limits of what may touch, and how fast and how long the run is; no deck is read.
+
+    Raises
+    ------
+    InputError : as setting up has it.
+    """
+    touching, course = study.touching, study.course
+    check_clips(touching)
+    for play, where in plays_of(touching):
+        check_play(play, where)
+    for name, table in touching.contacts.items():
+        contact_law(table, touching.places.where("contact", name))
+    check_frequencies(study.config.reduction, course.time, study.driving)
+    if course.time.exact:
+        _ = course.end  # steps follow from it
+    else:
+        count_steps(course, course.time.substeps)

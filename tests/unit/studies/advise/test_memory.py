@@ -19,8 +19,8 @@ from creak.studies.advise.advice import as_dict
 from creak.studies.advise.memory import Memory, _reduction, memory, modes_below, runs_of
 from creak.studies.advise.size import Counted, PartSize, sturm_counts
 from creak.studies.file.reader import read_study
+from creak.studies.models.of_parts import Room
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.models.room import Room
 from creak.studies.prepare.setup import Setup, set_up
 from helpers_decks import STUDY, write_strips
 
@@ -198,7 +198,7 @@ def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
 )
 def test_what_takes_the_whole_is_advised_away(change, advised, alone, monkeypatch):
     """Memory for parts alone: a run is refused, advice says with what lines it would not be."""
-    monkeypatch.setattr("creak.studies.models.room.room", lambda *_: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr("creak.studies.models.of_parts.room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
     tables = {name: getattr(alone.study.config, name).model_copy(update=new) for name, new in change.items()}
     found = look(alone.with_tables(**tables), silent)
@@ -217,7 +217,7 @@ def test_an_unreduced_run_that_the_study_ends_early_is_left_alone(alone, monkeyp
 
 
 def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):
-    monkeypatch.setattr("creak.studies.models.room.room", lambda *_: Room(3e9, 2e9, "UPPER"))
+    monkeypatch.setattr("creak.studies.models.of_parts.room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "1.5")
     with pytest.raises(OutOfMemory, match=r"does not hold the reduction of part UPPER: at least 2 GB are needed"):
         look(alone, silent)

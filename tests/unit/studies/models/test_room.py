@@ -23,10 +23,10 @@ from creak.progress import silent
 from creak.reduction import room as limits
 from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts
-from creak.studies.models import room as module
+from creak.studies.models import of_parts as module
+from creak.studies.models.of_parts import Room, only_parts_fit, room
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
-from creak.studies.models.room import Room, only_parts_fit, room
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study

@@ -15,9 +15,8 @@ from creak.model.skin import skin_of
 from creak.sound.plates import radiation_efficiency
 from creak.sound.rayleigh import AIR
 from creak.studies.sound.beyond import hearing
-from creak.studies.sound.edges import Edges, edges_of
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.sheets import sheets_of
+from creak.studies.sound.sheets import Edges, edges_of, sheets_of
 from helpers_core import STEEL, assembled, block, model_of, shell
 
 SIDES, N = (0.8, 0.6), (64, 48)

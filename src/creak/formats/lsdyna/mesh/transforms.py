@@ -63,7 +63,7 @@ def _product(cards: list[Card]) -> FloatArray:
     whole = np.eye(4)
     for card in cards:
         option = card.text(0).upper()
-        v = _numbers(card)
+        v = np.array([card.real(i) for i in range(1, 8)])
         if option == "POINT":
             points[card.integer(1)] = v[1:4]
         elif option == "ROTATE" and not v[3:].any():
@@ -74,10 +74,6 @@ def _product(cards: list[Card]) -> FloatArray:
         else:
             raise card.wrong(0, "TRANSL, ROTATE, SCALE, MIRROR or POINT", "Write the transformation by these.")
     return whole
-
-
-def _numbers(card: Card) -> FloatArray:
-    return np.array([card.real(i) for i in range(1, 8)])
 
 
 def _about(A: FloatArray, centre: FloatArray) -> FloatArray:

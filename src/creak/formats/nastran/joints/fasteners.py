@@ -15,7 +15,7 @@ from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
-from creak.model.constraints import Constraint, Equation, Fixed, RigidLink
+from creak.model.constraints import Constraint, Equation, Fixed, RigidLink, rigid_at
 from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points
 from creak.model.shell_facets import SHELL_FACETS
@@ -291,12 +291,7 @@ def _hung(
     _, y, z = along
     around = place + d * np.array([y + z, y - z, -y - z, z - y])
     facet, shape, met = _met(around, corners, coords)
-    r = met - place
-    S = np.zeros((4, 3, 6))
-    S[:, :, :3] = np.eye(3)
-    S[:, 0, 4], S[:, 0, 5] = r[:, 2], -r[:, 1]
-    S[:, 1, 3], S[:, 1, 5] = -r[:, 2], r[:, 0]
-    S[:, 2, 3], S[:, 2, 4] = r[:, 1], -r[:, 0]
+    S = rigid_at(met - place)
     A = np.einsum("kia,kib->ab", S, S)
     scale = np.array([1.0, 1.0, 1.0, d, d, d])
     if np.linalg.cond(A / np.outer(scale, scale)) > 1e10:
