@@ -92,12 +92,9 @@ def evaluate(
     options: dict[str, Any] = {"record": record, "checkpoints": checkpoints}
     raising = partial(settle, prove=prove, store=store)
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
-    begun = time.perf_counter()
-    found = run_study(setup, progress, store, reference_run, **options, settle=None if quick else raising)
-    is_long = time.perf_counter() - begun >= LONG
-
     from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
     from creak.studies.converge.repeats import converge as repeat
+    from creak.studies.converge.settled import lacks_modes
     from creak.studies.findings.followed import followed
     from creak.studies.findings.measured import beside_tests
     from creak.studies.findings.places import find_places
@@ -106,27 +103,31 @@ def evaluate(
     from creak.studies.sound.heard import Sound, hear
 
     told = converge is not False or changes != "none"
-    if converge is None:
-        table = setup.study.config.time
-        settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
-        converge = settles and found.stopped is None and found.gaps.presses
-    main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
-    if first is not None and is_long and (converge or changes != "none"):
-        save = first
-        attempted("a first copy of the results", lambda: save(Evaluation(found, findings_of(found))), None, notes)
-    progress("sound", 0, 1)
-    places = [] if main is None else [p.channels for p in find_places(found.scope, main)]
-    silence: Sound | str = "none: it could not be computed"
-    if odd := other_units(setup.model, setup.study.config.model.units):
-        sound: Sound | str = f"none: {odd}, so nothing is known in Pa"
-    else:
-        sound = attempted("sound", lambda: hear(found, places), silence, notes)
-    progress("sound", 1, 1)
-    convergence = None
-    if converge:
-        structure = beside_unreduced(found, heard_places(found.scope, main, sound), progress, notes)
-        of_places = followed(found.scope, main, sound)
-        convergence = attempted("repeated runs", lambda: repeat(found, progress, of_places, structure), None, notes)
+    least, begun, convergence = 0, time.perf_counter(), None
+    while True:
+        settles = None if quick else partial(raising, least=least)
+        found = run_study(setup, progress, store, reference_run, **options, settle=settles)
+        is_long = time.perf_counter() - begun >= LONG
+        main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
+        repeated = _is_repeated(setup, found) if converge is None else converge
+        if first is not None and is_long and (repeated or changes != "none"):
+            attempted("a first copy of the results", partial(_hand_over, found, first), None, notes)
+        progress("sound", 0, 1)
+        places = [] if main is None else [p.channels for p in find_places(found.scope, main)]
+        silence: Sound | str = "none: it could not be computed"
+        if odd := other_units(setup.model, setup.study.config.model.units):
+            sound: Sound | str = f"none: {odd}, so nothing is known in Pa"
+        else:
+            sound = attempted("sound", partial(hear, found, places), silence, notes)
+        progress("sound", 1, 1)
+        if repeated:
+            structure = beside_unreduced(found, heard_places(found.scope, main, sound), progress, notes)
+            again = partial(repeat, found, progress, followed(found.scope, main, sound), structure)
+            convergence = attempted("repeated runs", again, None, notes)
+        least = _stages_that_ended(found) if convergence is not None and lacks_modes(convergence) else 0
+        if not least:
+            break
+        said_of_proof.clear()
     if isinstance(sound, Sound):
         notes += sound.notes
     elif setup.study.config.listener:
@@ -139,3 +140,22 @@ def evaluate(
     tests = beside_tests(found, sound, progress, notes)
     found = replace(found, notes=notes)
     return Evaluation(found, findings_of(found, convergence, sound, causes, tests), sound)
+
+
+def _is_repeated(setup: Setup, found: StudyResult) -> bool:
+    """Is a run repeated where nobody says whether?"""
+    table = setup.study.config.time
+    settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
+    return settles and found.stopped is None and found.gaps.presses
+
+
+def _stages_that_ended(found: StudyResult) -> int:
+    """Stages of f_max = "auto" that the answer ended and not their cost; 0: none did, or one cannot go on."""
+    band = found.band
+    if band is None or band.why or band.run.stopped is not None or found.stopped is not None:
+        return 0
+    return 0 if "reference" in found.runs else len(band.stages)
+
+
+def _hand_over(found: StudyResult, first: Callable[[Evaluation], object]) -> None:
+    first(Evaluation(found, findings_of(found)))

@@ -66,6 +66,7 @@ def settle(
     *,
     prove: Prove | None = None,
     store: Store = NO_STORE,
+    least: int = 0,
 ) -> ReducedRun:
     """Raise f_max by half until the run with more modes, and the unreduced model, find what the run found.
 
@@ -80,6 +81,7 @@ def settle(
     march : makes the run of a model.
     prove : lets the unreduced model march through events of a run; None: it is not asked.
     store : as `reduce_model`.
+    least : stages that are known not to be enough.
     """
     v, at = first.setup.study.config.verification, first
     stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
@@ -105,7 +107,7 @@ def settle(
             proven = is_proven(_compared(v, at.scope.window, at.run, again, structure))
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
-        enough = agree and moved and proven is not False
+        enough = agree and moved and proven is not False and len(stages) > least
         why = "" if enough else _too_much(following.band.f_max, more, reckoned)
         if not (enough or why) and again.stopped is None:
             try:

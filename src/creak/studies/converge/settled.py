@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.studies.converge.rubbing import faint_rubs, open_rubs, rub_words
-from creak.studies.converge.settling import BASE, CHANCE, ENOUGH, Convergence, EventSettling, Settling
+from creak.studies.converge.settling import BASE, CHANCE, ENOUGH, UNREDUCED, Convergence, EventSettling, Settling
 from creak.studies.converge.words import remedy_of
 from creak.studies.file.case import Course
 from creak.studies.run.one_run import Run
@@ -108,8 +108,25 @@ def _remedy(causes: list[str], c: Convergence) -> list[str]:
     """What moves most, and what it takes."""
     if not causes:
         return []
-    what, remedy = remedy_of(max(dict.fromkeys(causes), key=causes.count), c)
+    what, remedy = remedy_of(_most(causes), c)
     return [f"most of it comes from {what}: it takes {remedy}"]
+
+
+def _most(causes: list[str]) -> str:
+    return max(dict.fromkeys(causes), key=causes.count)
+
+
+def lacks_modes(c: Convergence) -> bool:
+    """Have single events not settled, most of them for want of modes that there are?"""
+    open_ones = [e for e in c.judged if not e.settled]
+    causes = _causes(open_ones, _open_totals(c))
+    unsettled = _of_convergence(c).word == UNSETTLED
+    return unsettled and not c.complete and bool(causes) and _most(causes) in ("modes", UNREDUCED)
+
+
+def _open_totals(c: Convergence) -> list[Settling]:
+    """Figures of the whole run that have not settled; events are counted one by one."""
+    return [t for name, t in c.totals.items() if name != "events" and not t.settled]
 
 
 def is_chaotic(convergence: Convergence | None, count: int, length: float, highest: float) -> bool:
@@ -145,7 +162,7 @@ def _unproven(c: Convergence) -> str:
 
 def _of_repeats(c: Convergence) -> Verdict:
     open_ones, going_on = [e for e in c.judged if not e.settled], _going_on(c)
-    whole = [t for name, t in c.totals.items() if name != "events" and not t.settled]  # those are counted one by one
+    whole = _open_totals(c)
     if c.unlooked:
         return Verdict(UNSETTLED, c.unlooked)
     new = max((n for name, n in c.new.items() if c.outcomes[name].repeat.judged), default=0)
@@ -245,10 +262,13 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
         else f"the {t.name} of the whole run is not known in all runs{f': {t.problem}' if t.problem else ''}"
         for t in whole
     ]
-    causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled and f.worst]
-    causes += [e.figures["start"].worst for e in open_ones if e.torn and e.figures["start"].worst]
-    causes += [t.worst for t in whole if t.worst]
-    return (*said, *_remedy(causes, c))
+    return (*said, *_remedy(_causes(open_ones, whole), c))
+
+
+def _causes(open_ones: list[EventSettling], whole: list[Settling]) -> list[str]:
+    """What moves each figure most that has not settled."""
+    causes = [f.worst for e in open_ones for f in e.figures.values() if not f.settled or (e.torn and f.name == "start")]
+    return [cause for cause in (*causes, *(t.worst for t in whole)) if cause]
 
 
 def _open(e: EventSettling) -> str:

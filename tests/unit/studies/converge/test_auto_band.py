@@ -255,6 +255,18 @@ def test_modes_that_nothing_excites_settle_nothing(tmp_path):
     assert fluctuation["values"]["base"] == pytest.approx(force.std(), abs=bar)
 
 
+def test_stages_that_leave_the_verdict_open_are_followed_by_more(tmp_path, monkeypatch):
+    """What ended them said that nothing changes any more; where the verdict lacks modes all the same, they go on."""
+    study = pressed_rod(tmp_path)
+    before = len(run(study).summary["runs"]["reduced"]["stages"])
+    said = iter([True, False])
+    monkeypatch.setattr("creak.studies.converge.settled.lacks_modes", lambda _: next(said))
+    stages = run(study).summary["runs"]["reduced"]["stages"]
+    assert len(stages) > before
+    assert stages[before - 2]["same"] is True
+    assert next(said, None) is None
+
+
 def taps(force, count=4):
     """40 blows and some taps of a fiftieth of their impulse."""
     hard = [SimpleNamespace(impulse=1.0, force_place=1.0) for _ in range(40)]
