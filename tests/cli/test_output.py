@@ -204,7 +204,7 @@ def test_ctrl_c_while_the_report_is_written_keeps_the_results(creak, folder, mon
 
 
 def test_ctrl_c_before_anything_is_written_says_so(creak, folder, monkeypatch):
-    monkeypatch.setattr("creak.studies.run.precheck.assembled", ctrl_c)
+    monkeypatch.setattr("creak.studies.models.of_parts.assembled", ctrl_c)
     said = creak("run", *arguments("run", folder))
     assert said.status == 1
     assert "stopped; nothing was written" in said.err

@@ -104,3 +104,41 @@ def test_several_nodes_stick_and_slip_where_fast_modes_are_damped(beta, dashpot,
     np.testing.assert_allclose(history.displacement[-1, X], place, rtol=0, atol=3e-2 * np.abs(place).max())
     assert energy["damping"] > 0.0
     assert history.energy_created < 1e-4
+
+
+def test_what_sticks_does_not_walk_where_it_is_shaken_unevenly(measured):
+    """A mass that is pulled one way quickly and back slowly, by up to three quarters of what holds it, 50 times: short
+    steps one way and long ones back. A walk of a ten-thousandth of its way each time would show."""
+    period, quick, way = 0.02, 6e-4, 0.06
+    time = np.linspace(0.0, 0.05 + 50 * period, 3500 * SAMPLES + 1)
+    knots = np.concatenate(
+        [[0.0, 0.03], *(0.05 + period * k + np.array([0.0, quick, 0.5 * period]) for k in range(50))]
+    )
+    pulls = np.concatenate([[0.0, 0.0], *([[-1.0, 1.0, 1.0]] * 50)])
+    piece = np.clip(np.searchsorted(knots, time, side="right") - 1, 0, knots.size - 2)
+    x = np.clip((time - knots[piece]) / np.diff(knots)[piece], 0.0, 1.0)
+    smooth, size = x**3 * (10.0 - 15.0 * x + 6.0 * x**2), np.diff(pulls)[piece]
+    rate, bend = 30.0 * x**2 * (1.0 - x) ** 2, 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x)
+    span = np.diff(knots)[piece]
+    along = creak.Motion(
+        *(way * row for row in (pulls[piece] + size * smooth, size * rate / span, size * bend / span**2))
+    )
+    K = np.diag([20.0, 20.0, 20.0, 20.0])
+    K[0, 1] = K[1, 0] = K[2, 3] = K[3, 2] = -20.0
+    free = creak.system_from_matrices(K, 1e-6 * np.eye(4), beta=1e-5)
+    system = in_own_modes(creak.couple(free, driven={"along": [0]}))
+    tangents = [[[0.0, 1.0, 0.0, 0.0]], [[0.0] * 4]]
+    normal = {"preload": 4.0, "tangents": tangents, "friction": (0.5, 0.5, 0.0)}
+    gaps = creak.gap_channels([[0.0, 0.0, 0.0, 1.0]], 0.0, STIFFNESS, **normal)
+    loads = creak.make_loads(system, time, motion={"along": along})
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(4)))
+    pull = np.abs(history.tangential[:, 0]) / (FRICTION * history.force[:, 0])
+    assert 0.5 < pull.max() < 0.9
+    assert not history.sliding.any()
+    measured(
+        "time",
+        "way of a mass that sticks while it is shaken unevenly 50 times, share of the shaking",
+        np.abs(history.displacement[-1, 1]) / way,
+        at_most=1e-4,
+        source="it sticks",
+    )

@@ -17,10 +17,10 @@ from creak.dynamics.flow.steady import NONE
 from creak.linalg.compiled import inner, inner_fast
 from creak.linalg.loops import dot
 
-GIVE = 0.01
-"""Sliding with which a channel that sticks takes up a change of its force, over what that force moves it in a step:
-a spring far stiffer than any that a step resolves. Without it the forces that hold more channels than the filter leaves
-modes are not determined, and no solver finds them."""
+GIVE = 1e-4
+"""Sliding with which a channel that sticks takes up a change of its force, over what that force moves it in a step near
+contact: one spring for all steps, far stiffer than any that they resolve. Without it the forces that hold more channels
+than the filter leaves modes are not determined, and no solver finds them."""
 
 
 @inner
@@ -76,15 +76,14 @@ def look_ahead(model, laws, P, gain, D, h, steady, now, after, ahead):  # type: 
 
 
 @inner
-def slide_on(laws, A, rate, h, after):  # type: ignore[no-untyped-def]
+def slide_on(model, laws, A, rate, h, after):  # type: ignore[no-untyped-def]
     """Sliding and place with the forces; rate: of sliding over what A (m + 2 f, m + 2 f) and forces give."""
     m = after.gap.size
     for i in range(after.slip.size):
         if after.force[laws.rubs[i // 2]] <= 0.0:
             after.place[i], after.slip[i] = np.inf, 0.0
             continue
-        give = GIVE / (1.0 + GIVE) * A[m + i, m + i] * after.force[m + i]
-        after.slip[i] += rate * (dot(A[m + i], after.force) - give)
+        after.slip[i] += rate * dot(A[m + i], after.force) - model.give[i] * after.force[m + i]
         after.place[i] += after.slip[i]
         if after.stuck[i // 2]:
             after.slip[i] = 0.0

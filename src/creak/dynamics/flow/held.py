@@ -26,7 +26,6 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.tabular import segment_at, segment_slope
-from creak.dynamics.flow.along import GIVE
 from creak.dynamics.flow.model import FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import fly, mean_of, mean_value, place_of, rate_of, times
 from creak.dynamics.loads import Loads
@@ -260,7 +259,7 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
             K[i, i] += 1.0 / held.slope[i]
             K[b + i, b + i] += 1.0 / held.slope[i]
         elif moves(R, n, i):
-            k = GIVE * R[i, i]
+            k = model.give[held.channel[i] - model.gap0.size]
             K[i, i] += k
             K[i, b + i] += k
             K[b + i, i] -= k
@@ -342,7 +341,7 @@ def bind(model, laws, held, slot, h, now):  # type: ignore[no-untyped-def]
             right[i] = held.foot[i] - now.gap[q] - seen[c + i] - damper * seen[i]
             right[b + i] = -0.5 * seen[i] - 3.0 * damper * (seen[i] - 2.0 * seen[c + i])
         elif moves(R, n, i):
-            give = GIVE * R[i, i] * now.force[q]
+            give = model.give[q - model.gap0.size] * now.force[q]
             right[i] = give - seen[i]
             right[b + i] = -give - seen[c + i]
         else:

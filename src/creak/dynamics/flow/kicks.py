@@ -16,7 +16,7 @@ import math
 
 from creak.contact.step_problem import Unpressed, solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
-from creak.dynamics.flow.along import GIVE, look_ahead, slide_on
+from creak.dynamics.flow.along import look_ahead, slide_on
 from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
 from creak.linalg.by_reference import by_value
@@ -54,10 +54,10 @@ def press(model, scheme, A, h, desk, now, after, watched):  # type: ignore[no-un
     else:
         if after.slip.size > 0:
             look_ahead(model, laws, scheme.P[-1], gain, desk.D, h, desk.steady, now, after, desk.ahead)
-        code = solve_kick(laws, A, W, h, now, after, share, desk.factor)
+        code = solve_kick(model, laws, A, W, h, now, after, share, desk.factor)
         if code != DONE:
             return code
-        slide_on(laws, A, RATE, h, after)
+        slide_on(model, laws, A, RATE, h, after)
     if model.damped:
         book_slack(laws, -h, after, now, after.energy)
     if not acts(after.force, 0, after.force.size):
@@ -97,7 +97,7 @@ def any_closed(after):  # type: ignore[no-untyped-def]
 
 
 @with_arrays
-def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyped-def]
+def solve_kick(model, laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyped-def]
     """Forces of channels with dampers or friction, or on coordinates without mass; 0 or the code of their solver.
 
     What friction changes of the rates of gaps A holds whole, not `THETA` of it.
@@ -112,7 +112,7 @@ def solve_kick(laws, A, W, h, now, after, share, kept):  # type: ignore[no-untyp
             for i in range(m):
                 rate[i] += W[j, i] * by
     for i in range(slip.size):
-        slip[i] -= RATE * GIVE / (1.0 + GIVE) * A[m + i, m + i] * now.force[m + i]
+        slip[i] -= model.give[i] * now.force[m + i]
     gap, stuck, force = after.gap.copy(), after.stuck, after.force
     free = Unpressed(gap, rate, slip, RATE / h, RATE, h)
     return solve_step(A, free, by_value(laws), stuck, force, by_value(kept))

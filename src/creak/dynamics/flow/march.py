@@ -240,7 +240,9 @@ class FlowRun:
         along = moved_by(P[-1], 2.0 * gain * push) @ rows[gaps.m :].T / RATE
         self.A[gaps.m :], self.A[: gaps.m, gaps.m :] = along.T, along[: gaps.m]
         own = slice(gaps.m, None)
-        self.A[own, own] = symmetric(self.A[own, own]) + GIVE * np.diag(np.diag(self.A)[own])
+        give = GIVE * np.diag(self.A)[own]
+        self.A[own, own] = symmetric(self.A[own, own]) + np.diag(give)
+        self.model = self.model._replace(give=np.ascontiguousarray(RATE * give))
         steps = self.steps
         self.scheme = Scheme(
             steps.H,

@@ -51,6 +51,8 @@ class FlowModel(NamedTuple):
     """(m + 2 f, n_support) of rates; so kicks push the supports"""
     lean_s: FloatArray
     """(m + 2 f, n_support) what forces that go on push of the supports"""
+    give: FloatArray
+    """(2 f,) compliance by which a channel that sticks takes up a change of its force (`along.GIVE`)"""
     gap0: FloatArray
     preload: FloatArray
     presses: bool
@@ -228,6 +230,7 @@ def driven(on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> tuple[
         "rows_s": rows_s,
         "rates_s": rows_s,
         "lean_s": rows_s,
+        "give": np.zeros(rows.shape[0] - gaps.m),
         "gap0": gaps.gap0.astype(float),
         "preload": preload,
         "presses": bool(gaps.presses),
