@@ -15,6 +15,7 @@ from creak.given import check_fields, finite, number, of_kind, positive, row_of,
 from creak.signals.between_samples import between_samples
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.smooth_table import smooth_table
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
 
 FEW = 16
@@ -187,8 +188,7 @@ def _windowed(motion: Motion, x: FloatArray, rate: float) -> Motion:
 def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
     """The signal is a displacement: differentiate it. Multisine and record are faded in (`faded_in`).
 
-    A table is interpolated by modified Akima splines, which neither overshoot on plateaus nor kink between
-    close samples; a record is integrated twice first.
+    A table is interpolated by `smooth_table`; a record is integrated twice first.
     """
     t = _sampled(signal, t)
     if isinstance(signal, Multisine | RandomVibration):
@@ -207,11 +207,9 @@ def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
         return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
     if signal.time.size == 1:
         return Motion(np.full_like(t, signal.value[0]), np.zeros_like(t), np.zeros_like(t))
-    from scipy.interpolate import Akima1DInterpolator  # see `signals.spectra.low_pass`
-
     inside = np.clip(t, signal.time[0], signal.time[-1])
     moving = (t >= signal.time[0]) & (t <= signal.time[-1])
-    spline = Akima1DInterpolator(signal.time, signal.value, method="makima")
+    spline = smooth_table(signal.time, signal.value)
     return Motion(spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0))
 
 

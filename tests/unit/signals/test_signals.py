@@ -87,9 +87,41 @@ def test_table_displacement_passes_its_rows_and_rests_outside():
     outside = (T < 0.2) | (T > 1.4)
     assert not motion.velocity[outside].any()
     assert not motion.acceleration[outside].any()
-    # A makima spline never overshoots a table that is constant.
     flat = displacement_motion(Table(rows[0], np.full(4, 2.0)), T)
     np.testing.assert_allclose(flat.displacement, 2.0)
+
+
+@pytest.mark.parametrize("count", [12, 20, 200])
+def test_a_table_of_a_sine_has_its_acceleration(count, measured):
+    """h^2 w^2 / 12 of its amplitude, count points to a period; twice that in the first and last intervals."""
+    time = np.arange(10 * count + 1) / (50.0 * count)
+    w, t = 2.0 * np.pi * 50.0, np.linspace(0.0, 0.2, 5001)
+    motion = displacement_motion(Table(time, np.sin(w * time + 0.4)), t)
+    inside = (t > 0.02) & (t < 0.18)
+    off = np.abs(motion.acceleration / w**2 + np.sin(w * t + 0.4))[inside].max()
+    measured(
+        "signals",
+        f"acceleration of a sine given by {count} places to a period, share of its amplitude",
+        off,
+        at_most=1.1 * (2.0 * np.pi / count) ** 2 / 12.0,
+        source="closed form",
+    )
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        np.clip(np.linspace(-1.0, 2.0, 61), 0.0, 1.0),
+        (np.linspace(-1.0, 2.0, 61) > 0.2) * 1.0,
+        np.maximum(np.sin(np.linspace(0.0, 20.0, 201)), 0.0),
+    ],
+    ids=["ramp", "step", "half sines"],
+)
+def test_a_table_with_corners_does_not_overshoot(value):
+    time = np.linspace(0.0, 1.0, value.size)
+    motion = displacement_motion(Table(time, value), np.linspace(0.0, 1.0, 20001))
+    assert motion.displacement.max() <= 1.0 + 1e-4
+    assert motion.displacement.min() >= -1e-4
 
 
 def test_a_displacement_table_of_one_row_is_constant():
