@@ -11,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
 
-APART = 0.05
+APART = 0.03
 """Distance of both splines over the largest change of the table near it, from which on there is a corner."""
 NEAR = 2
 """Intervals to both sides that count as near."""

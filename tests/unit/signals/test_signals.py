@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.smooth_table import APART
 from creak.signals.sources import (
     RAMP,
     Multisine,
@@ -118,10 +119,12 @@ def test_a_table_of_a_sine_has_its_acceleration(count, measured):
     ids=["ramp", "step", "half sines"],
 )
 def test_a_table_with_corners_does_not_overshoot(value):
+    """Beyond a small part of what it changes by from point to point."""
     time = np.linspace(0.0, 1.0, value.size)
     motion = displacement_motion(Table(time, value), np.linspace(0.0, 1.0, 20001))
-    assert motion.displacement.max() <= 1.0 + 1e-4
-    assert motion.displacement.min() >= -1e-4
+    allowed = APART * np.abs(np.diff(value)).max()
+    assert motion.displacement.max() <= 1.0 + allowed
+    assert motion.displacement.min() >= -allowed
 
 
 def test_a_displacement_table_of_one_row_is_constant():
