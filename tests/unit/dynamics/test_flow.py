@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 from benchmarks.random_contact import LIMIT, random_run
+from scipy.integrate import solve_ivp
 
+import creak
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import law_arrays
@@ -27,7 +29,7 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
-from creak.reduction.diagonal import diagonalise
+from creak.reduction.diagonal import diagonalise, in_own_modes
 from creak.verify.events import find_events
 from creak.verify.reliability import created_of_contact
 from helpers_core import NO_CHANNELS, chain, channels, system_of
@@ -384,3 +386,27 @@ def test_work_of_loads_on_what_rings_far_faster_than_the_flight_step(gap):
     allowed = 2e-3 * np.ptp(stored)
     np.testing.assert_allclose(external, stored - stored[0], rtol=0, atol=allowed)
     np.testing.assert_allclose(damping, 0.0, rtol=0, atol=allowed)
+
+
+def test_what_dampers_take_where_the_base_goes_far():
+    """A mass of 160 Hz on a damped spring whose base goes 100 in .1 s: c times the square of their relative speed."""
+    m, k, c, way, T = 1e-3, 1e3, 0.05, 100.0, 0.1
+    time = np.linspace(0.0, 0.14, 350 * SAMPLES + 1)
+    x = np.clip(time / T, 0.0, 1.0)
+    rows = x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 / T, 60 * x * (1 - x) * (1 - 2 * x) / T**2
+    K, M = np.array([[k, -k], [-k, k]]), np.diag([1e-6, m])
+    free = creak.system_from_matrices(K, M, beta=c / k)
+    system = in_own_modes(creak.couple(free, driven={"base": [0]}))
+    loads = creak.make_loads(system, time, motion={"base": creak.Motion(*(way * row for row in rows))})
+    history = simulate_flow(system, creak.gap_channels([[0.0, 1.0]], 1e6, 1.0), loads, OutputRequest(np.array([1])))
+
+    def slope(t, y):
+        z = min(t / T, 1.0)
+        off = y[0] - way * z**3 * (10 - 15 * z + 6 * z**2)
+        fast = y[1] - way * 30 * z**2 * (1 - z) ** 2 / T
+        return [y[1], -(k * off + c * fast) / m, c * fast**2]
+
+    exact = solve_ivp(slope, (0.0, time[-1]), [0.0, 0.0, 0.0], "DOP853", rtol=1e-11, atol=1e-13, t_eval=history.time)
+    damping = history.energy[:, ENERGIES.index("damping")]
+    np.testing.assert_allclose(damping, exact.y[2], rtol=0, atol=1e-3 * exact.y[2, -1])
+    assert np.diff(damping).min() > -1e-6 * damping[-1]

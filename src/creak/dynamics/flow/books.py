@@ -87,7 +87,7 @@ def work_of_loads(model, drive, h, now, after, short, mean):  # type: ignore[no-
     """Integral of the load columns' amplitudes a (cubics) against their motion w, by parts: a w less that of a' w.
 
     w is the parabola through both ends that has its mean: what is far faster than the step is gone from that. In short
-    steps it is a line.
+    steps it is a line. Dampers between modes and supports take from both what they push one of them by.
     """
     work = 0.0
     for j in range(drive.shape[0]):
@@ -95,13 +95,22 @@ def work_of_loads(model, drive, h, now, after, short, mean):  # type: ignore[no-
         w0, w1 = now.dots[0, j], after.dots[0, j]
         middle, half = 0.5 * (w0 + w1) if short else dot(model.load_u[j], mean), 0.5 * (w1 - w0)
         bent = 0.75 * (w0 + w1 - 2.0 * middle)
-        work += (a0 + h * (a1 + h * (0.5 * a2 + h / 6.0 * a3))) * w1 - a0 * w0
+        own = (a0 + h * (a1 + h * (0.5 * a2 + h / 6.0 * a3))) * w1 - a0 * w0
         for q in range(3):
             x = GAUSS * (q - 1)
             t = 0.5 * h * (1.0 + x)
             rate = a1 + t * (a2 + 0.5 * t * a3)
-            work -= (4.0 if q == 1 else 2.5) / 9.0 * h * rate * (middle + half * x + bent * (x * x - 1.0 / 3.0))
+            own -= (4.0 if q == 1 else 2.5) / 9.0 * h * rate * (middle + half * x + bent * (x * x - 1.0 / 3.0))
+        work += own if model.order[j] != VELOCITY else -own
     return work
+
+
+@inner
+def squared(s0, s1, a, b, h):  # type: ignore[no-untyped-def]
+    """Integral of the product of two supports' velocities, by the trapezoidal rule with its correction at the ends."""
+    v0, v1 = s0[1, a] * s0[1, b], s1[1, a] * s1[1, b]
+    bend = s0[2, a] * s0[1, b] + s0[1, a] * s0[2, b] - s1[2, a] * s1[1, b] - s1[1, a] * s1[2, b]
+    return 0.5 * h * (v0 + v1) + h * h / 12.0 * bend
 
 
 @inner
@@ -135,16 +144,10 @@ def book_flow(model, drive, h, now, after, short, mean):  # type: ignore[no-unty
         external += model.preload[i] * (after.gap[i] - now.gap[i])
     given = loads
     for a in range(now.support.shape[1]):
-        ds = after.support[0, a] - now.support[0, a]
         for b in range(now.support.shape[1]):
-            moved = 0.5 * (now.support[1, b] + after.support[1, b]) * model.C_ss[a, b] * ds
+            moved = model.C_ss[a, b] * squared(now.support, after.support, a, b, h)
             given += moved
             external += moved
-        for j in range(model.order.size):
-            if model.order[j] == VELOCITY and model.column[j] == a:
-                moved = (now.dots[1, j] + after.dots[1, j]) * ds
-                given -= moved
-                external -= moved
     if model.massless.size > 0:
         given -= work_on_light(model, now, after)
     e[GIVEN] += given
