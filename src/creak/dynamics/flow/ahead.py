@@ -62,7 +62,7 @@ def compile_short() -> None:
         (open_block, (block, *opened, h, h, 0, 0, x, True)),
         (advance, (model, scheme, True, desk, 0, 0, True, x, x, block)),
         (press, (model, scheme, None, h, desk, x, x, block.is_near)),
-        (book_flow, (model, desk.drive, h, x, x, False, desk.ahead)),
+        (book_flow, (model, desk.drive, h, x, x, False, desk.together.mean)),
         (complete, (model, scheme.laws, W, h, desk.steady.force, x)),
     )
 

@@ -11,11 +11,10 @@ from __future__ import annotations
 import numpy as np
 
 from creak.dynamics.books import FRICTION, GIVEN
-from creak.dynamics.flow.motion import place_of
-from creak.dynamics.flow.propagator import SINGLE
-from creak.dynamics.flow.steady import NONE
-from creak.linalg.compiled import inner, inner_fast
-from creak.linalg.loops import dot
+from creak.dynamics.flow.motion import fly, place_of
+from creak.dynamics.flow.steady import NONE, add
+from creak.linalg.compiled import inner
+from creak.linalg.loops import dot, fill
 
 GIVE = 1e-4
 """Sliding with which a channel that sticks takes up a change of its force, over what that force moves it in a step near
@@ -24,47 +23,24 @@ than the filter leaves modes are not determined, and no solver finds them."""
 
 
 @inner
-def go_ahead(model, P, gain, D, steady, x, out):  # type: ignore[no-untyped-def]
-    """z[u0:u1] at the end of a step from x, of which the forces that go on, and no kick, are part."""
-    by = 1.0 if steady.mark[0] != NONE else 0.0
-    if P.shape[0] == SINGLE:
-        ahead_single(P, gain, D, steady.push, steady.lean, by, x, out)
-    else:
-        ahead_pairs(P, gain, D, steady.push, steady.lean, by, x, out)
-
-
-@inner_fast
-def ahead_single(P, gain, D, push, lean, by, x, out):  # type: ignore[no-untyped-def]
-    """Of u of single modes."""
-    u0, v0, D0, D1, D2, D3 = x.x[0], x.x[1], D[0], D[1], D[2], D[3]
-    uu, uv, q1, q2, q3, q4 = P[0], P[1], P[5], P[6], P[7], P[8]
-    for i in range(out.size):
-        v, d0 = v0[i] - by * gain[i] * push[i], D0[i] + by * lean[i]
-        out[i] = uu[i] * u0[i] + uv[i] * v + q1[i] * d0 + q2[i] * D1[i] + q3[i] * D2[i] + q4[i] * D3[i]
-
-
-@inner_fast
-def ahead_pairs(P, gain, D, push, lean, by, x, out):  # type: ignore[no-untyped-def]
-    """Of both members of pairs."""
-    n, a0, b0 = x.x.shape[1], x.x[0], x.x[1]
-    for i in range(n):
-        a, b = a0[i] - by * gain[i] * push[i], b0[i] - by * gain[n + i] * push[n + i]
-        to_a, to_b = P[0, i] * a + P[1, i] * b, P[2, i] * a + P[3, i] * b
-        for r in range(4):
-            da, db, q = D[r, i], D[r, n + i], 4 * (r + 1)
-            if r == 0:
-                da += by * lean[i]
-                db += by * lean[n + i]
-            to_a += P[q, i] * da + P[q + 1, i] * db
-            to_b += P[q + 2, i] * da + P[q + 3, i] * db
-        out[i], out[n + i] = to_a, to_b
+def go_ahead(model, P, gain, D, steady, x, end):  # type: ignore[no-untyped-def]
+    """z at the end of a step from x without a kick at x, but with the forces that go on; x.F, none yet, is used."""
+    going = steady.mark[0] != NONE
+    if going:
+        add(x.F, -1.0, steady.push)
+        add(D[0], 1.0, steady.lean)
+    fly(model, P, gain, D, x, end, going)
+    if going:
+        add(D[0], -1.0, steady.lean)
+        fill(x.F, 0.0)
 
 
 @inner
-def look_ahead(model, laws, P, gain, D, h, steady, now, after, ahead):  # type: ignore[no-untyped-def]
+def look_ahead(model, laws, P, gain, D, h, steady, now, after, later):  # type: ignore[no-untyped-def]
     """Of what presses and rubs: its place, and how far the coming step takes it from there without a kick (`slip`)."""
     m, u = after.gap.size, after.x.reshape(after.x.size)[model.u0 : model.u1]
-    go_ahead(model, P, gain, D, steady, after, ahead)
+    go_ahead(model, P, gain, D, steady, after, later)
+    ahead = later.x.reshape(later.x.size)[model.u0 : model.u1]
     for i in range(after.slip.size):
         if after.gap[laws.rubs[i // 2]] < 0.0:
             place = now.place[i] if now.place[i] < np.inf else place_of(model, m + i, u, after, 0.0)

@@ -62,7 +62,8 @@ def columns(model, x):  # type: ignore[no-untyped-def]
     z = x.x.reshape(x.x.size)
     for j in range(model.order.size):
         x.dots[0, j] = dot(model.load_u[j], z[model.u0 : model.u1])
-        x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
+        if model.order[j] == ACCELERATION:
+            x.dots[1, j] = dot(model.load_v[j], z[model.v0 : model.v1])
 
 
 @inner

@@ -32,7 +32,7 @@ from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
 from creak.dynamics.flow.held import CALM, MOST, NEVER, SAME, WAIT, Held, new_held
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
 from creak.dynamics.flow.lasting import PATIENCE, Lasting, follow_swing, hold_on, rests, wait_on
-from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel
+from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import (
     band_energies,
     load_step,
@@ -97,8 +97,8 @@ class Desk(NamedTuple):
     steady: Steady
     factor: Kept
     """Of the friction of the last kick."""
-    ahead: FloatArray
-    """(u1 - u0,) of z a short step later; its mean over a longer one"""
+    later: FlowState
+    """z a step near contact later, to be looked at."""
 
 
 def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: bool) -> Desk:
@@ -108,8 +108,8 @@ def new_desk(model: FlowModel, loads: Loads, bands: int, levels: int, lasts: boo
     rubbing = model.rows.shape[0] if model.rows.shape[0] > m else 0
     held = new_held(model, loads, levels, lasts)
     kept = new_kept(rubbing if rubbing <= MOST else 0)
-    ahead = np.empty(model.u1 - model.u0)
-    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_steady(model), kept, ahead)
+    later = resting(model, loads)
+    return Desk(course, drive, D, np.empty(bands), np.ones(m), held, new_steady(model), kept, later)
 
 
 @inner
@@ -185,7 +185,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
             break
         level += 1
     if not is_short(model, level, levels, False):
-        mean_of(model, P[level], D, now, desk.ahead)
+        mean_of(model, P[level], D, now, desk.together.mean)
     if kicked:
         if lessen(model, laws, W, gain, h, now, after, desk.share):
             less = let_go(model, laws, W, h, steady, now, after.gap)
@@ -299,7 +299,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             changed = changes(now, after)
             if lasting.tried and level == levels and not held:
                 wait_on(together, changed, now, after)
-            book_flow(model, drive, h, now, after, is_short(model, level, levels, held), desk.ahead)
+            book_flow(model, drive, h, now, after, is_short(model, level, levels, held), together.mean)
             if lasting.tried and (kicked or acts(after.force, 0, after.force.size)):
                 follow_swing(together, h, H, after.force)
             fill(after.before, np.inf)

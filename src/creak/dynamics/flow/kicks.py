@@ -53,7 +53,7 @@ def press(model, scheme, A, h, desk, now, after, watched):  # type: ignore[no-un
                 after.force[i] = spring_force(laws, i, after.gap[i])
     else:
         if after.slip.size > 0:
-            look_ahead(model, laws, scheme.P[-1], gain, desk.D, h, desk.steady, now, after, desk.ahead)
+            look_ahead(model, laws, scheme.P[-1], gain, desk.D, h, desk.steady, now, after, desk.later)
         code = solve_kick(model, laws, A, W, h, now, after, share, desk.factor)
         if code != DONE:
             return code

@@ -228,7 +228,7 @@ def go(model, scheme, desk, P, h, now, after, block):  # type: ignore[no-untyped
     put(after.stuck, 0, now.stuck)
     load(model, held, c, h, 1.0, D)
     fly(model, P, gain, D, now, after, np.bool_(False))
-    mean_of(model, P, D, now, desk.ahead)
+    mean_of(model, P, D, now, held.mean)
     load(model, held, c, h, -1.0, D)
     if under_way(block):
         look_near(block, model, now, after, h, np.bool_(True))

@@ -126,7 +126,7 @@ class FlowState(NamedTuple):
     """(3, n_support)"""
     amplitude: FloatArray
     dots: FloatArray
-    """(2, n_x) load columns times displacement, velocity."""
+    """(2, n_x) load columns times displacement; those of accelerations times velocity."""
     energy: FloatArray
     """The book (`books`)."""
 
