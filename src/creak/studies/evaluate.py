@@ -92,22 +92,23 @@ def evaluate(
     options: dict[str, Any] = {"record": record, "checkpoints": checkpoints}
     raising = partial(settle, prove=prove, store=store)
     quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
-    from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
-    from creak.studies.converge.repeats import converge as repeat
-    from creak.studies.converge.settled import lacks_modes
-    from creak.studies.findings.followed import followed
-    from creak.studies.findings.measured import beside_tests
-    from creak.studies.findings.places import find_places
-    from creak.studies.findings.sound import heard_places
-    from creak.studies.run.compared import main_run
-    from creak.studies.sound.heard import Sound, hear
-
     told = converge is not False or changes != "none"
     least, begun, convergence = 0, time.perf_counter(), None
     while True:
         settles = None if quick else partial(raising, least=least)
         found = run_study(setup, progress, store, reference_run, **options, settle=settles)
         is_long = time.perf_counter() - begun >= LONG
+
+        from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
+        from creak.studies.converge.repeats import converge as repeat
+        from creak.studies.converge.settled import lacks_modes
+        from creak.studies.findings.followed import followed
+        from creak.studies.findings.measured import beside_tests
+        from creak.studies.findings.places import find_places
+        from creak.studies.findings.sound import heard_places
+        from creak.studies.run.compared import main_run
+        from creak.studies.sound.heard import Sound, hear
+
         main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
         repeated = _is_repeated(setup, found) if converge is None else converge
         if first is not None and is_long and (repeated or changes != "none"):
