@@ -12,6 +12,7 @@ from scipy.integrate import solve_ivp
 from creak.assembly.system import Supports
 from creak.contact.gap_operator import Curves, Friction, GapOperator
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.flow.propagator import Q0, UU, UV, VU, VV, in_kicks, propagator
 from creak.dynamics.flow.resolution import SETTLED, finer
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
@@ -26,16 +27,16 @@ N, PENALTY = 12, 1e10
 GAPS = channels(np.eye(N)[[3, 7, 11]], [1e-4, 2e-4, 3e-4], PENALTY)
 
 
-def pressed(resolution=SETTLED) -> History:
+def pressed(resolution=SETTLED, stiffness=1e5, gaps=GAPS, beta=0.0) -> History:
     """A row of masses in thick oil, pushed onto three stops within 10 ms and held there for 80 ms, 20 Hz on top."""
-    M, K = chain(N, 0.01, 1e5)
-    system = diagonalise(system_of(M, K, alpha=4000.0))
+    M, K = chain(N, 0.01, stiffness)
+    system = diagonalise(system_of(M, K, alpha=4000.0, beta=beta))
     time = 1e-3 / SAMPLES * np.arange(SAMPLES * 100 + 1)
     push = -np.clip(time / 0.01, 0.0, 1.0) * (200.0 + 20.0 * np.sin(2.0 * np.pi * 20.0 * time))
     loads = Loads(
         time, np.zeros((3, time.size, 0)), np.outer(push, np.ones(3)), tuple(np.array([x]) for x in (2, 6, 10))
     )
-    return simulate_flow(system, GAPS, loads, OutputRequest(np.arange(N)), resolution=resolution)
+    return simulate_flow(system, gaps, loads, OutputRequest(np.arange(N)), resolution=resolution)
 
 
 @pytest.fixture(scope="module")
@@ -75,6 +76,31 @@ def test_finer_steps_change_neither_times_nor_impulses(history):
     for a, b in zip(found, exact, strict=True):
         assert a.t_start == pytest.approx(b.t_start, abs=1e-4)
         assert a.impulse == pytest.approx(b.impulse, rel=1e-3)
+
+
+def test_modes_that_are_damped_within_a_kick_press_in_long_steps():
+    """Kicks throw them up by h p / (2 m) and they fall back at once: a long step begins without that, and the motion is
+    that of statics, of which velocities at 20 Hz are known."""
+    K, gaps = chain(N, 0.01, 1e9)[1], replace(GAPS, gap0=1e-4 * GAPS.gap0)
+    history = pressed(stiffness=1e9, gaps=gaps, beta=1e-4)
+    G, t = gaps.G.toarray()[:, :N], history.time[-1]
+    push = np.zeros(N)
+    push[[2, 6, 10]] = -20.0 * 40.0 * np.pi * np.cos(40.0 * np.pi * t)
+    v = np.linalg.solve(K + PENALTY * G.T @ G, push)
+    assert history.energy[-1, ENERGIES.index("kinetic")] == pytest.approx(0.005 * v @ v, rel=0.02)
+
+
+@pytest.mark.parametrize("damp", [0.0, 1e2, 1e8])
+@pytest.mark.parametrize("stiff", [0.0, 1e4, 1e12])
+def test_modes_in_kicks_that_do_not_change(damp, stiff):
+    """In the middle of each kick of a row that is long enough for the mode to come to where the next leaves it."""
+    h = 1e-6
+    P, half = propagator(*(np.array([x]) for x in (1.0, damp, stiff)), h)[:, 0], np.array([0.0, 0.5 * h])
+    step, mean = P[[UU, UV, VU, VV]].reshape(2, 2), np.array([P[Q0 + 1], P[Q0]])
+    u, v = (x[0] for x in in_kicks(np.array([damp]), np.array([stiff]), h))
+    # Beside the motion under a force u of which k u is the force that goes on.
+    at = np.array([0.0, v])
+    np.testing.assert_allclose(step @ (at + half) + half - at, u * mean, rtol=1e-9, atol=1e-12 * np.abs(mean).max())
 
 
 @pytest.mark.parametrize(

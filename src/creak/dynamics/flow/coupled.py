@@ -68,7 +68,7 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
     """
     mass = np.sqrt(np.asarray(system.M.diagonal(), dtype=float))
     C, omega = coupled_damping(system) / _mass_products(system), np.sqrt(np.maximum(system.K.diagonal(), 0.0)) / mass
-    turn = _rigid_apart(C, omega)
+    turn, alone_damped = _rigid_apart(C, omega), C.diagonal().copy()
     C = turn.T @ C @ turn
     together = _coupled(C)
     alone, pairs = np.flatnonzero(~together), np.flatnonzero(together)
@@ -116,7 +116,7 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
         return np.asarray(inverse @ x).reshape(2, n)
 
     held = Pairs(basis, speeds, push)
-    return FlowForm(model, rows_u, speed, omega**2, 1.0 / mass, flow, start, following(terms), held)
+    return FlowForm(model, rows_u, speed, omega**2, alone_damped, 1.0 / mass, flow, start, following(terms), held)
 
 
 def _mass_products(system: System) -> FloatArray:

@@ -40,7 +40,7 @@ MOST = 600
 """Channels that are held at once: pressures, and two for what rubs."""
 ROOM = 1 << 20
 """Numbers that are kept for steps of other lengths."""
-LEVEL, WAIT, SAME, PAUSE, CALM = 0, 1, 2, 3, 4
+LEVEL, WAIT, SAME, PAUSE, CALM, LONG = 0, 1, 2, 3, 4, 5
 GAUSS = 1.0 / math.sqrt(3.0)
 
 
@@ -80,9 +80,9 @@ class Held(NamedTuple):
     line: FloatArray
     """(m + 2 f,) forces at the end of the last step: of a long one those of the lines"""
     next: IntArray
-    """(5,) `LEVEL`, `WAIT`, `SAME`, `PAUSE`, `CALM`: the level of the step to be tried next; steps near contact to it,
-    since a channel last began or ceased to press or to stick, until the next try after one that fails; and those
-    since a channel began or ceased to press."""
+    """(6,) `LEVEL`, `WAIT`, `SAME`, `PAUSE`, `CALM`, `LONG`: the level of the step to be tried next; steps near contact
+    to it, since a channel last began or ceased to press or to stick, until the next try after one that fails; and those
+    since a channel began or ceased to press; whether the last step was a long one."""
     rest: FlowState
     D: FloatArray
     """(4, p1 - p0) at work, for the response."""
@@ -114,7 +114,7 @@ def new_held(model: FlowModel, loads: Loads, levels: int, tried: bool) -> Held:
         one.copy(),
         one.copy(),
         one.copy(),
-        np.array([0, 0, 0, 1, 0]),
+        np.array([0, 0, 0, 1, 0, 0]),
         resting(model, loads),
         np.zeros((4, model.p1 - model.p0)),
     )

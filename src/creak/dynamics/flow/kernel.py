@@ -29,9 +29,9 @@ from creak.dynamics.flow.block import (
     under_way,
 )
 from creak.dynamics.flow.books import as_springs_saw, book_flow, complete
-from creak.dynamics.flow.held import CALM, MOST, NEVER, SAME, WAIT, Held, new_held
+from creak.dynamics.flow.held import CALM, LONG, MOST, NEVER, SAME, WAIT, Held, new_held
 from creak.dynamics.flow.kicks import book_half, book_slack, lessen, press, settled
-from creak.dynamics.flow.lasting import PATIENCE, Lasting, follow_swing, hold_on, rests, wait_on
+from creak.dynamics.flow.lasting import PATIENCE, Lasting, follow_swing, hold_on, into_kicks, rests, wait_on
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowModel, FlowState, resting
 from creak.dynamics.flow.motion import (
     band_energies,
@@ -281,6 +281,8 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
                 level, h = longest, H / (1 << longest)
                 settled(W, H / parts, after)
             if not held:
+                if kicked and together.next[LONG]:
+                    into_kicks(model, steady, now)
                 level, h = advance(model, scheme, springs, desk, at, level, kicked, now, after, block)
             for j in range(n_x):
                 after.amplitude[j] = value(drive[j], 0, h)
@@ -296,6 +298,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             else:
                 quiet(after)
                 together.next[CALM] = 0
+            together.next[LONG] = held
             changed = changes(now, after)
             if lasting.tried and level == levels and not held:
                 wait_on(together, changed, now, after)

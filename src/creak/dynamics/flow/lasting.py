@@ -22,6 +22,7 @@ from creak.dynamics.flow.held import (
     CALM,
     GAUSS,
     LEVEL,
+    LONG,
     PAUSE,
     SAME,
     WAIT,
@@ -128,8 +129,13 @@ def hold_on(model, scheme, desk, at, now, after, block):  # type: ignore[no-unty
         level += 1
     if level > lasting.last:  # where such a step may begin is ahead
         return -1
+    begin = desk.later
+    put(begin.x[0], 0, now.x[0])
+    put(begin.x[1], 0, now.x[1])
+    if not next_[LONG]:
+        throw(model, desk.steady, -1.0, now, begin.x)
     while level <= lasting.last:
-        jump = hold(model, scheme, desk, level, scheme.H / (1 << level), now, after, block)
+        jump = hold(model, scheme, desk, level, scheme.H / (1 << level), begin, now, after, block)
         if jump <= 1.0:
             easy = jump <= EASY and level > 0
             next_[LEVEL], next_[WAIT], next_[PAUSE] = level - 1 if easy else level, 0, FIRST_PAUSE
@@ -140,17 +146,38 @@ def hold_on(model, scheme, desk, at, now, after, block):  # type: ignore[no-unty
     return -1
 
 
+@inner_fast
+def throw(model, steady, sign, at, x):  # type: ignore[no-untyped-def]
+    """z (2, n) += sign times what the kicks of an instant throw up, beyond the motion under forces that go on."""
+    z = x.reshape(x.size)[model.p0 : model.p1]
+    for j in range(at.force.size):
+        kicked = sign * (at.force[j] - steady.force[j])
+        if kicked != 0.0:
+            row = model.thrown[j]
+            for i in range(row.size):
+                z[i] += kicked * row[i]
+
+
 @inner
-def hold(model, scheme, desk, level, h, now, after, block):  # type: ignore[no-untyped-def]
+def into_kicks(model, steady, now):  # type: ignore[no-untyped-def]
+    """Kicks go on from the end of a long step."""
+    throw(model, steady, 1.0, now, now.x)
+    v = now.x.reshape(now.x.size)[model.v0 : model.v1]
+    for i in range(now.rate.size):
+        now.rate[i] = rate_of(model, i, v, now)
+
+
+@inner
+def hold(model, scheme, desk, level, h, begin, now, after, block):  # type: ignore[no-untyped-def]
     """A long step: its jump over what is allowed; more than 1, and nothing is done, where one channel would not go on
-    as it is, or a force is no line."""
+    as it is, or a force is no line. begin: with z as forces that go on would have it now."""
     held, laws, P, gain, D = desk.together, scheme.laws, scheme.P[level], scheme.gain, desk.D
     slot = level % held.known.size
     if held.known[slot] != level:
         respond(model, laws, P, gain, h, held, slot, after)
         held.known[slot] = level
-    fly(model, P, gain, D, now, after, np.bool_(False))
-    mean_of(model, P, D, now, held.mean)
+    fly(model, P, gain, D, begin, after, np.bool_(False))
+    mean_of(model, P, D, begin, held.mean)
     settle_supports(desk.course, h, after)
     see(model, held, desk.course, h, now, after)
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
@@ -168,7 +195,7 @@ def hold(model, scheme, desk, level, h, now, after, block):  # type: ignore[no-u
     jump = jump_of(held, scheme.lasting, now)
     if not jump <= 1.0 or not stays(laws, held, h, now) or (under_way(block) and spent(held, c, h, block)):
         return np.inf
-    return jump if go(model, scheme, desk, P, h, now, after, block) else np.inf
+    return jump if go(model, scheme, desk, P, h, begin, now, after, block) else np.inf
 
 
 @inner
@@ -220,15 +247,15 @@ def spent(held, c, h, block):  # type: ignore[no-untyped-def]
 
 
 @inner
-def go(model, scheme, desk, P, h, now, after, block):  # type: ignore[no-untyped-def]
+def go(model, scheme, desk, P, h, begin, now, after, block):  # type: ignore[no-untyped-def]
     """The step under the channels' forces; False where another one closes in it."""
     held, laws, gain, D, course = desk.together, scheme.laws, scheme.gain, desk.D, desk.course
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
     quiet(after)
     put(after.stuck, 0, now.stuck)
     load(model, held, c, h, 1.0, D)
-    fly(model, P, gain, D, now, after, np.bool_(False))
-    mean_of(model, P, D, now, held.mean)
+    fly(model, P, gain, D, begin, after, np.bool_(False))
+    mean_of(model, P, D, begin, held.mean)
     load(model, held, c, h, -1.0, D)
     if under_way(block):
         look_near(block, model, now, after, h, np.bool_(True))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from creak.assembly.system import to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices
-from creak.dynamics.flow.propagator import SINGLE, UV, propagator
+from creak.dynamics.flow.propagator import SINGLE, UV, in_kicks, propagator
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 
@@ -45,6 +46,8 @@ class FlowModel(NamedTuple):
     """(m + 2 f, p1 - p0) of kicks"""
     lean: FloatArray
     """(m + 2 f, p1 - p0) of forces that go on"""
+    thrown: FloatArray
+    """(m + 2 f, p1 - p0) of z in the middle of kicks that do not change, beyond that under forces that go on"""
     rows_s: FloatArray
     """(m + 2 f, n_support) of displacements"""
     rates_s: FloatArray
@@ -142,6 +145,8 @@ class FlowForm:
     """(n,) speed of each pair, rad/s: bound of |z'| / |z|; 0 where motion is a polynomial of time."""
     omega2: FloatArray
     """(n,) squares of the frequencies of the modes."""
+    damping: FloatArray
+    """(n,) of each mode by itself over its mass, 1 / time."""
     root: FloatArray
     """(n,) 1 / sqrt(mass) of each mode, 0 where it has none: mobility of the channels W = (rows root) (rows root)'."""
     flow: Callable[[float], FloatArray]
@@ -195,7 +200,9 @@ def single_modes(
     def start(u: FloatArray, v: FloatArray) -> FloatArray:
         return np.stack([u, v])
 
-    return FlowForm(model, rows, omega, omega**2, root, lambda h: propagator(m, c, k, h), start, following(terms))
+    own = np.where(heavy, c / mass, 0.0)
+    flow = partial(propagator, m, c, k)
+    return FlowForm(model, rows, omega, omega**2, own, root, flow, start, following(terms))
 
 
 def following(terms: LinearTerms) -> FloatArray:
@@ -253,8 +260,8 @@ def flow_model(
     """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v)."""
     (u0, u1), (v0, v1), (p0, p1) = slices
     arrays = zip(
-        ("rows", "rates", "push", "lean", "load", "load_u", "load_v", "kinetic", "strain", "still"),
-        (*rows, rows[2], *loads, *forms),
+        ("rows", "rates", "push", "lean", "thrown", "load", "load_u", "load_v", "kinetic", "strain", "still"),
+        (*rows, rows[2], 0.0 * rows[2], *loads, *forms),
         strict=True,
     )
     own: Shared = {name: np.ascontiguousarray(A) for name, A in arrays}
@@ -269,8 +276,9 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     A kick works h v on a pair of speed v; the springs see half of its way from the kick before to the kick after,
     v sin(omega h) / omega. So a pair is pushed by sin(omega h) / (omega h) less than it is seen, and gets what the
     springs give; else it would get (omega h)^2 / 6 more, out of nothing. Kicks that do not change hold it, at their
-    instants, cos^2(omega h / 2) of what it is seen by away from where they do not act: by that share it is pushed by
-    forces that go on, so that long steps and kicks rest at the same place.
+    instants, by `in_kicks` of what they push away from where they do not act: by that share it is pushed by
+    forces that go on, so that long steps and kicks rest at the same place. Of damping what each mode has by itself
+    counts.
 
     Of what the filter takes off a gap, the modes have a part in common with the supports that carry them: where these
     move slowly beside the modes that are filtered, these follow them at rest (`FlowForm.follow`). That part is given to
@@ -289,12 +297,17 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
     """
     model, x = form.model, np.sqrt(form.omega2) * h
     seen = form.rows * mollifier
-    slow, going = seen * np.sinc(x / np.pi), seen * np.cos(0.5 * x) ** 2
+    sees = mollifier > 0.0
+    still, throw = np.ones(x.size), np.zeros(x.size)
+    still[sees], throw[sees] = in_kicks(form.damping[sees], form.omega2[sees], h)
+    slow = seen * np.sinc(x / np.pi)
+    going, thrown = slow * still, slow * throw * form.root**2
     on_modes = {"rows_s": seen, "rates_s": slow, "lean_s": going.copy()}
     rows, rates, push, lean = seen, slow, slow.copy(), going
     if form.pairs is not None:
         to_z = form.pairs.push.T
         rows, rates, push, lean = seen @ form.pairs.basis, slow @ form.pairs.speeds, slow @ to_z, going @ to_z
+        thrown = slow * throw @ to_z
     m, constant = model.gap0.size, model.order == CONSTANT
     push[m:, model.massless] = lean[m:, model.massless] = 0.0
     load, load_u, load_v = model.load.copy(), model.load_u.copy(), model.load_v.copy()
@@ -305,7 +318,7 @@ def filtered(form: FlowForm, mollifier: FloatArray, h: float, rest: FloatArray) 
             -rest[those] @ rows[those],
             -rest[those] @ rates[those],
         )
-    of_z = {"rows": rows, "rates": rates, "push": push, "lean": lean}
+    of_z = {"rows": rows, "rates": rates, "push": push, "lean": lean, "thrown": thrown}
     of_supports = {name: model.rows_s + (form.rows - A) @ form.follow for name, A in on_modes.items()}
     own: Shared = {name: np.ascontiguousarray(A) for name, A in (of_z | of_supports).items()}
     return model._replace(load=load, load_u=load_u, load_v=load_v, **own)

@@ -63,6 +63,21 @@ def _heavy(m: FloatArray, c: FloatArray, k: FloatArray, h: float) -> FloatArray:
     return np.concatenate([[S[0] + damp * S[1], S[1], -stiff * S[1], S[0]], S[1:6] / m, mean])
 
 
+def in_kicks(damp: FloatArray, stiff: FloatArray, h: float) -> tuple[FloatArray, FloatArray]:
+    """Single modes of mass 1 in kicks h that do not change: u in their middle over that under the force 1, and v; (n,).
+
+    Between kicks z = (u, v) moves by P; in the middle of each z = P (z + a) + a with half a kick, a = (0, h / 2):
+
+        k u = h S_0 / d,   v = h (S_1 / d - 1/2),   d = (1 - S_-1) S_1 + S_0^2
+
+    Without damping u is (omega h / 2) / tan(omega h / 2) of that at rest, and v is 0. Damping brings back what each
+    kick throws up: then u is lower in the middle of a kick than in the mean, and v is up to h / 2.
+    """
+    P = propagator(np.ones(damp.size), damp, stiff, h)
+    back = (1.0 - P[VV]) * P[Q0 + 1] + P[UV] * P[Q0]
+    return np.asarray(h * P[UV] / back), np.asarray(h * (P[Q0 + 1] / back - 0.5))
+
+
 def _by_series(damp: FloatArray, stiff: FloatArray, h: float) -> FloatArray:
     """(7, n) S_-1 to S_5."""
     S = np.zeros((7, damp.size))
