@@ -131,11 +131,13 @@ class Structure:
         return bool(self.run or self.extra or self.missed)
 
     def of_rub(self, name: str, contact: str, number: int, floor: float) -> float | None:
-        """What it changes of friction at a place, over all pieces of it together: a share; None: not looked at.
+        """What it changes of friction at a place, over all pieces of it together: a share; None: not looked at, or it
+        does not count (`complete`).
 
         Single slips of two models part soon: sums over the pieces are compared, of what is no sum the means.
         """
-        own = [s for s in self.rubs if (s.contact, s.number) == (contact, number) and not s.problem]
+        rubs = () if self.complete else self.rubs
+        own = [s for s in rubs if (s.contact, s.number) == (contact, number) and not s.problem]
         pairs = [(s.reduced[name], s.unreduced[name]) for s in own if name in s.reduced and name in s.unreduced]
         if not pairs:
             return None

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray
 from creak.linalg.together import Solver
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import LONGEST, STEPS, Span, affordable, near_channels
+from creak.studies.spots.choose import FINEST, LONGEST, STEPS, Span, affordable, near_channels
 from creak.studies.spots.handover import SEED, Handover, states_at
 from creak.studies.spots.march import Marched, within
 from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
@@ -22,6 +22,10 @@ from creak.verify.unreduced import RubSpot
 
 SLIPS = 8
 """In a piece of stick-slip."""
+OF_SLIP = 2 * STEPS
+"""Of a median slip, the fewest: its work is off by the first power of the step."""
+STUCK = 4.0
+"""Median slips of a long stick before and after them."""
 ENOUGH = 100
 """Steps through steady sliding and resting contact."""
 EACH = 3
@@ -39,9 +43,9 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
     It takes over displacement, velocity and friction forces of the reduced model; what rubs begins as stuck, and slips
-    from the first step on where the limit asks for it. A piece holds `SLIPS` slips; where nothing slips by turns it has
-    `ENOUGH` steps of the default length. They may cost what events may (`Handover.budget`), the first of all at any
-    cost; how many back-substitutions they took is told.
+    from the first step on where the limit asks for it. A piece holds `SLIPS` slips, or as many as their steps allow;
+    where nothing slips by turns it has `ENOUGH` steps of the default length. They may cost what events may
+    (`Handover.budget`), the first of all at any cost; how many back-substitutions they took is told.
 
     Parameters
     ----------
@@ -87,7 +91,10 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
     H, friction = float(ends[1] - ends[0]), place.rub.friction
     last, parts = min(window[1], float(ends[-1])), fewest
     if friction is not None and friction.rate is not None:
-        begin, end = _slips(friction.slips, (window[0], last), at, LONGEST * STEPS * H)
+        lasts = float(np.median([end - begin for begin, end in friction.slips]))
+        while parts < FINEST * fewest and OF_SLIP * H / parts > lasts:
+            parts *= 2
+        begin, end = _slips(friction.slips, (window[0], last), at, LONGEST * STEPS * H / parts)
         while parts > 1 and (end - begin) * parts > LONGEST * STEPS * H:
             parts //= 2
     else:
@@ -104,17 +111,17 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
 def _slips(
     slips: Sequence[tuple[float, float]], window: tuple[float, float], at: float, longest: float
 ) -> tuple[float, float]:
-    """From one stick to another, `SLIPS` slips later or as many as there are.
+    """From one stick to another, `SLIPS` slips later or as many as fit into `longest`.
 
-    A slip that is cut tells more of when it begins than of what it takes.
+    A slip that is cut tells more of when it begins than of what it takes. From long sticks `STUCK` slips are taken.
     """
     starts, ends = np.array(slips).T
-    middle = 0.5 * (ends[:-1] + starts[1:])
-    half = 0.5 * float(np.median(starts[1:] - ends[:-1]))
-    first, last = max(window[0], starts[0] - half), min(window[1], ends[-1] + half)
-    sticks = np.concatenate([[first], middle, [last]])
+    half = 0.5 * np.append(starts[1:] - ends[:-1], np.median(starts[1:] - ends[:-1]))
+    stick = np.minimum(half, STUCK * np.median(ends - starts))
+    begins = np.maximum(window[0], starts - np.append(stick[-1], stick[:-1]))
+    stops = np.minimum(window[1], ends + stick)
     count = min(SLIPS, len(slips))
-    while count > 1 and sticks[count] - sticks[0] > longest:
+    while count > 1 and np.min(stops[count - 1 :] - begins[: begins.size - count + 1]) > longest:
         count -= 1
     k = int(at * (len(slips) - count + 1))
-    return float(sticks[k]), float(sticks[k + count])
+    return float(begins[k]), float(stops[k + count - 1])

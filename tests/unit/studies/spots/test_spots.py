@@ -85,7 +85,7 @@ def test_a_model_that_is_complete_is_its_own_unreduced_one(stopped):
 @pytest.mark.parametrize(("name", "end"), [("belt squeak", (0.6, 0.2)), ("Coulomb decay", (0.16, 0.08))])
 def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name, end):
     """A model of two masses is complete: slips, slid time and heat of both marches are the same, but for a step at the
-    ends of a piece."""
+    ends of a piece. What they differ by is the error of the steps, and tells nothing of the reduction."""
     study = closed(tmp_path, name)
     whole, short = (f"end = {x}" for x in end)
     assert whole in study.read_text()
@@ -98,9 +98,8 @@ def test_rubbing_is_held_against_the_unreduced_model(tmp_path, name, end):
         for key in ("slip_share", "friction_energy"):
             both = piece[key]
             assert both["unreduced"] == pytest.approx(both["reduced"], rel=0.02), key
-    friction = result.convergence.rubs[0].figures["friction_energy"]
-    assert friction.beside["unreduced"] < 0.02
-    assert "Friction and lasting contact against the unreduced model" in result.page(0.0)
+    assert not result.convergence.rubs[0].figures["friction_energy"].beside
+    assert "Friction and lasting contact against the unreduced model" not in result.page(0.0)
 
 
 @pytest.mark.parametrize("at", [0.0, 0.4, 0.999])
@@ -113,6 +112,13 @@ def test_a_piece_of_stick_slip_cuts_no_slip(at, longest, count):
     inside = [begin <= a and b <= end for a, b in slips]
     assert sum(inside) == (count if longest > 0.1 else pytest.approx(count, abs=1))
     assert all(whole or b < begin or a > end for whole, (a, b) in zip(inside, slips, strict=True))
+
+
+def test_a_slip_between_long_sticks_is_told_by_itself():
+    """Of 2 ms, five a second: no second of sticking is marched with it, whose steps would be as long as the slip."""
+    slips = [(t, t + 2e-3) for t in np.arange(0.1, 1.0, 0.2).tolist()]
+    begin, end = _slips(slips, (0.0, 1.0), 0.5, 0.1)
+    assert (begin, end) == pytest.approx((0.5 - 8e-3, 0.502 + 8e-3))
 
 
 def test_a_complete_model_that_begins_with_its_blow_needs_no_spot_check(tmp_path):
