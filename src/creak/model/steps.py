@@ -13,6 +13,10 @@ from creak.model.constraints import Fixed
 from creak.model.dofs import node_dofs
 
 
+EVERY_NODE = "ALL NODES"
+"""In `DynamicStep.output_sets`: all nodes of the structure, which no set of the deck is called."""
+
+
 @dataclass(frozen=True)
 class Amplitude:
     """A function of time that scales boundary values and loads.

@@ -16,7 +16,7 @@ from creak.errors import InputError
 from creak.formats.deck.membranes import with_held_membranes
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
-from creak.model.steps import Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
+from creak.model.steps import EVERY_NODE, Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
@@ -76,7 +76,7 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
         "excitation": _excitations(run, sets, places),
         "static": _static(run, places),
         "time": _time(run, notes),
-        "output": {"nodes": _watched(model, run.step, notes)},
+        "output": {"nodes": _watched(model, run.step, sets, notes)},
         "reduction": {"method": "none"},
         "precheck": {"enabled": False},
         "verification": {"mac_f_max": LOWEST},
@@ -169,14 +169,18 @@ def _alpha(run: DeckRun, notes: list[str]) -> float:
     return ALPHA[application]
 
 
-def _watched(model: Model, step: DynamicStep, notes: list[str]) -> list[str]:
+def _watched(model: Model, step: DynamicStep, sets: dict[str, IntArray], notes: list[str]) -> list[str]:
+    """The node sets whose motion is kept; all nodes of the structure become one where the deck asks for them."""
     names = []
     for name in step.output_sets:
-        count = model.node_set(name, where=step.where).size
+        if name == EVERY_NODE:
+            sets[name] = np.unique(np.concatenate([p.nodes_idx for p in model.parts]))
+        count = (sets[name] if name == EVERY_NODE else model.node_set(name, where=step.where)).size
         if count <= WATCHED:
             names.append(name)
         else:
-            notes.append(f"node set {name} has {count} nodes; the motion of sets up to {WATCHED} nodes is kept")
+            what = f"the motion of all {count} nodes" if name == EVERY_NODE else f"that of node set {name}, {count} nodes"
+            notes.append(f"the step asks for {what}; it is kept of up to {WATCHED} nodes: name a set of fewer")
     if not step.output_sets:
         notes.append(
             "the step asks for the output of no node set, so no motion is kept: add *NODE OUTPUT, NSET= for it "

@@ -69,6 +69,18 @@ def test_a_nonlinear_transient_runs_linear_but_for_its_gaps(tmp_path):
     np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
 
 
+def test_output_of_all_grids_keeps_the_motion_of_each(tmp_path):
+    """DISPLACEMENT = ALL: grid 1 moves, grid 2 is held."""
+    path = deck(tmp_path, BULK + constant(), "DLOAD = 7\n")
+    path.write_text(path.read_text().replace("DISPLACEMENT = 1", "DISPLACEMENT(PLOT) = ALL"))
+    setup = set_up_deck(path, units="m-kg-s")
+    assert not any("output" in note for note in setup.notes)
+    u = run_study(setup, lambda *_: None).runs["reference"].history.displacement
+    assert u.shape[1] == 12
+    assert np.abs(u[:, 2]).max() == pytest.approx(2.0 * 50.0 / K, rel=1e-4)
+    assert not u[:, 6:].any()
+
+
 IN_TURN = "SUBCASE 1\nTSTEPNL = 5\nDLOAD = 7\nSUBCASE 2\nTSTEPNL = {}\nDLOAD = {}\n"
 
 

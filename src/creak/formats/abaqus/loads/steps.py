@@ -21,7 +21,7 @@ from creak.formats.abaqus.text.names import Registry, lookup
 from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
-from creak.model.steps import Amplitude, DeckRun, DynamicStep
+from creak.model.steps import EVERY_NODE, Amplitude, DeckRun, DynamicStep
 
 PERTURBATIONS = (
     "FREQUENCY",
@@ -321,7 +321,7 @@ def _times(block: Block) -> tuple[float, float, str]:
 
 
 def _output_sets(step: StepBlocks, nodes: Registry) -> tuple[str, ...]:
-    names = [b.get("NSET").upper() for b in step.blocks if b.name in _NODE_OUTPUT and b.get("NSET")]
+    names = [b.get("NSET").upper() or EVERY_NODE for b in step.blocks if b.name in _NODE_OUTPUT]
     for block in step.blocks:
         name = block.get("NSET")
         if block.name in _NODE_OUTPUT and name and lookup(nodes.sets, name, "", nodes.assembly) is None:

@@ -10,6 +10,7 @@ from creak.formats.deck.catalogue import misspelling
 from creak.formats.deck.text import Line
 from creak.formats.nastran.text.bulk_data import MAX_DIGITS
 from creak.model.mesh import Unread
+from creak.model.steps import EVERY_NODE
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
 _CHANGES = {
@@ -88,7 +89,7 @@ class CaseControl:
     glue: str = ""
     """BGSET: a set of glued surfaces."""
     output: tuple[str, ...] = ()
-    """Node sets SET_n whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
+    """Node sets SET_n, or all nodes, whose motion DISPLACEMENT, VELOCITY or ACCELERATION asks for."""
     commands: frozenset[str] = frozenset()
     """Names of all of its commands."""
     unread: tuple[Unread, ...] = ()
@@ -169,7 +170,8 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
 
 def _output(commands: dict[str, tuple[str, Line]]) -> tuple[str, ...]:
     wanted = (commands[key][0] for key in _OUTPUT if key in commands)
-    return tuple(dict.fromkeys(f"SET_{int(text)}" for text in wanted if re.fullmatch("[0-9]{1,15}", text)))
+    names = (f"SET_{int(t)}" if re.fullmatch("[0-9]{1,15}", t) else t.upper() for t in wanted)
+    return tuple(dict.fromkeys(EVERY_NODE if t == "ALL" else t for t in names if t == "ALL" or t.startswith("SET_")))
 
 
 _OLD_SOLUTIONS = {
