@@ -69,6 +69,84 @@ def test_what_is_wrong_with_it_is_told_and_what_is_near_is_proposed(creak, tmp_p
     name, table, told = contact_of(creak, tmp_path, RUB.replace("0.35", "-1.") + PAIR.replace("UNDER", "UNDR"))
     assert (name, table["friction"]) == ("upper-lower", 0.0)
     words = " ".join(told["warnings"])
-    assert "that is not taken over: " in words
+    assert "that is not taken over as it stands: " in words
     assert "coefficient of friction is -1" in words
     assert "unknown surface 'UNDR'" in words
+
+
+NAMED = "*CONTACT\n*CONTACT INCLUSIONS, ALL EXTERIOR\n*CONTACT PROPERTY ASSIGNMENT\n, , SLICK\nOVER, UNDER, RUB\n"
+SLICK = "*SURFACE INTERACTION, NAME=SLICK\n*FRICTION\n0.05,\n"
+
+
+def test_general_contact_of_two_surfaces_has_their_friction_not_that_of_all(creak, tmp_path):
+    gap = "*CONTACT INITIALIZATION DATA, NAME=FAR, INITIAL CLEARANCE=0.7\n*CONTACT INITIALIZATION ASSIGNMENT\nOVER, UNDER, FAR\n"
+    name, table, told = contact_of(creak, tmp_path, SLICK + RUB + NAMED + gap)
+    assert (name, table["friction"], table["clearance"]) == ("over-under", 0.35, 0.7)
+    assert told["warnings"] == []
+
+
+def test_what_the_deck_includes_alone_has_the_friction_of_all(creak, tmp_path):
+    cards = "*CONTACT\n*CONTACT INCLUSIONS\nUNDER, OVER\n*CONTACT PROPERTY ASSIGNMENT\n, , RUB\n"
+    assert contact_of(creak, tmp_path, RUB + cards)[:2][1]["friction"] == 0.35
+
+
+@pytest.mark.parametrize("cards", ["UNDER, OVER", "OVER, UNDER", ", OVER"])
+def test_what_the_deck_keeps_apart_is_no_contact(creak, tmp_path, cards):
+    (tmp_path / "strips.inp").write_text(f"{two_strips()}{SLICK}{RUB}{NAMED}*CONTACT EXCLUSIONS\n{cards}\n")
+    told = json.loads(creak("new", tmp_path / "strips.inp", "--json").out)
+    assert told["contacts"] == []
+    assert told["kept_apart"] == ["the deck keeps UPPER and LOWER out of contact"]
+    assert "UPPER and LOWER out of contact" in told["to_fill_in"]
+
+
+def test_what_is_kept_apart_in_part_is_a_contact_and_told(creak, tmp_path):
+    """Elements 1 to 6 of 24 of the upper strip are kept apart: those of the lower one below them are three and a half."""
+    some = "*ELSET, ELSET=FEW\n1, 2, 3, 4, 5, 6\n*SURFACE, NAME=FEW\nFEW, SNEG\n*CONTACT EXCLUSIONS\nFEW, OVER\n"
+    _, _, told = contact_of(creak, tmp_path, RUB + GENERAL + some)
+    (said,) = told["kept_apart"]
+    assert said.startswith("the deck keeps UPPER and LOWER out of contact at ")
+
+
+def test_clearances_by_node_become_a_table_beside_the_study(creak, tmp_path):
+    """Nodes 1014 to 1026 of the lower strip; the others keep the drawn gap of 0.5 mm."""
+    cards = "*NSET, NSET=MIDDLE, GENERATE\n1014, 1026\n" + RUB + PAIR + CLEAR.replace("VALUE=0.4", "TABULAR")
+    _, table, told = contact_of(creak, tmp_path, cards + "MIDDLE, 0.2\n1039, 0.1\n")
+    assert table["clearance"] == "strips_over-under.csv"
+    assert str(tmp_path / table["clearance"]) in told["written"]
+    rows = (tmp_path / table["clearance"]).read_text().splitlines()
+    assert rows[0] == "node,clearance"
+    assert dict(r.split(",") for r in rows[1:]) == {**{str(n): "0.2" for n in range(1014, 1027)}, "1039": "0.1"}
+    assert told["contacts"][0]["start"] == pytest.approx(0.1)
+
+
+def test_one_clearance_of_all_nodes_is_a_number(creak, tmp_path):
+    cards = (
+        "*NSET, NSET=ALL, GENERATE\n1001, 1039\n" + RUB + PAIR + CLEAR.replace("VALUE=0.4", "TABULAR") + "ALL, 0.2\n"
+    )
+    assert contact_of(creak, tmp_path, cards)[1]["clearance"] == 0.2
+
+
+def test_friction_over_the_slip_rate_keeps_its_area(creak, tmp_path):
+    """0.4 that falls to 0.2 in a line over 10 mm/s: an area of 1 above 0.2, which is (0.4 - 0.2) decay."""
+    _, table, told = contact_of(creak, tmp_path, RUB.replace("0.35,", "0.4, 0.\n0.2, 10.\n0.2, 20.") + PAIR)
+    assert table["friction"] == pytest.approx({"static": 0.4, "kinetic": 0.2, "decay": 5.0})
+    assert "exp(-v / 5)" in " ".join(told["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("table", "mu", "words"),
+    [("0.2, 0.\n0.4, 10.", 0.2, "at any speed"), ("0.3, 0., 1.\n0.2, 0., 9.", 0.3, "the sliding speed alone")],
+)
+def test_friction_that_creak_has_no_law_for_is_told(creak, tmp_path, table, mu, words):
+    _, found, told = contact_of(creak, tmp_path, RUB.replace("0.35,", table) + PAIR)
+    assert found["friction"] == mu
+    assert words in " ".join(told["warnings"])
+
+
+def test_laws_that_are_not_followed_are_told(creak, tmp_path):
+    law = LINEAR.replace("LINEAR", "EXPONENTIAL").replace("1500.", "0.1, 5.") + "*SURFACE BEHAVIOR, NO SEPARATION\n"
+    _, table, told = contact_of(creak, tmp_path, RUB + law + PAIR)
+    words = " ".join(told["warnings"])
+    assert table["stiffness"] == "auto"
+    assert "PRESSURE-OVERCLOSURE=EXPONENTIAL" in words
+    assert "*SURFACE BEHAVIOR, NOSEPARATION" in words

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
 from shlex import quote
@@ -44,15 +45,15 @@ def new(
 ) -> None:
     """Look at a deck and write a study for it: contacts, supports, excitation, outputs, each with a comment.
 
-    Beside it the schema for editors, and a picture of each contact that is doubtful: too far, overlapping, or on an
-    unsure side. The study asks about these in comments. What the deck has no names for is named there, or left to be
-    filled in.
+    Beside it the schema for editors, clearances that the deck gives by node, and a picture of each contact that is
+    doubtful: too far, overlapping, or on an unsure side. The study asks about these in comments. What the deck has no
+    names for is named there, or left to be filled in.
 
     Example: creak new car.inp --out car.toml --distance 5
     """
     from creak.formats.decks import read_model
     from creak.studies.file.schema import SCHEMA_FILE
-    from creak.studies.propose.proposal import propose, with_pictures
+    from creak.studies.propose.proposal import propose, with_files
     from creak.studies.propose.text import proposal_text
     from creak.studies.solved import keep_here
 
@@ -66,9 +67,9 @@ def new(
             _study_path(deck, out, overwrite)  # once more: what has been read meanwhile stays
             model_detail(output, model)
             keep = keep_here()
-            found = with_pictures(propose(model, distance, units, progress, keep), path.stem)
+            found = with_files(propose(model, distance, units, progress, keep), path.stem)
             relative = Path(os.path.relpath(deck, path.parent)).as_posix()
-            pictures = _pictures(found, model, path, progress)
+            beside = [*_tables(found, model, path), *_pictures(found, model, path, progress)]
             _write(path, proposal_text(found, model, relative, deck.stem))
             with progress.phase("check the study"):
                 missing, warnings = _missing(path, ignore, model, keep)
@@ -76,7 +77,7 @@ def new(
                 missing = ". ".join(filter(None, (found.untouched, missing or undriven)))
             if missing:
                 _write(path, proposal_text(found, model, relative, deck.stem, " ".join(missing.split())))
-            output.wrote(path, path.with_name(SCHEMA_FILE), *pictures)
+            output.wrote(path, path.with_name(SCHEMA_FILE), *beside)
         _tell(output, found, path, missing)
         warnings = [*found.beams, *found.flaws, *warnings]
         tell_warnings(output, warnings, set())
@@ -116,6 +117,19 @@ def _write(path: Path, text: str) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     for file, content in ((path, text), (path.with_name(SCHEMA_FILE), schema_text())):
         write_text(file, content)
+
+
+def _tables(found: Proposal, model: Model, path: Path) -> list[Path]:
+    """Clearances by node, a table beside the study of each contact that names one."""
+    from creak.formats.complete_file import write_text
+
+    written = []
+    for c in found.contacts:
+        if isinstance(c.clearance, Mapping):
+            rows = (f"{model.nodes.label(row)},{gap!r}" for row, gap in c.clearance.items())
+            written.append(path.with_name(c.table))
+            write_text(written[-1], "\n".join(["node,clearance", *rows]) + "\n")
+    return written
 
 
 def _pictures(found: Proposal, model: Model, path: Path, progress: ProgressBars) -> list[Path]:
@@ -159,6 +173,8 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
         if c.question:
             state = f"asked in the study ({c.question})" + (f", see {c.picture}" if c.picture else "")
         output.say(f"contact {c.name}: {c.secondary} - {c.main}, {c.how_far(unit)} at node {c.place}, {state}{by}")
+    for said in found.apart:
+        output.say(said)
     for joint in found.joints:
         output.say(f"joined by the deck: {joint}")
     if not found.contacts:
@@ -181,6 +197,7 @@ def _data(found: Proposal) -> dict[str, Any]:
         "units_guess": found.guess,
         "distance": found.distance,
         "contacts": [asdict(c) for c in found.contacts],
+        "kept_apart": list(found.apart),
         "joints": list(found.joints),
         "held": found.held,
         "held_nodes": found.n_held,

@@ -12,7 +12,6 @@ from creak.errors import InputError
 from creak.model.constraints import Fixed
 from creak.model.dofs import node_dofs
 
-
 EVERY_NODE = "ALL NODES"
 """In `DynamicStep.output_sets`: all nodes of the structure, which no set of the deck is called."""
 
@@ -121,8 +120,8 @@ class SurfacePair:
     method: str
     """node-to-surface or surface-to-surface."""
     small_sliding: bool
-    clearance: float | None = None
-    """Instead of the geometric gap, length."""
+    clearance: float | Mapping[int, float] | None = None
+    """Instead of the geometric gap, length: of all nodes, or by row of a node."""
     where: str = ""
 
 
@@ -136,6 +135,8 @@ class DeckContact:
     """Interaction of all that may touch (general contact); empty: none."""
     flaws: tuple[str, ...] = ()
     """What of it creak cannot use, and why."""
+    apart: tuple[tuple[str, str], ...] = ()
+    """Two surfaces that it keeps out of contact each; an empty name stands for all that there is."""
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import TypeVar
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.joints.contact import described_contact
 from creak.formats.abaqus.joints.couplings import Placement, read_couplings
+from creak.formats.abaqus.joints.described_contact import described_contact
 from creak.formats.abaqus.joints.fasteners import extended, read_fasteners, spring_blocks
 from creak.formats.abaqus.joints.links import read_links
 from creak.formats.abaqus.joints.rigid import joint_constraints
@@ -149,7 +149,9 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         unread=tuple(deck.unread),
         prestress=prestress,
         initial_temperature=node_temperatures(deck, node_names),
-        contact=described_contact(deck, with_short_names(surfaces, deck.instances)) if run is None else None,
+        contact=described_contact(deck, with_short_names(surfaces, deck.instances), node_names)
+        if run is None
+        else None,
     )
     return model, run
 

@@ -33,6 +33,17 @@ def reading(path: str | Path, looks_wrong: Callable[[], str]) -> Iterator[None]:
         raise InputError(error.what, expected=error.expected, where=error.where or path, fix=fix) from None
 
 
+@contextmanager
+def noted(flaws: list[str] | None) -> Iterator[None]:
+    """What is wrong inside, as one more flaw; an error where nobody takes flaws."""
+    try:
+        yield
+    except InputError as error:
+        if flaws is None:
+            raise
+        flaws.append(str(error))
+
+
 def unwritable(what: str, why: str) -> InputError:
     """What a deck of this format, as creak reads it, cannot say."""
     return InputError(

@@ -16,7 +16,16 @@ from creak.errors import InputError
 from creak.formats.deck.membranes import with_held_membranes
 from creak.formats.decks import format_of
 from creak.model.mesh import Model
-from creak.model.steps import EVERY_NODE, Amplitude, DeckRun, DynamicStep, Interaction, PointLoad, Prescribed, SurfacePair
+from creak.model.steps import (
+    EVERY_NODE,
+    Amplitude,
+    DeckRun,
+    DynamicStep,
+    Interaction,
+    PointLoad,
+    Prescribed,
+    SurfacePair,
+)
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.identity import decks_sha256
@@ -179,7 +188,9 @@ def _watched(model: Model, step: DynamicStep, sets: dict[str, IntArray], notes: 
         if count <= WATCHED:
             names.append(name)
         else:
-            what = f"the motion of all {count} nodes" if name == EVERY_NODE else f"that of node set {name}, {count} nodes"
+            what = (
+                f"the motion of all {count} nodes" if name == EVERY_NODE else f"that of node set {name}, {count} nodes"
+            )
             notes.append(f"the step asks for {what}; it is kept of up to {WATCHED} nodes: name a set of fewer")
     if not step.output_sets:
         notes.append(

@@ -72,7 +72,9 @@ def _table(c: Contact, unit: str) -> list[str]:
     elif c.method == "node-to-surface":
         why = "an edge has no area" if c.edge else "a node set has no area"
         lines.append(key_line("method", c.method, f"{why}: its nodes are looked at one by one"))
-    if c.clearance is not None:
+    if c.table:
+        lines.append(key_line("clearance", c.table, f"{unit}, of each node, instead of the drawn gap"))
+    elif c.clearance is not None:
         lines.append(key_line("clearance", c.clearance, f"{unit}, of all channels, instead of the drawn gap"))
     if c.normal is not None:
         lines.append(key_line("normal", list(c.normal), f"from {c.main} to the side on which the other stands"))

@@ -71,7 +71,8 @@ class Contact:
     method: str = "surface-to-surface"
     labels: tuple[str, ...] = ()
     """Nodes of the secondary side, where the study itself has to name them."""
-    clearance: float | None = None
+    clearance: float | Mapping[int, float] | None = None
+    """Of all channels, or by row of a node: then it becomes a table of its own (`table`)."""
     normal: tuple[float, float, float] | None = None
     closed: int = 0
     """Channels that are closed at the start."""
@@ -87,6 +88,8 @@ class Contact:
     """Labels of the nearest nodes of two edges."""
     picture: str = ""
     """File beside the study that shows it; empty: none is drawn."""
+    table: str = ""
+    """File beside the study with clearances by node; empty: none."""
     deck: str = ""
     """file:line of the deck's own contact pair; empty: it was found by what is near."""
     law: Mapping[str, Any] = field(default_factory=dict)

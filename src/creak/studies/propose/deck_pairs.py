@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import PurePath
 from typing import Any
@@ -11,8 +12,11 @@ import numpy as np
 from creak.contact.pair import Keep
 from creak.errors import InputError
 from creak.model.mesh import Model
+from creak.model.steps import SurfacePair
 from creak.studies.prepare.deck_step import contact_table, friction_of
 from creak.studies.propose.contacts import Contact, tried
+from creak.studies.propose.opposite import element_numbers
+from creak.studies.propose.proximity import Near, numbers_of
 
 LAW = ("stiffness", "overclosure", "per_area", "friction", "damping")
 """Keys of a contact table that a deck may give."""
@@ -29,9 +33,9 @@ def deck_pairs(model: Model, keep: Keep | None) -> list[Contact]:
             pair = replace(pair, method="node-to-surface")
         parts = (_part_of(model, pair.secondary), _part_of(model, pair.main))
         c = Contact("", pair.secondary, pair.main, 0.0, "", 0, 0, 0, None, parts=parts, method=pair.method)
-        c = replace(c, clearance=pair.clearance, deck=PurePath(pair.where).name)
+        c = replace(c, clearance=_clearance(model, pair), deck=PurePath(pair.where).name)
         try:
-            table = contact_table(model, pair, of.interactions[pair.interaction])
+            table = contact_table(model, replace(pair, clearance=None), of.interactions[pair.interaction])
         except InputError as error:
             found.append(replace(c, problem=error.what))
             continue
@@ -45,6 +49,33 @@ def general_law(model: Model) -> dict[str, Any]:
     of = model.contact
     friction = friction_of(of.interactions[of.everywhere]) if of is not None and of.everywhere else 0.0
     return {"friction": friction} if friction else {}
+
+
+def kept_apart(model: Model, near: Sequence[Near]) -> tuple[list[Near], list[str]]:
+    """What is near without what the deck keeps out of contact, and a sentence of each that it keeps out or cuts."""
+    left, said = list[Near](), list[str]()
+    pairs = () if model.contact is None else model.contact.apart
+    every = np.arange(element_numbers(model)[-1])
+    members = {name: numbers_of(model, name) if name else every for two in pairs for name in two}
+    for n in near:
+        out = np.zeros(len(n.touching), dtype=bool)
+        for a, b in [*pairs, *(two[::-1] for two in pairs)]:
+            out |= np.isin(n.touching[:, 0], members[a]) & np.isin(n.touching[:, 1], members[b])
+        if not out.all():
+            left.append(n)
+        if out.any():
+            some = f" at {np.count_nonzero(out)} of {out.size} pairs of near elements, the study at none"
+            said.append(f"the deck keeps {n.parts[0]} and {n.parts[1]} out of contact{'' if out.all() else some}")
+    return left, said
+
+
+def _clearance(model: Model, pair: SurfacePair) -> float | Mapping[int, float] | None:
+    """By node where the deck has several; of nodes that are not on the secondary surface none."""
+    if not isinstance(pair.clearance, Mapping):
+        return pair.clearance
+    rows = model.surfaces[pair.secondary].nodes_idx.tolist()
+    of = {row: pair.clearance[row] for row in rows if row in pair.clearance}
+    return of[rows[0]] if len(of) == len(rows) and len(set(of.values())) == 1 else of
 
 
 def _part_of(model: Model, surface: str) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.contacts import Contact, find_contacts
-from creak.studies.propose.deck_pairs import deck_pairs, general_law
+from creak.studies.propose.deck_pairs import deck_pairs, general_law, kept_apart
 from creak.studies.propose.joints import joints_of
 from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
 from creak.studies.warned import Warned
@@ -82,6 +82,8 @@ class Proposal:
     """Parts of beams that are near others, a sentence each."""
     flaws: tuple[str, ...] = ()
     """What of the deck's own contact is not taken over, a sentence each."""
+    apart: tuple[str, ...] = ()
+    """What is near but kept out of contact by the deck, a sentence each."""
 
     @property
     def untouched(self) -> str:
@@ -97,6 +99,8 @@ class Proposal:
         if self.contacts:
             why = "; ".join(f"{c.name} is left out, because {c.problem}" for c in self.contacts)
             return f"no contact: {why}; {fill}"
+        if self.apart:
+            return f"no contact: {listed(self.apart)}; {fill}"
         unit = self.units.words[0]
         return f"no contact: no surfaces of two parts come within {self.distance:.3g} {unit} of each other; {fill}"
 
@@ -119,7 +123,7 @@ def propose(
     distance = REACH * across(model) if distance is None else distance
     progress("look for parts near each other", 0, 1)
     skins = skins_of(model)
-    near = near_parts(model, skins, distance, far)
+    near, apart = kept_apart(model, near_parts(model, skins, distance, far))
     progress("look for parts near each other", 1, 1)
     contacts, law = find_contacts(model, near, distance, progress, keep, deck_pairs(model, keep)), general_law(model)
     contacts = tuple(c if c.deck else replace(c, law=law) for c in contacts)
@@ -140,15 +144,18 @@ def propose(
         _outputs(model),
         joints_of(model),
         tuple(Warned(said) for said in near_beams(model, skins, distance)),
-        tuple(Warned(f"contact of the deck that is not taken over: {said}") for said in flaws),
+        tuple(Warned(f"contact of the deck that is not taken over as it stands: {said}") for said in flaws),
+        tuple(apart),
     )
 
 
-def with_pictures(found: Proposal, stem: str) -> Proposal:
-    """The first questions each with a picture, `STEM_question_1.png`."""
+def with_files(found: Proposal, stem: str) -> Proposal:
+    """The first questions each with a picture, `STEM_question_1.png`; clearances by node with a table."""
     asked = [c.name for c in found.contacts if c.question][:PICTURES]
     files = {name: f"{stem}_question_{k}.png" for k, name in enumerate(asked, start=1)}
-    return replace(found, contacts=tuple(replace(c, picture=files.get(c.name, "")) for c in found.contacts))
+    contacts = (replace(c, picture=files.get(c.name, "")) for c in found.contacts)
+    tables = (f"{stem}_{c.name}.csv" if isinstance(c.clearance, Mapping) else "" for c in found.contacts)
+    return replace(found, contacts=tuple(replace(c, table=t) for c, t in zip(contacts, tables, strict=True)))
 
 
 def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:

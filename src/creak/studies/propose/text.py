@@ -66,11 +66,12 @@ def _model(found: Proposal, model: Model, deck: str) -> list[str]:
 
 def _contacts(found: Proposal) -> list[list[str]]:
     unit = found.units.words[0]
+    apart = [f"# {said[0].upper()}{said[1:]}." for said in found.apart]
     if not found.contacts:
-        lines = [f"# No surfaces of two parts come within {found.distance:.3g} {unit} of each other."]
+        lines = apart or [f"# No surfaces of two parts come within {found.distance:.3g} {unit} of each other."]
         if found.closest is None:
             lines.append("# All elements hang together: contact within a part needs surfaces of it.")
-        if found.closest is not None:
+        if found.closest is not None and not apart:
             a, b, gap = found.closest
             lines.append(
                 f"# The nearest nodes are those of {a} and {b}: {gap:.3g} {unit}. Look farther with "
@@ -91,6 +92,7 @@ def _contacts(found: Proposal) -> list[list[str]]:
         "# in the deck that fit best. Delete those that cannot touch.",
     ]
     blocks = [contact_lines(c, unit, found.distance) for c in found.contacts]
+    head += apart
     return [[*head, *blocks[0]], *blocks[1:]]
 
 

@@ -7,6 +7,7 @@ from typing import NoReturn
 
 from creak.errors import InputError
 from creak.formats.abaqus.joints import contact
+from creak.formats.abaqus.joints.interactions import read_interactions
 from creak.formats.abaqus.loads.amplitudes import read_amplitudes
 from creak.formats.abaqus.loads.boundary import model_boundaries
 from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
@@ -80,7 +81,7 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
     _relist(deck, step, statics)
     blocks = [*deck.set_aside, *(b for s in deck.steps[: at + 1] for b in s.blocks)]
     amplitudes = read_amplitudes(deck, [b for b in blocks if b.name == "AMPLITUDE"])
-    interactions = contact.read_interactions(deck, deck.set_aside)
+    interactions = read_interactions(deck, deck.set_aside)
     pairs = contact.read_pairs(deck, deck.set_aside, interactions, bodies.surfaces)
     contact.list_node_areas(deck, pairs, interactions)
     held = model_boundaries(deck, nodes)

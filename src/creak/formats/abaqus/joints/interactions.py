@@ -1,0 +1,230 @@
+"""*SURFACE INTERACTION with its options: how the surfaces of a contact press and rub."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from creak.errors import InputError
+from creak.formats.abaqus.text.lexer import Block
+from creak.formats.abaqus.text.numbers import floats, positive, to_float
+from creak.formats.abaqus.text.outline import Outline, list_params
+from creak.formats.deck.refusals import noted
+from creak.model.steps import Interaction
+
+OPTIONS = ("SURFACE BEHAVIOR", "FRICTION", "CONTACT DAMPING")
+
+
+def read_interactions(deck: Outline, blocks: Iterable[Block], flaws: list[str] | None = None) -> dict[str, Interaction]:
+    """Interactions by name, upper case; options belong to the *SURFACE INTERACTION before them.
+
+    Parameters
+    ----------
+    flaws : takes what is wrong with an option, which is left out then; None: that is an error.
+
+    Raises
+    ------
+    InputError : an option without *SURFACE INTERACTION, a name used twice, or a law that creak does not have.
+    """
+    result: dict[str, Interaction] = {}
+    name = ""
+    for block in blocks:
+        if block.name == "SURFACE INTERACTION":
+            name = block.need("NAME").upper()
+            if name in result:
+                raise InputError(
+                    f"surface interaction {name!r} is defined twice", where=block.where, fix="Rename one of them."
+                )
+            list_params(deck, block, "NAME, TRACKING THICKNESS, UNSYMM")
+            result[name] = Interaction(name, where=block.where)
+        elif block.name in _RULES:
+            if not name:
+                raise InputError(
+                    f"*{block.name} without *SURFACE INTERACTION",
+                    expected="*SURFACE INTERACTION before it",
+                    where=block.where,
+                    fix="Put it after its *SURFACE INTERACTION.",
+                )
+            with noted(flaws):
+                result[name] = _RULES[block.name](deck, block, result[name])
+    return result
+
+
+def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
+    list_params(deck, block, "PRESSURE-OVERCLOSURE, PENALTY, DIRECT, AUGMENTED LAGRANGE")
+    law = block.option("PRESSURE-OVERCLOSURE", "HARD")
+    if law == "LINEAR":
+        return _linear(deck, block, of)
+    if law == "TABULAR":
+        return replace(of, law="tabular", curve=_curve(block))
+    if law == "TIED":  # its pairs are ties, see `tied_contact`
+        return of
+    if law != "HARD":
+        raise InputError(
+            f"PRESSURE-OVERCLOSURE={law}",
+            expected="HARD, LINEAR or TABULAR",
+            where=block.where,
+            fix="Write the law as a table of pressure and overclosure.",
+        )
+    if block.has("PENALTY"):
+        return _penalty(block, of)
+    enforced = block.has("DIRECT") or block.has("AUGMENTED LAGRANGE")
+    return replace(of, law="hard" if enforced else "default")
+
+
+def _linear(deck: Outline, block: Block, of: Interaction) -> Interaction:
+    rows = list(block.rows())
+    if not rows:
+        raise InputError(
+            "PRESSURE-OVERCLOSURE=LINEAR without a stiffness",
+            expected="a data line with pressure / length",
+            where=block.where,
+            fix="Add it.",
+        )
+    fields, where = rows[0]
+    if any(fields[1:]):
+        deck.note(
+            block, "creak reads the slope of a linear law alone", changes=True, what="*SURFACE BEHAVIOR, second value"
+        )
+    return replace(of, law="linear", stiffness=positive(fields[0], where, "contact stiffness"))
+
+
+def _penalty(block: Block, of: Interaction) -> Interaction:
+    """A penalty stiffness of its own, or one from the elements."""
+    rows = list(block.rows())
+    if block.option("PENALTY") not in ("", "LINEAR"):
+        raise InputError(
+            f"PENALTY={block.get('PENALTY')}",
+            expected="PENALTY or PENALTY=LINEAR",
+            where=block.where,
+            fix="creak's penalties are linear.",
+        )
+    if not rows:
+        return replace(of, law="penalty")
+    fields, where = rows[0]
+    stiffness, clearance, scale = floats(fields, where, "penalty", 3)
+    if clearance or scale not in (0.0, 1.0):
+        raise InputError(
+            f"a penalty with clearance {clearance:g} and scale factor {scale:g}",
+            expected="0 and 1",
+            where=where,
+            fix="Give the stiffness itself.",
+        )
+    if not stiffness:
+        return replace(of, law="penalty")
+    return replace(of, law="linear", stiffness=positive(fields[0], where, "penalty stiffness"))
+
+
+def _curve(block: Block) -> tuple[tuple[float, float], ...]:
+    """(overclosure, pressure); the deck gives pressure first."""
+    points: list[tuple[float, float]] = []
+    for fields, where in block.rows():
+        pressure, overclosure = floats(fields, where, "pressure or overclosure", 2)
+        if not points and (pressure, overclosure) != (0.0, 0.0):
+            raise InputError(
+                f"the pressure-overclosure table starts at {pressure:g}, {overclosure:g}",
+                expected="0, 0",
+                where=where,
+                fix="Let pressure begin at overclosure 0.",
+            )
+        if points and not (overclosure > points[-1][0] and pressure >= points[-1][1]):
+            raise InputError(
+                f"the pressure-overclosure table does not rise to {pressure:g}, {overclosure:g}",
+                expected="rising overclosure and pressure",
+                where=where,
+                fix="Sort its lines.",
+            )
+        points.append((overclosure, pressure))
+    if len(points) < 2 or points[-1][1] <= 0.0:
+        raise InputError(
+            f"the pressure-overclosure table has {len(points)} line(s)",
+            expected="two or more, up to a pressure",
+            where=block.where,
+            fix="Add lines: pressure, overclosure.",
+        )
+    return tuple(points)
+
+
+def _friction(deck: Outline, block: Block, of: Interaction) -> Interaction:
+    list_params(deck, block, "EXPONENTIAL DECAY, LAGRANGE, SLIP TOLERANCE, ELASTIC SLIP")
+    rows = list(block.rows())
+    if not rows:
+        return replace(of, friction=(0.0, 0.0, 0.0))
+    if not block.has("EXPONENTIAL DECAY"):
+        return replace(of, friction=_of_table(deck, block, rows))
+    fields, where = rows[0]
+    names = ("static coefficient", "kinetic coefficient", "decay coefficient")
+    padded = [*fields, "", "", ""][:3]
+    static, kinetic, decay = (_not_negative(f, where, n) for f, n in zip(padded, names, strict=True))
+    if kinetic > static:
+        raise InputError(
+            f"the kinetic coefficient {kinetic:g} is above the static one {static:g}",
+            where=where,
+            expected="friction that falls with the sliding speed",
+            fix="Swap them.",
+        )
+    return replace(of, friction=(static, kinetic, 1.0 / decay) if decay else (static, static, 0.0))
+
+
+def _of_table(deck: Outline, block: Block, rows: list[tuple[list[str], str]]) -> tuple[float, float, float]:
+    """Static and kinetic coefficient and decay speed of a table: coefficient, slip rate, pressure, temperature.
+
+    A coefficient that falls over the slip rate becomes the exponential between its ends that has the same area above
+    the last one. Of the lines that differ in more than the slip rate those like the first are taken.
+    """
+    what = ("coefficient of friction", "slip rate", "contact pressure", "temperature")
+    each = [
+        tuple(_not_negative(f, w, n) for f, n in zip([*fields, "", "", ""], what, strict=False)) for fields, w in rows
+    ]
+    curve = [line[:2] for line in each if line[2:] == each[0][2:]]
+    if len(curve) < len(each):
+        why = "creak's friction depends on the sliding speed alone: the lines like the first are taken"
+        deck.note(block, why, changes=True, what="*FRICTION, table")
+    mu, speed = (np.array(column) for column in zip(*curve, strict=True))
+    static, kinetic = float(mu[0]), float(mu[-1])
+    if len(curve) == 1:
+        return (static, static, 0.0)
+    if (np.diff(speed) <= 0.0).any() or (np.diff(mu) > 0.0).any() or kinetic == static:
+        why = f"creak's friction falls with the sliding speed: it is {static:g}, the first of the table, at any speed"
+        deck.note(block, why, changes=True, what="*FRICTION, table")
+        return (static, static, 0.0)
+    decay = float(np.trapezoid(mu - kinetic, speed)) / (static - kinetic)
+    why = f"its table is read as {static:g} that falls to {kinetic:g} by exp(-v / {decay:.4g}), with the same area"
+    deck.note(block, why, changes=True, what="*FRICTION, table")
+    return (static, kinetic, decay)
+
+
+def _damping(deck: Outline, block: Block, of: Interaction) -> Interaction:
+    list_params(deck, block, "DEFINITION")
+    if block.option("DEFINITION", "DAMPING COEFFICIENT") != "DAMPING COEFFICIENT":
+        raise InputError(
+            f"*CONTACT DAMPING, DEFINITION={block.get('DEFINITION')}",
+            expected="DAMPING COEFFICIENT",
+            where=block.where,
+            fix="Give the coefficient itself.",
+        )
+    rows = list(block.rows())
+    if len(rows) != 1 or any(rows[0][0][1:]):
+        raise InputError(
+            "*CONTACT DAMPING that depends on the clearance",
+            expected="one line with one coefficient",
+            where=block.where,
+            fix="creak's contact damping acts while closed.",
+        )
+    return replace(of, damping=_not_negative(rows[0][0][0], rows[0][1], "contact damping"))
+
+
+def _not_negative(field: str, where: str, what: str) -> float:
+    value = to_float(field, where, what)
+    if value < 0.0:
+        raise InputError(f"{what} is {value:g}", expected="zero or more", where=where, fix="Correct it.")
+    return value
+
+
+_RULES: dict[str, Callable[[Outline, Block, Interaction], Interaction]] = {
+    "SURFACE BEHAVIOR": _behavior,
+    "FRICTION": _friction,
+    "CONTACT DAMPING": _damping,
+}
