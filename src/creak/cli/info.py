@@ -56,12 +56,14 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     from creak.contact.crossing import crossing_warnings
     from creak.model.constraints import supported_nodes
     from creak.studies.prepare.unit_check import guessed_units
+    from creak.studies.propose.deck_pairs import contact_facts, contact_flaw
 
     parts = _parts(model, progress)
     mass = sum(p["mass"] for p in parts.values())
     with progress.phase("look at supports and units"):
         loose, guess = _loose(model), [s.name for s in guessed_units(model)]
         warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose), *crossing_warnings(model)]
+        warnings += [contact_flaw(said) for said in (() if model.contact is None else model.contact.flaws)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {
         "deck": str(deck),
@@ -77,6 +79,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
         "node_sets": {k: int(v.size) for k, v in model.node_sets.items() if not k.startswith("_")},
         "element_sets": {k: len(v) for k, v in model.element_sets.items() if not k.startswith("_")},
         "surfaces": surfaces,
+        "contact": contact_facts(model),
         "unread": [asdict(u) for u in model.unread],
         "warnings": warnings,
     }
@@ -147,6 +150,7 @@ def _print(output: Output, facts: dict[str, Any], systems: list[str], most: int 
         rows.append([name, *figures])
     output.table("Parts", rows, left=(0, 5))
     output.say(f"held nodes: {facts['held_nodes']}")
+    _listing(output, "contact that `creak new` takes over", facts["contact"], most)
     _listing(output, "node sets", {k: f"{v}" for k, v in facts["node_sets"].items()}, most)
     _listing(output, "element sets", {k: f"{v}" for k, v in facts["element_sets"].items()}, most)
     extents = {k: " ".join(f"{n} {what}" for what, n in v.items()) for k, v in facts["surfaces"].items()}

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES, faces_of, free_faces
+from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
+
+Picked = Mapping[str, Mapping[int, Sequence[set[int]]]]
+"""Set -> solid -> rows of some nodes of each of its faces that alone belong to the surface."""
 
 
-def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dict[str, Surface]:
+def surfaces(
+    blocks: tuple[ElementBlock, ...], sets: Mapping[str, IntArray], picked: Picked | None = None
+) -> dict[str, Surface]:
     """For every element set with shells or solids: its name (both sides of shells, free faces of solids), and of shells
     <name>.SPOS and <name>.SNEG, the sides of the positive and negative normal."""
     found: dict[str, Surface] = {}
@@ -23,6 +30,9 @@ def surfaces(blocks: tuple[ElementBlock, ...], sets: dict[str, IntArray]) -> dic
         if key not in free:
             free[key] = _free(places, free_of)
         facets, sides = free[key]
+        if picked and picked.get(name):
+            mine = _on_faces(blocks, facets, sides, picked[name])
+            facets, sides = facets[mine], sides[mine]
         both = np.concatenate([shells, facets])
         if not both.size:
             continue
@@ -58,6 +68,21 @@ def _free(places: IntArray, free_of: dict[int, BoolArray]) -> tuple[IntArray, In
             facets.append(np.column_stack([np.full(element.size, b), rows[element]]))
             sides.append(face + 1)
     return np.concatenate(facets), np.concatenate(sides)
+
+
+def _on_faces(
+    blocks: tuple[ElementBlock, ...], facets: IntArray, sides: IntArray, faces: Mapping[int, Sequence[set[int]]]
+) -> BoolArray:
+    """(n,) which facets of solids are of the faces that are named; of solids without such all are."""
+    found = np.ones(len(facets), dtype=bool)
+    for i, ((b, k), side) in enumerate(zip(facets.tolist(), sides.tolist(), strict=True)):
+        wanted = faces.get(int(blocks[b].ids[k]))
+        if wanted is not None:
+            number = face_numbers(blocks[b].kind)
+            whole = np.array(FACES[blocks[b].kind])[number == number[side - 1]]
+            nodes = set(blocks[b].nodes_idx[k][whole.ravel()].tolist())
+            found[i] = any(rows <= nodes for rows in wanted)
+    return found
 
 
 def _nodes(blocks: tuple[ElementBlock, ...], shells: IntArray, facets: IntArray, sides: IntArray) -> IntArray:

@@ -11,6 +11,8 @@ from creak.formats.deck.flat_parts import flat_parts
 from creak.formats.deck.groups import blocks_of
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
+from creak.formats.nastran.joints.contact import CARDS as OF_CONTACT
+from creak.formats.nastran.joints.contact import described_contact
 from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
 from creak.formats.nastran.joints.fasteners import following_grids, read_fasteners
 from creak.formats.nastran.joints.gaps import list_gaps
@@ -26,6 +28,7 @@ from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
 from creak.formats.nastran.mesh.middles import middle_equations
+from creak.formats.nastran.mesh.regions import named_regions
 from creak.formats.nastran.mesh.sets import element_sets, node_sets, untyped_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids
@@ -98,12 +101,16 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     run = read_transient(deck, fixed) if own_run else None
     gaps = list_gaps(deck) if run is None else {}
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
-    list_unread(deck, used | OF_GLUE if glue else used, own_run=own_run)
     n = len(deck.grids.ids)
     ground = set(range(n_own, n))
     parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], ground, deck.property_name)
     blocks = blocks_of(deck.groups, of_node)
-    sets = element_sets(deck, blocks, source.property_names, source.set_names)
+    regions = named_regions(deck)
+    sets = element_sets(deck, blocks, source.property_names, source.set_names, regions)
+    skins = surfaces(blocks, sets, {name: faces for name, (_, faces) in regions.items() if faces})
+    contact = described_contact(deck, skins)
+    used |= (OF_GLUE if glue else set()) | (OF_CONTACT if contact is not None and run is None else set())
+    list_unread(deck, used, own_run=own_run)
     of_nodes = {
         **support_sets(deck, source.support_names),
         **node_sets(deck, source.set_names),
@@ -116,7 +123,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         parts=parts,
         element_sets=sets,
         node_sets=of_nodes,
-        surfaces=surfaces(blocks, sets),
+        surfaces=skins,
         constraints=(*constraints, *skew),
         fixed=tuple(fixed) if run is None else run.step.fixed,
         initial_velocity=read_initial_velocity(deck),
@@ -124,6 +131,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         initial_temperature=temperatures(deck, deck.case.initial_temperature),
         static_loads=named_loads(deck) if run is None else {},
         mass_form="lumped" if deck.param("COUPMASS", -1.0) <= 0.0 else "linear",
+        contact=contact if run is None else None,
         frames=dict(deck.grids.axes),
         untyped=tuple(n for n in untyped_sets(deck, source.set_names) if n in sets and n in of_nodes),
     )

@@ -189,7 +189,7 @@ def check_held(
             f"nothing holds part(s) {how}: they can move as rigid bodies once coupled",
             where=model.source,
             expected="supports, links, springs or connectors that hold every part",
-            fix="Add *BOUNDARY conditions, couple them to a part that is held, or prescribe their motion by an "
+            fix="Add supports (*BOUNDARY, SPC), couple them to a part that is held, or prescribe their motion by an "
             "[excitation].",
         )
     note = f"nothing holds part(s) {how}: they move freely"

@@ -88,7 +88,7 @@ def _of_law(c: Contact, key: str, value: object) -> str:
         return "from the elements, no stiffer than the step resolves"
     if key == "friction" and key not in c.law:
         return "coefficient; the deck has none for it, squeak needs one" if c.deck else "coefficient; squeak needs one"
-    return "of the deck's *SURFACE INTERACTION"
+    return "as the deck says"
 
 
 def named_nodes(name: str, labels: Sequence[str]) -> list[str]:

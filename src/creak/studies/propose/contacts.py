@@ -20,7 +20,7 @@ from creak.progress import Progress
 from creak.studies.prepare.channels import METHODS
 from creak.studies.propose.joints import linked_parts
 from creak.studies.propose.opposite import STRAIGHT, Met
-from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, numbers_of, titles_of
+from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, is_number, numbers_of, titles_of
 from creak.words import listed
 
 EVEN = 0.05
@@ -131,12 +131,12 @@ def find_contacts(
     names, titles = dict[str, int](), titles_of(model)
     out = []
     for c in sorted([*of_deck, *found], key=lambda c: not c.live):
-        ends = (c.secondary, c.main) if c.deck else [titles.get(part, part) for part in c.parts]
+        own = c.deck and not is_number(c.secondary) and not is_number(c.main)
+        ends = (c.secondary, c.main) if own else [titles.get(part, part) for part in c.parts]
         c = replace(c, name=_pair_name(ends))
         k = names[c.name] = names.get(c.name, 0) + 1
         if k > 1:
-            own = f"{c.secondary}_{k}" if c.labels else c.secondary
-            c = replace(c, name=f"{c.name}-{k}", secondary=own)
+            c = replace(c, name=f"{c.name}-{k}", secondary=f"{c.secondary}_{k}" if c.labels else c.secondary)
         out.append(c)
     return tuple(out)
 

@@ -16,7 +16,7 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.contacts import Contact, find_contacts
-from creak.studies.propose.deck_pairs import deck_pairs, general_law, kept_apart
+from creak.studies.propose.deck_pairs import contact_flaw, deck_pairs, general_law, kept_apart
 from creak.studies.propose.joints import joints_of
 from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
 from creak.studies.warned import Warned
@@ -144,7 +144,7 @@ def propose(
         _outputs(model),
         joints_of(model),
         tuple(Warned(said) for said in near_beams(model, skins, distance)),
-        tuple(Warned(f"contact of the deck that is not taken over as it stands: {said}") for said in flaws),
+        tuple(contact_flaw(said) for said in flaws),
         tuple(apart),
     )
 

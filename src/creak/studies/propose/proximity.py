@@ -26,7 +26,7 @@ LEAST = 0.05
 """A set that covers less than this share of what is near is not taken."""
 ASIDE, ENDS = 0.3, 0.02
 """How far a third part may lie beside the way between two others, and how near to its ends, as shares of it."""
-NUMBER = re.compile(r"(PID|PART|SET(_[A-Z]+)?)_\d+(\.S(POS|NEG))?")
+NUMBER = re.compile(r"(PID|PART|B?SURFS?|BCPROPS?|SET(_[A-Z]+)?)_\d+(\.S(POS|NEG))?")
 """Names that decks without names give."""
 FITS = 0.8
 """A node set that fits less well than this does not stand for near nodes."""

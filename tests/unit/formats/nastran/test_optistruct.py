@@ -101,7 +101,7 @@ def test_sliding_contact_is_that_of_the_study(tmp_path):
     text = PLATES + SURFACES + "CONTACT,5,SLIDE,101,102\nSET,3,GRID,LIST\n,1,THRU,4\n"
     model = read(tmp_path, text + "SURF,8,FACE\n,1,2,3,4\n")
     assert keywords(model, True) == []
-    assert {"CONTACT", "SURF"} <= set(keywords(model, False))
+    assert {"CONTACT 5", "SURF"} <= set(keywords(model, False))
     assert {"SURF_101", "SURF_102.SNEG"} <= model.surfaces.keys()
     assert model.node_sets["SET_3"].tolist() == [0, 1, 2, 3]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,9 +19,10 @@ from creak.formats.deck.tying import (
     skins_of,
     ties_of,
 )
+from creak.formats.nastran.joints.region_pairs import RegionPair, glued_pairs
 from creak.formats.nastran.mesh.optistruct import surface_elements
-from creak.formats.nastran.text.bulk_data import Card, id_list
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.mesh.regions import Faces, region
+from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint
 from creak.model.face_shapes import FaceShapes, shapes_of
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
@@ -33,27 +33,8 @@ CARDS = {
     *("BSURF", "BSURFS", "BCPROP", "BCPROPS"),
 }
 """Read where a deck is glued."""
-SEARCH = 10.0
-"""Default of SDIST."""
 BESIDE = 0.05
 """Share of the mean edge length of the main surface by which a node may lie beside it."""
-WITH_MOMENTS = {3, 4, -3, -4}
-"""IGLUE that carries moments; BGSET does as well."""
-
-
-@dataclass(frozen=True)
-class Glue:
-    """Two regions that are joined."""
-
-    card: Card
-    first: int
-    second: int
-    """Regions: the body of MSC, the surface of NX."""
-    reach: float | None
-    """Largest distance; None: 5 % of the mean edge length."""
-    rotations: bool
-    follows: bool = False
-    """Whether the first region follows the second; else the one with more nodes in reach follows the other."""
 
 
 @dataclass(frozen=True)
@@ -80,7 +61,7 @@ def read_glue(deck: Deck) -> list[Constraint]:
     """
     found: list[Constraint] = []
     taken: set[int] = set()
-    pairs = list(_pairs(deck))
+    pairs = list(glued_pairs(deck))
     coords = np.array(deck.grids.coords)
     regions: dict[tuple[str, int], _Region] = {}
     for pair in pairs:
@@ -94,152 +75,22 @@ def read_glue(deck: Deck) -> list[Constraint]:
     return found
 
 
-def _pairs(deck: Deck) -> Iterator[Glue]:
-    yield from _glue_sets(deck)
-    yield from _optistruct(deck)
-    chosen = _chosen(deck, deck.case.contact, ("BCTABLE", "BCTABL1"))
-    for card in deck.cards("BCTABLE"):
-        if card.integer(0) == chosen:
-            yield from _of_table(deck, card)
-    programs = unique_cards(deck.cards("BCONPRG"), "BCONPRG")
-    connections = unique_cards(deck.cards("BCONECT"), "BCONECT")
-    for card in deck.cards("BCTABL1"):
-        for i in id_list(card, 1) if card.integer(0) == chosen else ():
-            connection = referred(connections, i, card, "contact pair", "BCONECT")
-            program = programs.get(connection.integer(1, 0))
-            flag, reach = _parameters(program)
-            if flag:
-                first = _bodies(connection, 3, ("SECN", "SLAV"))
-                second = _bodies(connection, 4, ("PRIM", "MAST"))
-                yield from (Glue(connection, a, b, reach, flag in WITH_MOMENTS) for a in first for b in second)
-
-
-def _chosen(deck: Deck, command: str, names: tuple[str, ...]) -> int:
-    """The set that the case control takes; in a deck without case control the only one; -1: none."""
-    there = sorted({card.integer(0) for card in deck.cards(*names)})
-    if command.isdigit():
-        return int(command)
-    return there[0] if not deck.case.given and len(there) == 1 else -1
-
-
-def _optistruct(deck: Deck) -> Iterator[Glue]:
-    """TIE, and CONTACT of type FREEZE: the secondary side follows the main one, in translations unless DOF has more."""
-    for card in deck.cards("TIE"):
-        moments = bool({4, 5, 6} & set(card.components(4, "123")))
-        yield Glue(card, card.integer(2), card.integer(3), card.real(5, 0.0) or None, moments, follows=True)
-    for card in deck.cards("CONTACT"):
-        if card.text(1).upper() == "FREEZE":
-            yield Glue(card, card.integer(2), card.integer(3), card.real(5, 0.0) or None, False, follows=True)
-        else:
-            deck.note(card, "the study file defines contact (SURF are surfaces of the same name)", changes=False)
-
-
-def _glue_sets(deck: Deck) -> Iterator[Glue]:
-    left, done = [_chosen(deck, deck.case.glue, ("BGSET", "BGADD"))], set()
-    while left:
-        chosen = left.pop()
-        if chosen in done:
-            continue
-        done.add(chosen)
-        for card in deck.cards("BGADD"):
-            left += list(id_list(card, 1)) if card.integer(0) == chosen else []
-        for card in deck.cards("BGSET"):
-            for i in range(1, len(card.fields), 8) if card.integer(0) == chosen else ():
-                if card.text(i) or card.text(i + 1):
-                    yield Glue(card, card.integer(i), card.integer(i + 1), card.real(i + 2, SEARCH), True)
-
-
-def _of_table(deck: Deck, card: Card) -> Iterator[Glue]:
-    """SECNDRY (SLAVE) lines with IGLUE, each with the bodies of its PRIMARY (MASTERS) lines."""
-    glued = contact = primary = False
-    first, reach, flag = 0, None, 0
-    for at in range(8, len(card.fields), 8):
-        word = card.text(at).upper()
-        if word[:4] in ("SECN", "SLAV"):
-            first, flag = card.integer(at + 1), card.integer(at + 6, 0)
-            reach = card.real(at + 2, 0.0) or None
-            glued, contact = glued or bool(flag), contact or not flag
-            primary = False
-        elif word[:4] in ("PRIM", "MAST"):
-            primary = True
-        elif word:
-            primary = False
-        if first and flag and primary:
-            for i in range(at + 1, at + 8):
-                if card.text(i):
-                    yield Glue(card, first, card.integer(i), reach, flag in WITH_MOMENTS)
-    if glued and contact:
-        deck.note(card, "pairs without IGLUE are contact, which the study file defines", changes=False)
-
-
-def _parameters(card: Card | None) -> tuple[int, float | None]:
-    """IGLUE and ERROR of a BCONPRG."""
-    flag, reach = 0, None
-    for i, text in enumerate(card.fields if card else ()):
-        assert card is not None
-        if text.upper() == "IGLUE":
-            flag = card.integer(i + 1, 0)
-        elif text.upper() == "ERROR":
-            reach = card.real(i + 1, 0.0) or None
-    return flag, reach
-
-
-def _bodies(card: Card, field: int, words: tuple[str, ...]) -> list[int]:
-    """IDs of one side of a BCONECT: a field of its own, or a list after a word."""
-    if card.text(field):
-        return [card.integer(field)]
-    found: list[int] = []
-    inside = False
-    for at in range(8, len(card.fields), 8):
-        if card.text(at):
-            inside = card.text(at).upper()[:4] in words
-        found += [card.integer(i) for i in range(at + 1, at + 8) if inside and card.text(i)]
-    return found
-
-
-def _region(deck: Deck, pair: Glue, identifier: int) -> _Region:
-    """Facets of a region: shells, free faces of solids, or the faces that BSURFS names."""
-    faces: dict[int, list[int]] = {}
-    elements: list[int] = []
-    if pair.card.name in ("TIE", "CONTACT"):
-        elements, faces = surface_elements(deck, identifier)
-    elif pair.card.name != "BGSET":
-        identifier = _surface_of_body(deck, pair, identifier)
-    for card in deck.cards("BSURF", "BCPROP", "BCPROPS"):
-        if card.integer(0) == identifier:
-            ids = list(id_list(card, 1))
-            own = set(ids)
-            elements += ids if card.name == "BSURF" else [e for e, p in deck.property_of.items() if p in own]
-    for card in deck.cards("BSURFS"):
-        for i in range(4, len(card.fields), 4) if card.integer(0) == identifier else ():
-            if card.text(i):
-                faces[card.integer(i)] = [deck.grids.row(card.integer(i + k), card) for k in (1, 2, 3)]
-    region = _facets(deck, set(elements), faces)
-    if not region.corners.size:
+def _region(deck: Deck, pair: RegionPair, identifier: int) -> _Region:
+    """Facets of a region: shells, free faces of solids, or the faces that its cards name."""
+    number = pair.surface(deck, identifier)
+    elements, faces = surface_elements(deck, number) if pair.follows else region(deck, number)
+    found = _facets(deck, set(elements), faces)
+    if not found.corners.size:
         raise InputError(
-            f"{pair.card.name} {pair.card.text(0)} glues region {identifier} without shells or solids",
+            f"{pair.name} glues region {number} without shells or solids",
             where=pair.card.where,
             expected="BSURF, BSURFS, BCPROP, BCPROPS or SURF with elements that creak reads",
             fix="Glue of edges is not read: join it with RBE2 or shared grids, or take the pair out.",
         )
-    return region
+    return found
 
 
-def _surface_of_body(deck: Deck, pair: Glue, identifier: int) -> int:
-    bodies = unique_cards(deck.cards("BCBODY", "BCBODY1"), "contact body")
-    body = referred(bodies, identifier, pair.card, "contact body", "BCBODY or BCBODY1")
-    at = 1 if body.name == "BCBODY" else 2
-    if body.text(at + 1).upper()[:5] not in ("", "DEFOR"):
-        raise InputError(
-            f"{pair.card.name} {pair.card.text(0)} glues body {identifier}, which is {body.text(at + 1)}",
-            where=body.where,
-            expected="a deformable body",
-            fix="Hold the grids with SPC1 instead, or take the pair out.",
-        )
-    return body.integer(at + 2)
-
-
-def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Region:
+def _facets(deck: Deck, elements: set[int], faces: Faces) -> _Region:
     corners: list[IntArray] = []
     sheets: list[tuple[float, float]] = []
     solid: list[bool] = []
@@ -258,7 +109,7 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
                 facets = faces_of(group.kind, nodes[k : k + 1])[0]
                 for face in np.unique(number):
                     mine = facets[number == face]
-                    if set(faces[group.ids[k]]) <= set(mine.ravel().tolist()):
+                    if any(rows <= set(mine.ravel().tolist()) for rows in faces[group.ids[k]]):
                         corners.append(mine)
                         sheets += [NO_SHEET] * len(mine)
                         solid += [True] * len(mine)
@@ -275,13 +126,13 @@ def _facets(deck: Deck, elements: set[int], faces: dict[int, list[int]]) -> _Reg
 
 
 def _tied(
-    deck: Deck, pair: Glue, sides: tuple[_Region, _Region], coords: FloatArray, taken: set[int]
+    deck: Deck, pair: RegionPair, sides: tuple[_Region, _Region], coords: FloatArray, taken: set[int]
 ) -> list[Constraint]:
     """The side with more nodes in reach follows the other."""
     met = [_meeting(pair, a, b.main(coords), coords, taken) for a, b in (sides, sides[::-1])]
     best = 0 if pair.follows or met[0].tied.sum() >= met[1].tied.sum() else 1
     found, main = met[best], sides[1 - best].main(coords)
-    name = f"{pair.card.name} {pair.card.text(0)}"
+    name = pair.name
     count = int(found.tied.sum())
     shared = np.intersect1d(sides[0].corners, sides[1].corners).size
     if not count and not shared:
@@ -298,7 +149,7 @@ def _tied(
     return ties_of(name, pair.card.where, main, found, rotations=pair.rotations)
 
 
-def _meeting(pair: Glue, side: _Region, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
+def _meeting(pair: RegionPair, side: _Region, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
     rows = np.setdiff1d(side.corners, np.array(sorted(taken | set(main.nodes_idx.ravel().tolist())), dtype=np.int64))
     tolerance = DEFAULT_TOLERANCE * main.size if pair.reach is None else pair.reach
     skins = skins_of(side.corners, side.sheets, coords).at(rows)

@@ -36,8 +36,8 @@ def named_surfaces(deck: Deck) -> list[int]:
     return found
 
 
-def surface_elements(deck: Deck, identifier: int) -> tuple[list[int], dict[int, list[int]]]:
-    """Elements of a SURF or SET, and of its solids with a face of their own element -> node rows on that face.
+def surface_elements(deck: Deck, identifier: int) -> tuple[list[int], dict[int, list[set[int]]]]:
+    """Elements of a SURF or SET, and of its solids with faces of their own element -> node rows on each of these.
 
     ELFACE lines hold an element and, of solids, one or two grids of the face; ELEM lists elements, of solids all free
     faces.
@@ -63,14 +63,14 @@ def surface_elements(deck: Deck, identifier: int) -> tuple[list[int], dict[int, 
     if kind not in KINDS:
         raise InputError(f"SURF {identifier} is of type {kind or 'blank'}", where=card.where, expected="ELFACE or ELEM")
     elements: list[int] = []
-    faces: dict[int, list[int]] = {}
+    faces: dict[int, list[set[int]]] = {}
     for i in range(ROW, len(card.fields), ROW):
         if not card.text(i):
             continue
         element = card.integer(i)
-        named = [deck.grids.row(card.integer(i + k), card) for k in (1, 2) if card.text(i + k)]
+        named = {deck.grids.row(card.integer(i + k), card) for k in (1, 2) if card.text(i + k)}
         if named:
-            faces[element] = named
+            faces.setdefault(element, []).append(named)
         else:
             elements.append(element)
     return elements, faces

@@ -6,7 +6,8 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.formats.deck.text import plain_name
-from creak.formats.nastran.mesh.optistruct import bulk_sets, named_surfaces, surface_elements
+from creak.formats.nastran.mesh.optistruct import bulk_sets
+from creak.formats.nastran.mesh.regions import Region
 from creak.formats.nastran.text.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.text.case_control import EVERY
 from creak.formats.nastran.text.deck import Deck
@@ -65,9 +66,13 @@ def _id_sets(deck: Deck, kinds: tuple[str, ...]) -> dict[int, list[range]]:
 
 
 def element_sets(
-    deck: Deck, blocks: tuple[ElementBlock, ...], names: dict[int, str], set_names: dict[int, str]
+    deck: Deck,
+    blocks: tuple[ElementBlock, ...],
+    names: dict[int, str],
+    set_names: dict[int, str],
+    regions: dict[str, Region],
 ) -> dict[str, IntArray]:
-    """PID_<id> and name of every property; SET_<id> and name of sets that hold elements; SURF_<id> of OptiStruct."""
+    """PID_<id> and name of every property; SET_<id> and name of sets that hold elements; regions by their names."""
     places: dict[int, list[tuple[int, int]]] = {}
     found: dict[str, list[tuple[int, int]]] = {}
     for b, block in enumerate(blocks):
@@ -79,9 +84,8 @@ def element_sets(
     for pid, name in names.items():
         if f"PID_{pid}" in found:
             found.setdefault(plain_name(name), found[f"PID_{pid}"])
-    for identifier in named_surfaces(deck):
-        elements, faces = surface_elements(deck, identifier)
-        found[f"SURF_{identifier}"] = [at for i in (*elements, *faces) for at in places.get(i, ())]
+    for name, (elements, faces) in regions.items():
+        found[name] = [at for i in dict.fromkeys((*elements, *faces)) for at in places.get(i, ())]
     for identifier, ids in _id_sets(deck, ("ELEM",)).items():
         if EVERY in ids:
             continue  # the surface of all that there is meets nothing

@@ -86,6 +86,8 @@ class CaseControl:
     """K2GG, M2GG, B2GG -> what they select."""
     contact: str = ""
     """BCONTACT: a contact table, or ALLBODY."""
+    contact_set: str = ""
+    """BCSET: a set of contact pairs."""
     glue: str = ""
     """BGSET: a set of glued surfaces."""
     output: tuple[str, ...] = ()
@@ -129,7 +131,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
     changing = _CHANGES | (_IN_TIME if own_run else set())
     unread += [Unread(key, line.where, True, UNFOLLOWED) for key, (_, line) in commands.items() if key in changing]
     matrices = {key: commands[key][0] for key in _MATRICES if key in commands}
-    used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
+    used = {"SPC", "MPC", "IC", "NSM", "SET", "BCONTACT", "BCSET", "BGSET", *_MATRICES, *(_OF_RUN if own_run else ())}
     used |= {"TEMPERATURE", HEAT, "LOAD", STATIC_START} if own_run else set()
     wanted = {*_OF_MODEL, *((*_BEARS, *_OF_RUN) if own_run else ())}
     for key, (_, line) in commands.items():
@@ -156,8 +158,9 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         ids["NSM"],
         sets,
         matrices,
-        commands["BCONTACT"][0] if "BCONTACT" in commands else "",
-        commands["BGSET"][0] if "BGSET" in commands else "",
+        _value(commands, "BCONTACT"),
+        _value(commands, "BCSET"),
+        _value(commands, "BGSET"),
         tuple(dict.fromkeys(name for c in (commands, *later) for name in _output(c))),
         frozenset(commands),
         tuple(unread),

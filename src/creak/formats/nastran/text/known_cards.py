@@ -23,6 +23,7 @@ _READ = {
 }
 
 _AT_LARGE_STRAIN = "material laws at large strain; creak takes the elastic constants, which hold at small strain"
+_SLIDE_LINES = "slide lines of grids have no surface; name the elements there in a study's [contact.NAME]"
 _HARMLESS = {
     "creak finds the modes up to a frequency or a count of its own": "EIGR, EIGRL, EIGRA, EIGB, EIGC, EIGP, MODTRAK",
     "loads do not act on modes, and the study file defines the excitation": (
@@ -75,10 +76,11 @@ _HARMLESS = {
         "DEBUG, PARVEC, PARVEC1"
     ),
     "the study file defines contact": (
-        "BCONP, BFRIC, BLSEG, BCTSET, BCTADD, BCTPARM, BCTPARA, BCONTACT, BCTABLE, BCTABL1, BCBODY, BCBODY1, BCPARA,"
-        "BSURF, BSURFS, BCPROP, BCPROPS, BCRPARA, BWIDTH, BCONPRG, BCONPRP, BCONECT, BCBDPRP, BCRIGID, BCRGSRF,"
+        "BCTSET, BCTADD, BCTPARM, BCTPARA, BCONTACT, BCTABLE, BCTABL1, BCBODY, BCBODY1, BCPARA,"
+        "BSURF, BSURFS, BCPROP, BCPROPS, BCRPARA, BCONPRG, BCONPRP, BCONECT, BCBDPRP, BCRIGID, BCRGSRF,"
         "PCONT, PCONTX, CONTPRM, BEDGE, BGSET, BGADD, BGPARM, BCGRID, BCAUTOP, BCPATCH, BCBZIER, BCNURBS"
     ),
+    _SLIDE_LINES: "BCONP, BFRIC, BLSEG, BWIDTH",
     "it is for design only": (
         "DESVAR, DRESP1, DRESP2, DRESP3, DCONSTR, DCONADD, DVPREL1, DVPREL2, DVMREL1, DVMREL2, DVCREL1, DVCREL2,"
         "DVGRID, DVSHAP, DVBSHAP, DOPTPRM, DOBJ, DTABLE, DTABLE2, DEQATN, DLINK, DSCREEN, DDVAL, TOPVAR, TOMVAR,"
@@ -128,9 +130,11 @@ _PARAMS_HARMLESS = {
     "KDAMP": "modes have no damping, and a study has [damping]",
     "LGDISP": "creak's structure is linear: the answer holds for small motion about the undeformed state",
 }
+_OWN_CONTACT = "SOL 129 has this contact; creak's own run has gaps (CGAP) alone"
 _RUN_CHANGES = {
     _AT_LARGE_STRAIN: "SOL 129 follows this material law at large strain; creak's run is elastic",
-    "the study file defines contact": "SOL 129 has this contact; creak's own run has gaps (CGAP) alone",
+    "the study file defines contact": _OWN_CONTACT,
+    _SLIDE_LINES: _OWN_CONTACT,
 }
 """What cards mean that are harmless but for the deck's own nonlinear run."""
 _FORMULATION = ("OFFDEF", "SHEARP", "QRSHEAR")

@@ -1,0 +1,49 @@
+"""Regions of glue and contact: BSURF, BSURFS, BCPROP, BCPROPS of NX and MSC; SURF and SET of OptiStruct."""
+
+from __future__ import annotations
+
+from creak.formats.nastran.mesh.optistruct import named_surfaces, surface_elements
+from creak.formats.nastran.text.bulk_data import id_list
+from creak.formats.nastran.text.deck import Deck
+
+CARDS = ("BSURF", "BCPROP", "BCPROPS", "BSURFS")
+Faces = dict[int, list[set[int]]]
+"""Solid -> rows of some grids of each of its faces."""
+Region = tuple[list[int], Faces]
+"""Elements, of solids all free faces; and single faces."""
+
+
+def region(deck: Deck, identifier: int) -> Region:
+    """What the cards of a number hold together; nothing where there is none."""
+    return _regions(deck, identifier).get(identifier, ("", ([], {})))[1]
+
+
+def named_regions(deck: Deck) -> dict[str, Region]:
+    """BSURF_<id>, BCPROP_<id>, ... after the first card of each number; SURF_<id>."""
+    found = dict(_regions(deck).values())
+    return found | {f"SURF_{i}": surface_elements(deck, i) for i in named_surfaces(deck)}
+
+
+def region_name(deck: Deck, identifier: int) -> str:
+    """As in `named_regions`; empty where there is none."""
+    return next((f"{c.name}_{identifier}" for c in deck.cards(*CARDS) if c.integer(0) == identifier), "")
+
+
+def _regions(deck: Deck, only: int | None = None) -> dict[int, tuple[str, Region]]:
+    found: dict[int, tuple[str, Region]] = {}
+    for card in deck.cards(*CARDS):
+        identifier = card.integer(0)
+        if only not in (None, identifier):
+            continue
+        _, (elements, faces) = found.setdefault(identifier, (f"{card.name}_{identifier}", ([], {})))
+        if card.name == "BSURFS":
+            for i in range(4, len(card.fields), 4):
+                if card.text(i):
+                    rows = {deck.grids.row(card.integer(i + k), card) for k in (1, 2, 3)}
+                    faces.setdefault(card.integer(i), []).append(rows)
+        elif card.name == "BSURF":
+            elements += id_list(card, 1)
+        else:
+            own = set(id_list(card, 1))
+            elements += [e for e, p in deck.property_of.items() if p in own]
+    return found
