@@ -99,6 +99,12 @@ def test_what_the_deck_keeps_apart_is_no_contact(creak, tmp_path, cards):
     assert "UPPER and LOWER out of contact" in told["to_fill_in"]
 
 
+def test_a_side_that_looks_away_keeps_nothing_apart(creak, tmp_path):
+    """The exclusion names the upper side of the upper strip."""
+    cards = f"{RUB}{GENERAL}*SURFACE, NAME=ABOVE\nUPPER, SPOS\n*CONTACT EXCLUSIONS\n, ABOVE\n"
+    assert contact_of(creak, tmp_path, cards)[2]["kept_apart"] == []
+
+
 def test_what_is_kept_apart_in_part_is_a_contact_and_told(creak, tmp_path):
     """Elements 1 to 6 of 24 of the upper strip are kept apart: those of the lower one below them are three and a half."""
     some = "*ELSET, ELSET=FEW\n1, 2, 3, 4, 5, 6\n*SURFACE, NAME=FEW\nFEW, SNEG\n*CONTACT EXCLUSIONS\nFEW, OVER\n"

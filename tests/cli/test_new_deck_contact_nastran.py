@@ -126,6 +126,8 @@ def test_the_info_tells_what_is_used_and_what_is_not(creak, tmp_path):
     told = json.loads(creak("info", tmp_path / "strips.bdf", "--json").out)
     assert told["contact"] == {"BSURF_11 - BSURF_12": "friction 0.3, clearance 0.0"}
     why = {u["keyword"]: u["why"] for u in told["unread"] if not u["changes_answer"]}
-    assert why["BCTSET 5"].startswith("1 contact pair(s), which `creak new` writes")
+    assert (
+        why["BCTSET 5"] == "1 contact pair(s) for `creak new`; a run has those of its study; MIND and MAXD are not used"
+    )
     assert why["BCTPARM"].endswith("(PENN)")
     assert "slide lines" in why["BLSEG"]

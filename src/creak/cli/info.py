@@ -143,7 +143,7 @@ def _print(output: Output, facts: dict[str, Any], systems: list[str], most: int 
     length, mass = shared_words(named_systems(systems))
     for line in head_lines(facts, length, mass):
         output.say(line)
-    _tell_unread(output, facts["unread"])
+    _tell_unread(output, facts["unread"], most)
     rows = [["part", "nodes", "elements", "dof", f"mass, {mass}" if mass else "mass", "kinds"]]
     for name, p in facts["parts"].items():
         figures = (f"{p['nodes']}", f"{p['elements']}", f"{p['dof']}", f"{p['mass']:.6g}", ", ".join(p["kinds"]))
@@ -157,14 +157,19 @@ def _print(output: Output, facts: dict[str, Any], systems: list[str], most: int 
     _listing(output, "surfaces", extents, most)
 
 
-def _tell_unread(output: Output, unread: list[dict[str, Any]]) -> None:
-    """What was not read: first what changes the answer, a line each; then the rest, and what became of ties."""
+def _tell_unread(output: Output, unread: list[dict[str, Any]], most: int | None) -> None:
+    """What was not read: first what changes the answer, a line each; then the rest by reasons, and what became of
+    ties."""
     if all(u["used"] for u in unread):
         output.say("every keyword was read")
-    for changes, effect in ((True, "changes the answer"), (False, "does not change the answer")):
-        for u in unread:
-            if u["changes_answer"] is changes and not u["used"]:
-                output.say(f"not read: {u['keyword']} ({u['where']}), {effect}: {u['why']}")
+    alike: dict[str, list[str]] = {}
+    for u in unread:
+        if u["changes_answer"] and not u["used"]:
+            output.say(f"not read: {u['keyword']} ({u['where']}), changes the answer: {u['why']}")
+        elif not u["used"]:
+            alike.setdefault(u["why"], []).append(f"{u['keyword']} ({u['where']})")
+    for why, names in alike.items():
+        output.say(f"not read: {folded(names, most or len(names))}, does not change the answer: {why}")
     for u in unread:
         if u["used"]:
             output.say(f"read: {u['keyword']} ({u['where']}): {u['why']}")
@@ -262,5 +267,5 @@ def _named(what: str, names: list[str]) -> str:
 
 def folded(names: Sequence[str], most: int = SHOWN) -> str:
     """The first names, and how many more there are."""
-    shown = ", ".join(shortened(name, 48) for name in names[:most])
+    shown = ", ".join(shortened(name, 48) if len(names) > 1 else name for name in names[:most])
     return shown if len(names) <= most else f"{shown}, and {len(names) - most} more"

@@ -52,7 +52,7 @@ def _counted(c: Contact) -> str:
 
 def _size(c: Contact) -> list[str]:
     if c.method == "surface-to-surface" and not c.edge and c.elements > 3 * c.near:
-        return ["# A *SURFACE or *ELSET of the near elements alone would make the study faster."]
+        return ["# A surface or element set of the near elements alone would make the study faster."]
     return []
 
 
@@ -124,7 +124,7 @@ def _asked(c: Contact, unit: str, distance: float) -> list[str]:
         OVERLAP: "If they do, uncomment the lines below: the gap starts at zero. If not, move them apart in the deck.",
         SIDE: "Look at normal below, turn its sign if it points to the wrong side, and uncomment the lines.",
         EDGES: "If it can, uncomment the lines below: a stop between the nearest two nodes.",
-        UNEVEN: "If it nearly is, uncomment the lines below. If not, put the elements there into an *ELSET.",
+        UNEVEN: "If it nearly is, uncomment the lines below. If not, put the elements there into an element set.",
         PRESSED: "Bolted faces press all the time, which costs hours. If they can part, uncomment the lines below.",
     }
     lines = [f"# QUESTION: {questions[c.question]}"]

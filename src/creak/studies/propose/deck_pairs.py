@@ -16,7 +16,7 @@ from creak.model.steps import Interaction, SurfacePair
 from creak.studies.prepare.deck_step import contact_table, friction_of
 from creak.studies.propose.contacts import Contact, tried
 from creak.studies.propose.opposite import element_numbers
-from creak.studies.propose.proximity import Near, numbers_of
+from creak.studies.propose.proximity import Near, looks_at, numbers_of
 from creak.studies.warned import Warned
 
 LAW = ("stiffness", "overclosure", "per_area", "friction", "damping")
@@ -84,8 +84,10 @@ def kept_apart(model: Model, near: Sequence[Near]) -> tuple[list[Near], list[str
     members = {name: numbers_of(model, name) if name else every for two in pairs for name in two}
     for n in near:
         out = np.zeros(len(n.touching), dtype=bool)
-        for a, b in [*pairs, *(two[::-1] for two in pairs)]:
-            out |= np.isin(n.touching[:, 0], members[a]) & np.isin(n.touching[:, 1], members[b])
+        for two in [*pairs, *((b, a) for a, b in pairs)]:
+            both = np.isin(n.touching[:, 0], members[two[0]]) & np.isin(n.touching[:, 1], members[two[1]])
+            if both.any() and all(looks_at(model, name, n.met, side) for side, name in enumerate(two) if name):
+                out |= both
         if not out.all():
             left.append(n)
         if out.any():

@@ -215,7 +215,7 @@ def covering_sets(model: Model, n: Near, side: int) -> list[str]:
     """
     near, index = n.elements[side], next(i for i, p in enumerate(model.parts) if p.name == n.parts[side])
     every = dict(_sets_of_part(model, index))
-    looking = _covering(model, every, near, lambda name: _looks_at(model, name, n.met, side))
+    looking = _covering(model, every, near, lambda name: looks_at(model, name, n.met, side))
     return looking or _covering(model, every, near, lambda _: True)
 
 
@@ -241,7 +241,7 @@ def _covering(model: Model, every: Mapping[str, IntArray], near: IntArray, usabl
     return chosen
 
 
-def _looks_at(model: Model, name: str, met: Met, side: int) -> bool:
+def looks_at(model: Model, name: str, met: Met, side: int) -> bool:
     """Whether a surface of a part has facets near the other part that look at it; an element set looks every way."""
     if name.upper() not in model.surfaces:
         return True

@@ -214,7 +214,7 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
             deck.note(block, "creak does not read this keyword of a step", changes=True)
 
 
-_OURS = (meaning("CONTACT PAIR").why, meaning("AMPLITUDE").why)
+_OURS = tuple(meaning(name).why for name in ("CONTACT PAIR", "CONTACT CONTROLS", "AMPLITUDE"))
 _OUTPUT = (meaning("OUTPUT").why, meaning("RESTART").why)
 
 

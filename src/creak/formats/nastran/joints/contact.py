@@ -21,6 +21,7 @@ CARDS = {
 SURFACES_MEET = "3"
 """INIPENE: gaps and penetrations count as none, or as GAPVAL."""
 SIDES = {"TOP": ".SPOS", "BOT": ".SNEG", "BOTTOM": ".SNEG"}
+UNUSED_REACH = "; MIND and MAXD are not used"
 UNUSED = {
     "BCTPARM": "stiffness, tolerances, search and thickness",
     "BCTPARA": "stiffness, tolerances, search and thickness",
@@ -51,7 +52,7 @@ def described_contact(deck: Deck, surfaces: Collection[str]) -> DeckContact | No
                 counts[pair.card] += 1
     for card, count in counts.items():
         far = card.name == "BCTSET" and any(card.text(i) for k in (4, 5) for i in range(k, len(card.fields), 8))
-        why = f"{count} contact pair(s), which `creak new` writes into a study{', but for MIND, MAXD' if far else ''}"
+        why = f"{count} contact pair(s) for `creak new`; a run has those of its study{UNUSED_REACH if far else ''}"
         deck.note(card, why, changes=False, what=f"{card.name} {card.text(0)}", used=True)
     flaws += _unfollowed(deck) if found else []
     return DeckContact(laws, tuple(found.values()), flaws=tuple(flaws)) if found or flaws else None
