@@ -6,16 +6,23 @@ from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from creak.cli.output import Output
+from creak.words import first_few
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model, Unread
     from creak.studies.prepare.setup import Setup
 
+KEYWORDS = 3
+"""Most keywords that a line names."""
+
 
 def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
-    """A line for each keyword that was not read, or of which something is to be told."""
+    """A line for each reason why keywords were not read, or what is to be told of some."""
+    alike: dict[tuple[str, str], list[str]] = {}
     for u in unread:
-        output.say(f"{u.word}: {u.keyword} ({u.where}): {u.why}")
+        alike.setdefault((u.word, u.why), []).append(f"{u.keyword} ({u.where})")
+    for (word, why), names in alike.items():
+        output.say(f"{word}: {first_few(names, len(names), KEYWORDS)}: {why}")
 
 
 def tell_vain(output: Output, model: Model, ignore: Iterable[str]) -> None:
