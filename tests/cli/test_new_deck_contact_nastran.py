@@ -88,6 +88,31 @@ def test_two_faces_of_one_element_are_both_of_the_region(creak, tmp_path):
     assert json.loads(creak("info", tmp_path / "two.bdf", "--json").out)["surfaces"]["BSURFS_12"] == {"facets": 2}
 
 
+def test_friction_of_bodies_is_their_mean(creak, tmp_path):
+    """0.2 of a BCBODY and 0.4 of a BCBODY1, for a pair that has none of its own."""
+    bodies = (
+        BODIES.replace("DEFORM,11", "DEFORM,11,,.2").replace("BCBODY1,2,,", "BCBODY1,2,8,") + "\nBCBDPRP,8,,FRIC,.4"
+    )
+    contacts, _ = taken(creak, tmp_path, strips(extra=f"{bodies}\nBCTABLE,3,,,1\n,SLAVE,1\n,MASTERS,2"))
+    assert contacts["pid_1-pid_2"]["friction"] == 0.3
+
+
+def test_a_region_that_is_wrong_stops_no_deck_that_does_not_need_it(creak, tmp_path):
+    """A BSURF of all numbers is one of all elements; a grid that there is not makes no surface."""
+    wrong = f"{NX.replace('1,THRU,24', '1,THRU,999')}\nBSURF,13,1,THRU,99999999\nBSURFS,14,,,,1,9991,9992,9993"
+    (tmp_path / "strips.bdf").write_text(strips(extra=wrong))
+    told = json.loads(creak("info", tmp_path / "strips.bdf", "--json").out)
+    facets = {name: of["facets"] for name, of in told["surfaces"].items() if name.startswith("BSURF")}
+    assert (facets["BSURF_11"], facets["BSURF_13"]) == (24, 48)
+    assert "BSURFS_14" not in facets
+    assert "no surface of it: " in {u["keyword"]: u["why"] for u in told["unread"]}["BSURFS"]
+
+
+def test_kinetic_friction_of_optistruct(creak, tmp_path):
+    contacts, _ = taken(creak, tmp_path, strips(extra=f"{SURFACES}\nPCONT,7,,,.3,.1\nCONTACT,5,7,11,12"))
+    assert contacts["pid_1-pid_2"]["friction"] == {"static": 0.3, "kinetic": 0.1, "decay": 0.0}
+
+
 @pytest.mark.parametrize(
     ("cards", "clearance"),
     [

@@ -15,7 +15,7 @@ from creak.model.steps import DeckContact, Interaction, SurfacePair
 
 CARDS = {
     *("BCTSET", "BCTADD", "BCTPARM", "BCTPARA", "BCRPARA", "BSURF", "BSURFS", "BCPROP", "BCPROPS", "PCONT"),
-    *("BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCONPRP", "BCBODY", "BCBODY1"),
+    *("BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCONPRP", "BCBODY", "BCBODY1", "BCBDPRP"),
 }
 """Read where a deck has contact pairs."""
 SURFACES_MEET = "3"
@@ -26,7 +26,9 @@ UNUSED = {
     "BCTPARM": "stiffness, tolerances, search and thickness",
     "BCTPARA": "stiffness, tolerances, search and thickness",
     "BCONPRG": "tolerances, search and interference",
-    "BCONPRP": "limits, and heat",
+    "BCONPRP": "limits and heat",
+    "BCBDPRP": "limits and heat",
+    "PCONT": "stiffness and padding (half of shells, whatever GPAD says)",
 }
 
 
@@ -44,7 +46,7 @@ def described_contact(deck: Deck, surfaces: Collection[str]) -> DeckContact | No
         for pair in touching_pairs(deck):
             with noted(flaws):
                 first, second = (_surface(deck, pair, i, sides, surfaces) for i in (pair.first, pair.second))
-                static, kinetic = _friction(pair, flaws)
+                static, kinetic = _friction(deck, pair, flaws)
                 law, where = f"friction {static:g} {kinetic:g}", pair.card.where
                 laws[law] = Interaction(law, friction=(static, kinetic, 0.0), where=where)
                 gap = _clearance(deck, pair)
@@ -71,20 +73,21 @@ def _surface(deck: Deck, pair: RegionPair, identifier: int, sides: dict[int, str
     return side if side in surfaces else name
 
 
-def _friction(pair: RegionPair, flaws: list[str]) -> tuple[float, float]:
-    """Static and kinetic coefficient."""
-    if pair.friction is None:
-        return 0.0, 0.0
-    card, i = pair.friction
-    if card.is_integer(i) or card.text(i)[:1].isalpha():
-        with noted(flaws):
-            raise card.wrong(i, "a coefficient of friction; it is 0 in the study")
-        return 0.0, 0.0
-    static = card.real(i, 0.0)
-    kinetic = card.real(i + 1, static) if card.name == "PCONT" else static
-    if not 0.0 <= kinetic <= static:
-        raise card.wrong(i, "a coefficient of friction, and a kinetic one that is not above it")
-    return static, kinetic
+def _friction(deck: Deck, pair: RegionPair, flaws: list[str]) -> tuple[float, float]:
+    """Static and kinetic coefficient: of the pair, or the mean of both bodies."""
+    found = []
+    for card, i in pair.rubs(deck):
+        if card.is_integer(i) or card.text(i)[:1].isalpha():
+            with noted(flaws):
+                raise card.wrong(i, "a coefficient of friction; it is 0 in the study")
+            return 0.0, 0.0
+        static = card.real(i, 0.0)
+        kinetic = card.real(i + 1, static) if card.name == "PCONT" else static
+        if not 0.0 <= kinetic <= static:
+            raise card.wrong(i, "a coefficient of friction, and a kinetic one that is not above it")
+        found.append((static, kinetic))
+    static, kinetic = (sum(of) / max(len(found), 1) for of in zip((0.0, 0.0), *found, strict=True))
+    return float(f"{static:.6g}"), float(f"{kinetic:.6g}")
 
 
 def _clearance(deck: Deck, pair: RegionPair) -> float | None:
@@ -110,5 +113,7 @@ def _unfollowed(deck: Deck) -> Iterator[str]:
     for name, what in UNUSED.items():
         for card in deck.cards(name):
             words = [w for w in values(card) if w not in ("INIPENE", "GAPVAL", "IGLUE", "ERROR", "FRIC")]
+            if name == "PCONT":
+                words = [w for w, i in {"GPAD": 1, "STIFF": 2, "SEPARATION": 6}.items() if card.text(i)]
             if words:
                 deck.note(card, f"{what} of contact are creak's own ({', '.join(words)})", changes=False)

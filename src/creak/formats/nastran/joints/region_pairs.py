@@ -33,12 +33,27 @@ class RegionPair:
     follows: bool = False
     """Whether the first region follows the second; else the one with more nodes in reach follows the other."""
     friction: tuple[Card, int] | None = None
-    """The field that has it; None: there is none."""
+    """The field that has it; None: there is none of the pair."""
     clearance: tuple[Card, int] | None = None
 
     @property
     def name(self) -> str:
         return f"{self.card.name} {self.card.text(0)}"
+
+    def rubs(self, deck: Deck) -> list[tuple[Card, int]]:
+        """The fields of which the mean is the coefficient of friction: its own, or those of both bodies."""
+        if self.friction is not None or self.card.name not in _OF_BODIES:
+            return [] if self.friction is None else [self.friction]
+        of_bodies = unique_cards(deck.cards("BCBDPRP"), "BCBDPRP")
+        found = []
+        for body in (self._body(deck, i) for i in (self.first, self.second)):
+            card = body if body.name == "BCBODY" else of_bodies.get(body.integer(1, 0), body)
+            found.append((card, 5 if card.name == "BCBODY" else values(card).get("FRIC", len(card.fields))))
+        return found
+
+    def _body(self, deck: Deck, identifier: int) -> Card:
+        bodies = unique_cards(deck.cards("BCBODY", "BCBODY1"), "contact body")
+        return referred(bodies, identifier, self.card, "contact body", "BCBODY or BCBODY1")
 
     def surface(self, deck: Deck, identifier: int) -> int:
         """The region's number that its surface has: that of the body's.
@@ -49,8 +64,7 @@ class RegionPair:
         """
         if self.card.name not in _OF_BODIES:
             return identifier
-        bodies = unique_cards(deck.cards("BCBODY", "BCBODY1"), "contact body")
-        body = referred(bodies, identifier, self.card, "contact body", "BCBODY or BCBODY1")
+        body = self._body(deck, identifier)
         at = 1 if body.name == "BCBODY" else 2
         if body.text(at + 1).upper()[:5] not in ("", "DEFOR"):
             raise InputError(

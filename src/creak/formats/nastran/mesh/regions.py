@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from creak.errors import InputError
 from creak.formats.nastran.mesh.optistruct import named_surfaces, surface_elements
-from creak.formats.nastran.text.bulk_data import id_list
+from creak.formats.nastran.text.bulk_data import Card, id_ranges, ids_among
 from creak.formats.nastran.text.deck import Deck
 
 CARDS = ("BSURF", "BCPROP", "BCPROPS", "BSURFS")
@@ -26,24 +27,32 @@ def named_regions(deck: Deck) -> dict[str, Region]:
 
 def region_name(deck: Deck, identifier: int) -> str:
     """As in `named_regions`; empty where there is none."""
-    return next((f"{c.name}_{identifier}" for c in deck.cards(*CARDS) if c.integer(0) == identifier), "")
+    return next((f"{c.name}_{identifier}" for c in deck.cards(*CARDS) if c.text(0) == str(identifier)), "")
 
 
 def _regions(deck: Deck, only: int | None = None) -> dict[int, tuple[str, Region]]:
+    """By number. What is wrong with a card is an error where one region is asked for, else it is listed."""
     found: dict[int, tuple[str, Region]] = {}
     for card in deck.cards(*CARDS):
-        identifier = card.integer(0)
-        if only not in (None, identifier):
-            continue
-        _, (elements, faces) = found.setdefault(identifier, (f"{card.name}_{identifier}", ([], {})))
-        if card.name == "BSURFS":
-            for i in range(4, len(card.fields), 4):
-                if card.text(i):
-                    rows = {deck.grids.row(card.integer(i + k), card) for k in (1, 2, 3)}
-                    faces.setdefault(card.integer(i), []).append(rows)
-        elif card.name == "BSURF":
-            elements += id_list(card, 1)
-        else:
-            own = set(id_list(card, 1))
-            elements += [e for e, p in deck.property_of.items() if p in own]
+        try:
+            if only in (None, identifier := card.integer(0)):
+                _take(deck, card, *found.setdefault(identifier, (f"{card.name}_{identifier}", ([], {})))[1])
+        except InputError as error:
+            if only is not None:
+                raise
+            deck.note(card, f"creak makes no surface of it: {error.what}", changes=False)
     return found
+
+
+def _take(deck: Deck, card: Card, elements: list[int], faces: Faces) -> None:
+    """What a card adds to its region."""
+    if card.name == "BSURFS":
+        for i in range(4, len(card.fields), 4):
+            if card.text(i):
+                rows = {deck.grids.row(card.integer(i + k), card) for k in (1, 2, 3)}
+                faces.setdefault(card.integer(i), []).append(rows)
+    elif card.name == "BSURF":
+        elements += ids_among(id_ranges(card, 1), deck.element_at)
+    else:
+        own = set(ids_among(id_ranges(card, 1), dict.fromkeys(deck.property_of.values())))
+        elements += [e for e, p in deck.property_of.items() if p in own]
