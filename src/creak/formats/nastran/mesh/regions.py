@@ -32,11 +32,14 @@ def region_name(deck: Deck, identifier: int) -> str:
 
 def _regions(deck: Deck, only: int | None = None) -> dict[int, tuple[str, Region]]:
     """By number. What is wrong with a card is an error where one region is asked for, else it is listed."""
-    found: dict[int, tuple[str, Region]] = {}
+    found, of_property = dict[int, tuple[str, Region]](), dict[int, list[int]]()
+    for element, pid in deck.property_of.items() if next(deck.cards("BCPROP", "BCPROPS"), None) else ():
+        of_property.setdefault(pid, []).append(element)
     for card in deck.cards(*CARDS):
         try:
             if only in (None, identifier := card.integer(0)):
-                _take(deck, card, *found.setdefault(identifier, (f"{card.name}_{identifier}", ([], {})))[1])
+                _, (elements, faces) = found.setdefault(identifier, (f"{card.name}_{identifier}", ([], {})))
+                _take(deck, card, elements, faces, of_property)
         except InputError as error:
             if only is not None:
                 raise
@@ -44,7 +47,7 @@ def _regions(deck: Deck, only: int | None = None) -> dict[int, tuple[str, Region
     return found
 
 
-def _take(deck: Deck, card: Card, elements: list[int], faces: Faces) -> None:
+def _take(deck: Deck, card: Card, elements: list[int], faces: Faces, of_property: dict[int, list[int]]) -> None:
     """What a card adds to its region."""
     if card.name == "BSURFS":
         for i in range(4, len(card.fields), 4):
@@ -54,5 +57,4 @@ def _take(deck: Deck, card: Card, elements: list[int], faces: Faces) -> None:
     elif card.name == "BSURF":
         elements += ids_among(id_ranges(card, 1), deck.element_at)
     else:
-        own = set(ids_among(id_ranges(card, 1), dict.fromkeys(deck.property_of.values())))
-        elements += [e for e, p in deck.property_of.items() if p in own]
+        elements += [e for pid in ids_among(id_ranges(card, 1), of_property) for e in of_property[pid]]
