@@ -13,6 +13,7 @@ from creak.contact.pair import Keep
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.steps import Interaction, SurfacePair
+from creak.progress import Progress
 from creak.studies.prepare.deck_step import contact_table, friction_of
 from creak.studies.propose.contacts import Contact, tried
 from creak.studies.propose.opposite import element_numbers
@@ -23,13 +24,14 @@ LAW = ("stiffness", "overclosure", "per_area", "friction", "damping")
 """Keys of a contact table that a deck may give."""
 
 
-def deck_pairs(model: Model, keep: Keep | None) -> list[Contact]:
+def deck_pairs(model: Model, progress: Progress, keep: Keep | None) -> list[Contact]:
     """The contact pairs of the deck with their own laws, tried. Hard contact is one of stiffness "auto"."""
     of = model.contact
     if of is None:
         return []
     found = []
-    for pair in of.pairs:
+    for k, pair in enumerate(of.pairs):
+        progress("try the contacts of the deck", k, len(of.pairs))
         if pair.method == "surface-to-surface" and model.surfaces[pair.secondary].is_node_based:
             pair = replace(pair, method="node-to-surface")
         parts = (_part_of(model, pair.secondary), _part_of(model, pair.main))
@@ -42,6 +44,7 @@ def deck_pairs(model: Model, keep: Keep | None) -> list[Contact]:
             continue
         law = {key: table[key] for key in LAW if table.get(key) and table[key] != "hard"}
         found.append(tried(model, replace(c, law=law), keep))
+    progress("try the contacts of the deck", len(of.pairs), len(of.pairs))
     return found
 
 

@@ -125,7 +125,8 @@ def propose(
     skins = skins_of(model)
     near, apart = kept_apart(model, near_parts(model, skins, distance, far))
     progress("look for parts near each other", 1, 1)
-    contacts, law = find_contacts(model, near, distance, progress, keep, deck_pairs(model, keep)), general_law(model)
+    own = deck_pairs(model, progress, keep)
+    contacts, law = find_contacts(model, near, distance, progress, keep, own), general_law(model)
     contacts = tuple(c if c.deck else replace(c, law=law) for c in contacts)
     flaws = () if model.contact is None else model.contact.flaws
     held = held_dofs(model)
