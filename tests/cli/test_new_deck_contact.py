@@ -149,6 +149,19 @@ def test_friction_that_creak_has_no_law_for_is_told(creak, tmp_path, table, mu, 
     assert words in " ".join(told["warnings"])
 
 
+@pytest.mark.parametrize("fit", ["", "*CONTACT INITIALIZATION DATA, NAME=FIT, INTERFERENCE FIT\n"])
+def test_names_that_general_contact_has_no_data_for_are_told(creak, tmp_path, fit):
+    cards = (
+        f"*CONTACT PROPERTY ASSIGNMENT\nOVER, UNDER, NONE\n{fit}*CONTACT INITIALIZATION ASSIGNMENT\nOVER, UNDER, FIT\n"
+    )
+    name, _, told = contact_of(creak, tmp_path, f"*CONTACT\n{cards}")
+    words = " ".join(told["warnings"])
+    assert name == "upper-lower"
+    assert "PROPERTY ASSIGNMENT names 'NONE'" in words
+    assert "INITIALIZATION ASSIGNMENT names 'FIT'" in words
+    assert ("creak does not follow it" in words) is bool(fit)
+
+
 def test_laws_that_are_not_followed_are_told(creak, tmp_path):
     law = LINEAR.replace("LINEAR", "EXPONENTIAL").replace("1500.", "0.1, 5.") + "*SURFACE BEHAVIOR, NO SEPARATION\n"
     _, table, told = contact_of(creak, tmp_path, RUB + law + PAIR)

@@ -90,7 +90,7 @@ def _general(
             with noted(flaws):
                 first, second = (surface_name(deck, f, surfaces, where) if f else "" for f in [*fields, "", ""][:2])
                 name, table = "".join(fields[2:3]).upper(), tables[block.name]
-                if table and name not in table:
+                if block.name in (LAWS_OF, GAPS_OF) and name not in table:
                     raise InputError(f"*{block.name} names {name!r}", where=where, fix=suggest(name, table))
                 _take(found, block.name, (first, second), name, where, gaps)
     return found
