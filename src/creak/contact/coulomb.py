@@ -17,7 +17,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.laws.friction import coefficient, friction_violations
 from creak.contact.laws.pieces import Pieces, overclosure_at, piece_of
 from creak.contact.pivoting import ROUND
-from creak.linalg.compiled import with_arrays
+from creak.linalg.compiled import inner
 from creak.linalg.loops import largest
 
 OPEN, SMOOTH, STICK, SLIDE = 0, 1, 2, 3
@@ -46,7 +46,7 @@ class Rubbing(NamedTuple):
     """(n,) tangential compliance of a channel, mean of the two; 0 where it does not rub."""
 
 
-@with_arrays
+@inner
 def response(c, x, r, size):  # type: ignore[no-untyped-def]
     """r = free + A x, and the size of its terms."""
     for i in range(x.size):
@@ -59,7 +59,7 @@ def response(c, x, r, size):  # type: ignore[no-untyped-def]
                 size[i] += abs(push)
 
 
-@with_arrays
+@inner
 def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def]
     """Residual of each channel over its tolerance, and what the projections make of it; returns the worst ratio.
 
@@ -87,14 +87,14 @@ def assess(c, holds, x, r, size, excess, status):  # type: ignore[no-untyped-def
     return worst
 
 
-@with_arrays
+@inner
 def _ratio(error, allowed):  # type: ignore[no-untyped-def]
     """error / allowed; inf where that is not a number."""
     ratio = error / allowed if error != 0.0 else 0.0
     return ratio if ratio < np.inf else np.inf
 
 
-@with_arrays
+@inner
 def _tangential(c, holds, i, x, r):  # type: ignore[no-untyped-def]
     """STICK or SLIDE, and the violation of Coulomb's law in force.
 
@@ -111,7 +111,7 @@ def _tangential(c, holds, i, x, r):  # type: ignore[no-untyped-def]
     return STICK, min(stick, slide)
 
 
-@with_arrays
+@inner
 def tidy(c, x, status):  # type: ignore[no-untyped-def]
     """Forces of open channels exactly 0."""
     for i in range(status.size):
@@ -119,7 +119,7 @@ def tidy(c, x, status):  # type: ignore[no-untyped-def]
             set_open(c, x, i)
 
 
-@with_arrays
+@inner
 def set_open(c, x, i):  # type: ignore[no-untyped-def]
     x[i] = 0.0
     t = c.tangent[i]
@@ -127,7 +127,7 @@ def set_open(c, x, i):  # type: ignore[no-untyped-def]
         x[t] = x[t + 1] = 0.0
 
 
-@with_arrays
+@inner
 def bounded(c, x):  # type: ignore[no-untyped-def]
     """False where forces grow without bound: self-stress of a jam, or gaps that nothing opens."""
     n = c.tangent.size

@@ -15,7 +15,7 @@ from creak.contact.laws.friction import against, coefficient, coefficient_slope
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.pivoting import REGULARISATION
 from creak.contact.small_systems import factor_general, solve_factored
-from creak.linalg.compiled import with_arrays
+from creak.linalg.compiled import inner, with_arrays
 from creak.linalg.loops import fill, places, put
 
 MAX_NEWTON = 20
@@ -82,7 +82,7 @@ def newton(c, holds, x, r, excess, status, kept):  # type: ignore[no-untyped-def
     return False
 
 
-@with_arrays
+@inner
 def _serves(kept, x, status):  # type: ignore[no-untyped-def]
     """Was the factor made for these states?"""
     if kept.counts[0] != status.size or kept.counts[1] != x.size:
@@ -93,7 +93,7 @@ def _serves(kept, x, status):  # type: ignore[no-untyped-def]
     return True
 
 
-@with_arrays
+@inner
 def _opened(c, x, status):  # type: ignore[no-untyped-def]
     """The open channels lose their force; True if any had one."""
     lost = False
@@ -160,7 +160,7 @@ def _linearise(c, holds, x, r, status, unknown, e, J):  # type: ignore[no-untype
             _linearise_sliding(c, holds, x, r, i, unknown, place, J)
 
 
-@with_arrays
+@inner
 def _right_side(c, holds, x, r, status, b):  # type: ignore[no-untyped-def]
     """What the rows of `_linearise` lack; of closed channels."""
     for i in range(status.size):
@@ -176,7 +176,7 @@ def _right_side(c, holds, x, r, status, b):  # type: ignore[no-untyped-def]
             b[t], b[t + 1] = most * e1 - x[t], most * e2 - x[t + 1]
 
 
-@with_arrays
+@inner
 def _sliding(c, holds, x, r, i):  # type: ignore[no-untyped-def]
     """Direction and length of z = tau - d / compliance, the speed along -z, and mu there."""
     t = c.tangent[i]
@@ -185,7 +185,7 @@ def _sliding(c, holds, x, r, i):  # type: ignore[no-untyped-def]
     return e1, e2, length, speed, coefficient(speed, c.static[i], c.kinetic[i], c.decay[i], holds[i])
 
 
-@with_arrays
+@inner
 def _linearise_sliding(c, holds, x, r, i, unknown, place, J):  # type: ignore[no-untyped-def]
     """d(tau - mu p z / |z|), mu at the speed along -z.
 

@@ -15,7 +15,7 @@ from creak.contact.coulomb import SLIDE, STICK, Rubbing
 from creak.contact.coulomb_newton import newton, room_for
 from creak.contact.coulomb_sweeps import sweep
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
-from creak.linalg.compiled import with_arrays
+from creak.linalg.compiled import inner, with_arrays
 from creak.linalg.loops import acts, put
 
 ROUNDS = 5
@@ -54,7 +54,7 @@ def solve_rubbing(c, stuck, x, kept):  # type: ignore[no-untyped-def]
     return SOLVED
 
 
-@with_arrays
+@inner
 def _released(c, holds, x, r, status):  # type: ignore[no-untyped-def]
     """Channels that slid off their static limit lose it; True if there are any.
 

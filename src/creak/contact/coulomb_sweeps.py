@@ -13,7 +13,7 @@ from creak.contact.coulomb import assess, bounded, response, tidy
 from creak.contact.laws.friction import coefficient
 from creak.contact.laws.pieces import force_against
 from creak.contact.pivoting import ROUND
-from creak.linalg.compiled import with_arrays
+from creak.linalg.compiled import inner, with_arrays
 
 STALL = 20
 """Sweeps after which a residual that has not halved means damping."""
@@ -42,7 +42,7 @@ def sweep(c, holds, x, r, excess, status, sweeps):  # type: ignore[no-untyped-de
     return False
 
 
-@with_arrays
+@inner
 def _one_channel(c, holds, x, i, keep):  # type: ignore[no-untyped-def]
     """Replace the forces of one channel by the exact solution for the others as they are, weighted with `keep`."""
     t = c.tangent[i]
@@ -65,7 +65,7 @@ def _one_channel(c, holds, x, i, keep):  # type: ignore[no-untyped-def]
     x[t + 1] += keep * (tau2 - x[t + 1])
 
 
-@with_arrays
+@inner
 def _rub_alone(c, holds, i, gap, d1, d2):  # type: ignore[no-untyped-def]
     """One rubbing channel, exact: gap, d1, d2 without its own forces.
 
@@ -106,7 +106,7 @@ def _rub_alone(c, holds, i, gap, d1, d2):  # type: ignore[no-untyped-def]
     return p, tau1, tau2
 
 
-@with_arrays
+@inner
 def _lagging(c, holds, i, gap, d1, d2, lag):  # type: ignore[no-untyped-def]
     """|tau| - mu p and the forces of one channel that slides by -lag tau."""
     t = c.tangent[i]

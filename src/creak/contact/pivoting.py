@@ -13,7 +13,7 @@ import numpy as np
 
 from creak.contact.laws.pieces import overclosure_at, piece_of
 from creak.contact.small_systems import solve_symmetric
-from creak.linalg.compiled import with_arrays
+from creak.linalg.compiled import inner, with_arrays
 from creak.linalg.loops import fill, largest, put
 
 SOLVED, UNENDED, NO_SOLUTION, SINGULAR = 0, 1, 2, 3
@@ -112,7 +112,7 @@ def _pivot(A, gap_free, law, state, p, centre, e):  # type: ignore[no-untyped-de
     return UNENDED
 
 
-@with_arrays
+@inner
 def _gaps(A, gap_free, p, gap, size):  # type: ignore[no-untyped-def]
     """Gaps, and the size of the terms that make them up, which bounds their round-off."""
     for i in range(p.size):
@@ -153,7 +153,7 @@ def _equilibrium(A, gap_free, law, state, p, centre, e):  # type: ignore[no-unty
     return True
 
 
-@with_arrays
+@inner
 def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-def]
     """The piece that the law asks for; the given one if it is consistent to round-off."""
     first, end = law.first[i], law.first[i + 1]
@@ -167,7 +167,7 @@ def _right_state(A, law, i, state, gap, slack, p):  # type: ignore[no-untyped-de
     return state
 
 
-@with_arrays
+@inner
 def _next_state(law, i, state, target):  # type: ignore[no-untyped-def]
     """One piece towards the target."""
     if state == OPEN or target > state:

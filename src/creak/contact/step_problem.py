@@ -26,7 +26,7 @@ from creak.contact.laws.tabular import curve_energy, curve_force, tabular_pieces
 from creak.contact.laws.unilateral import hard_pieces
 from creak.contact.pivoting import NO_SOLUTION, SOLVED, UNENDED, solve_frictionless
 from creak.errors import NumericalError
-from creak.linalg.compiled import either, few_collections, with_arrays
+from creak.linalg.compiled import either, few_collections, inner, with_arrays
 from creak.linalg.loops import fill, places, put
 
 
@@ -128,7 +128,7 @@ def solve_step(A, free, laws, stuck, force, kept):  # type: ignore[no-untyped-de
     return UNENDED
 
 
-@with_arrays
+@inner
 def _add_closing(gap, laws, rate_gain, inside):  # type: ignore[no-untyped-def]
     """Mark the channels with a law that would penetrate; True if there are new ones."""
     found = False
@@ -152,15 +152,15 @@ def _solve_members(A, free, laws, members, stuck, force, kept):  # type: ignore[
         if rub[k] >= 0:
             at[end], at[end + 1], tangent[k] = m + 2 * rub[k], m + 2 * rub[k] + 1, end
             end += 2
-    inner, moved, x = np.empty((end, end)), np.empty(end), np.empty(end)
+    own, moved, x = np.empty((end, end)), np.empty(end), np.empty(end)
     for k in range(end):
         moved[k] = free.gap[at[k]] if k < n else free.slip[at[k] - m] / free.slip_gain
         x[k] = force[at[k]]
         for j in range(end):
-            inner[k, j] = A[at[k], at[j]]
+            own[k, j] = A[at[k], at[j]]
     law = _pieces(laws, members, free)
-    c, holds = _rubbing(inner, moved, law, tangent, free.slip_gain / free.step, laws, rub, stuck)
-    code = solve_frictionless(inner, moved, law, x) if end == n else solve_rubbing(c, holds, x, kept)
+    c, holds = _rubbing(own, moved, law, tangent, free.slip_gain / free.step, laws, rub, stuck)
+    code = solve_frictionless(own, moved, law, x) if end == n else solve_rubbing(c, holds, x, kept)
     fill(stuck, True)
     for k in range(n):
         if rub[k] >= 0:
