@@ -40,12 +40,16 @@ def integrate_twice(
     return np.fft.irfft(-A / omega**2, n), np.fft.irfft(A / (1j * omega), n), np.fft.irfft(A, n)
 
 
-def wrapped_share(acceleration: FloatArray, step: float, high_pass: float) -> float:
+def wrapped_share(acceleration: FloatArray, step: float, high_pass: float, displacement: FloatArray) -> float:
     """How far off displacements (`integrate_twice`) are in the middle half of a record whose ends do not meet.
 
     The root mean square of what becomes of them where the record goes on as its mirror image, and dies out in
     `MIRRORED` / high_pass, over that of the displacements: within a factor of two or three what cuts of long tones and
     road noise were off by. 0 where the record goes round with no more of a kink than it has inside (`KINK`).
+
+    Parameters
+    ----------
+    displacement : (n,) that `integrate_twice` makes of it.
     """
     n, beyond = acceleration.size, min(acceleration.size - 1, int(MIRRORED / (high_pass * step)))
     around = np.concatenate([acceleration[-2:], acceleration, acceleration[:2]])
@@ -57,7 +61,7 @@ def wrapped_share(acceleration: FloatArray, step: float, high_pass: float) -> fl
     before, after = acceleration[beyond:0:-1], acceleration[-2 : -beyond - 2 : -1]
     longer = np.concatenate([rise * before, acceleration, rise[::-1] * after])
     middle = slice(n // 4, n - n // 4)
-    wrapped = integrate_twice(acceleration, step, high_pass)[0][middle]
+    wrapped = displacement[middle]
     mirrored = integrate_twice(longer, step, high_pass)[0][beyond : beyond + n][middle]
     size = float(np.linalg.norm(wrapped))
     return float(np.linalg.norm(wrapped - mirrored)) / size if size > 0.0 else 0.0

@@ -14,7 +14,7 @@ from creak.errors import InputError
 from creak.given import check_fields, finite, number, of_kind, positive, row_of, whole
 from creak.signals.between_samples import between_samples
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
-from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.omega_arithmetic import integrate_twice, wrapped_share
 from creak.signals.smooth_table import smooth_table
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
 
@@ -132,6 +132,16 @@ class Record:
     def step(self) -> float:
         """s, of the whole record: single times are rounded."""
         return float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+
+    @cached_property
+    def integrals(self) -> FloatArray:
+        """(3, n) displacement, velocity and acceleration at its samples."""
+        return np.stack(integrate_twice(self.value, self.step, self.high_pass))
+
+    @cached_property
+    def wrapped(self) -> float:
+        """How far off the displacement is, `wrapped_share`."""
+        return wrapped_share(self.value, self.step, self.high_pass, self.integrals[0])
 
 
 A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"
@@ -270,8 +280,7 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
 def _record_motion(record: Record, t: FloatArray) -> Motion:
     """Faded in from the record's beginning, or from t = 0 where that is later; faded out at its end where t goes on."""
     first, last, step = float(record.time[0]), float(record.time[-1]), record.step
-    integrals = np.stack(integrate_twice(record.value, step, record.high_pass))
-    motion = Motion(*between_samples(integrals, (t - first) / step))
+    motion = Motion(*between_samples(record.integrals, (t - first) / step))
     motion = faded_in(motion, t - max(first, 0.0), 1.0 / record.high_pass)
     if not (t > last + 1.001 * step).any():  # the last sample stands for a step
         return motion

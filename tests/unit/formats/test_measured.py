@@ -78,7 +78,8 @@ def course(path, values, unit="NONE", direction=3, title="NONE", head="", kind=1
 def test_a_sine_of_10_hz_has_10_hz_in_whatever_unit_its_times_are(tmp_path, unit):
     values = np.sin(2 * np.pi * 10.0 * 1e-3 * np.arange(1000))
     course(tmp_path / "road.unv", values, unit)
-    time, found = read_signal(tmp_path / "road.unv", None, "study")
+    read = read_signal(tmp_path / "road.unv", None, "study")
+    time, found = read.time, read.value
     assert time[0] == pytest.approx(0.25, rel=1e-5)
     assert found == pytest.approx(np.sin(2 * np.pi * 10.0 * (time - time[0])), abs=1e-3)
     (channel,) = record_channels(tmp_path / "road.unv")
@@ -98,7 +99,7 @@ def test_times_in_an_unknown_unit_are_refused(tmp_path):
 def test_drive_and_test_have_what_lies_along_the_positive_axis(tmp_path, title, sign):
     values = np.sin(np.arange(50.0))
     course(tmp_path / "road.unv", sign * values, direction=3 * sign, title=title)
-    drive = read_signal(tmp_path / "road.unv", None, "study")[1]
+    drive = read_signal(tmp_path / "road.unv", None, "study").value
     (test,) = record_channels(tmp_path / "road.unv")
     assert test.name == "17 Z"
     for found in (drive, test.values, chosen_channel(tmp_path / "road.unv", 1, "study").values):
@@ -198,5 +199,6 @@ def test_a_column_that_is_not_there(tmp_path):
         read_signal(path, "read", "study")
     with pytest.raises(InputError, match=r"road.csv:4"):
         read_signal(path, "rear", "study")
-    time, value = read_signal(path, "front", "study")
+    read = read_signal(path, "front", "study")
+    time, value = read.time, read.value
     assert (time.tolist(), value.tolist()) == ([0.0, 1.0, 2.0], [1.0, 1.0, 1.0])

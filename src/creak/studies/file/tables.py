@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import codecs
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +18,10 @@ from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
 from creak.model.magnitude import LARGEST, computable
 
-HEAD = 1 << 16
-"""Bytes in which the first line of a table ends."""
+POINTS = "Write decimals with a point, or semicolons between the cells, and leave out further columns."
+FIRST = "Put it into the first line, with commas, semicolons or tabs between the names, and nothing before it."
+KEPT = 16
+"""Signals in memory that were read last."""
 
 
 def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value")) -> tuple[FloatArray, FloatArray]:
@@ -31,7 +35,12 @@ def read_table(path: Path, where: str, header: tuple[str, str] = ("time", "value
 
 
 def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatArray, FloatArray]:
-    values = np.array([row_numbers(path, i, row, header) for i, row in rows]).reshape(-1, 2)
+    try:
+        values = np.array([row for _, row in rows]).astype(np.float64)
+    except ValueError:  # uneven rows, decimals after a comma, or no numbers
+        values = np.zeros(0)
+    if values.shape != (len(rows), 2) or not (np.abs(values) <= LARGEST).all():
+        values = np.array([row_numbers(path, i, row, header) for i, row in rows]).reshape(-1, 2)
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
@@ -41,8 +50,23 @@ def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatA
     return values[:, 0], values[:, 1]
 
 
-def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray, FloatArray]:
-    """Time and values, each (n,), of a course in time: a CSV file, RPC III or a universal file.
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A course in time as its file has it; the same one for all who ask."""
+
+    time: FloatArray
+    """(n,) s"""
+    value: FloatArray
+    """(n,)"""
+    unit: str
+    """Empty where the file tells none."""
+
+    def __post_init__(self) -> None:
+        self.time.flags.writeable = self.value.flags.writeable = False
+
+
+def read_signal(path: Path, channel: str | None, where: str) -> Samples:
+    """A course in time of a CSV file, RPC III or a universal file; read once as long as the file stays as it is.
 
     Parameters
     ----------
@@ -53,16 +77,31 @@ def read_signal(path: Path, channel: str | None, where: str) -> tuple[FloatArray
     ------
     InputError : no such file or channel; cut short; a value that is no finite number; times that do not increase.
     """
+    return _read_signal(path, channel, where, _stamp(path))
+
+
+@lru_cache(maxsize=KEPT)
+def _read_signal(path: Path, channel: str | None, where: str, stamp: tuple[int, int] | None) -> Samples:
     if is_measured(path):
         found = chosen_channel(path, _name_or_number(channel), where)
         if not np.isfinite(found.values).all() or np.abs(found.values).max(initial=0.0) > LARGEST:
             raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
-        return found.time, found.values
+        return Samples(found.time, found.values, found.unit)
     lines = read_lines(path, where, "table")
     header, rows = header_of(lines, path)
+    column = channel or _only_column(path, lines)
     if channel is None and header[:2] == ["time", "value"]:
-        return _increasing(path, rows, ("time", "value"))
-    return table_column(path, header, rows, channel or _only_column(path, lines))
+        return Samples(*_increasing(path, rows, ("time", "value")), "")
+    return Samples(*table_column(path, header, rows, column), name_and_unit(column)[1])
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    """What changes when a file is written: when that was, in ns, and its bytes; None: there is no such file."""
+    try:
+        found = path.stat()
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size
 
 
 def _only_column(path: Path, lines: Sequence[str]) -> str:
@@ -73,17 +112,17 @@ def _only_column(path: Path, lines: Sequence[str]) -> str:
     InputError : there are several, or no heads.
     """
     first = next((line for line in lines if line.strip()), "")
-    written = [cell.strip() for _, row in csv_rows([first], path, separator_of(first)) for cell in row]
+    written = [cell.strip() for _, row in csv_rows([first.rstrip(" ,;")], path, separator_of(first)) for cell in row]
     if [cell.lower() for cell in written[:2]] == ["time", "value"]:
         return "value"
-    named = [cell for cell in written[1:] if cell and not np.isfinite(number(cell))]
+    named = [cell for cell in written[1:] if cell and not np.isfinite(number(cell)) and cell.lower() != "time"]
     if len(written) == 2 and named:
         return written[1]
     raise InputError(
         f"the table starts with {','.join(written) or 'nothing'}",
         where=f"{path}:1",
         expected="the header time,value, or times and one column with a name",
-        fix=f"Name the column in the study: channel = {named[0]!r}." if named else "Put it into the first line.",
+        fix=f"Name the column in the study: channel = {named[0]!r}." if named else FIRST,
     )
 
 
@@ -103,17 +142,17 @@ def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tup
             f"the table has no column {channel!r}", where=f"{path}:1", fix=suggest(channel.lower(), header[1:])
         )
     k = header.index(channel.lower(), 1)
+    for i, row in rows:
+        if any(cell.strip() for cell in row[len(header) :]):
+            raise InputError(
+                f"the row {','.join(row)!r} has {len(row)} values",
+                where=f"{path}:{i}",
+                expected=f"{len(header)}, as the head has names: {','.join(header)}",
+                fix=POINTS,
+            )
     narrow = [(i, [row[0], row[k]] if k < len(row) else [row[0]]) for i, row in rows]
     time, values = _increasing(path, narrow, (header[0], channel))
     return head_of_axis(path, header[0], SECONDS, "the times")[1] * time, values
-
-
-def signal_unit(path: Path, channel: str | None, where: str) -> str:
-    """The unit that a file tells of a course in time; empty where it tells none. Parameters and errors as
-    `read_signal`; of a CSV file the head of the column tells it."""
-    if is_measured(path):
-        return chosen_channel(path, _name_or_number(channel), where).unit
-    return name_and_unit(channel or _only_column(path, read_lines(path, where, "table", HEAD)))[1]
 
 
 def head_of_axis(path: Path, head: str, table: Mapping[str, float], what: str) -> tuple[str, float]:
@@ -171,23 +210,18 @@ def header_of(lines: Sequence[str], path: Path) -> tuple[list[str], Rows]:
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
 
 
-def read_lines(path: Path, where: str, kind: str, most: int = -1) -> list[str]:
+def read_lines(path: Path, where: str, kind: str) -> list[str]:
     """Lines of a text file: UTF-8, UTF-16 where it starts with the mark of that, else Latin-1.
-
-    Parameters
-    ----------
-    most : bytes that are read, whose last line may be cut; -1: all.
 
     Raises
     ------
     InputError : no such file, or unreadable.
     """
     try:
-        with plain_file(path, where).open("rb") as file:
-            data = file.read(most)
+        data = plain_file(path, where).read_bytes()
         encoding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
         try:
-            return codecs.getincrementaldecoder(encoding)().decode(data, final=most < 0).splitlines()
+            return data.decode(encoding).splitlines()
         except UnicodeDecodeError:
             return data.decode("latin-1").splitlines()
     except FileNotFoundError as error:
@@ -211,13 +245,15 @@ def row_numbers(path: Path, line: int, row: list[str], header: Sequence[str]) ->
             f"the row {','.join(row)!r} has {len(row)} values",
             where=f"{path}:{line}",
             expected=f"{words}: {names}",
-            fix="Write decimals with a point, or semicolons between the cells, and leave out further columns.",
+            fix=POINTS,
         )
     if len(numbers) != count or not np.isfinite(numbers).all():
         raise InputError(
             f"got {','.join(row)!r}",
             where=f"{path}:{line}",
             expected=f"{words} finite numbers: {names}",
-            fix="Repair the row.",
+            fix="Repair the row."
+            if np.isfinite(numbers).any()
+            else "Drop the row: units stand in the head, as in acc [m/s2].",
         )
     return numbers

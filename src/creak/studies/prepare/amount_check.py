@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.model.constraints import held_labels
 from creak.model.dofs import dofs_of
 from creak.model.mesh import Model
+from creak.model.units import GRAVITY
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.signals.course import PeriodicTable, RecordTable, SineTable, TableTable
@@ -24,6 +25,8 @@ WIDE = 0.1
 """Share of the model's size above which a clearance can hardly be meant; above all of it none is."""
 ROUGH = 1e-6
 """m: clearances below this are less than the roughness of surfaces."""
+NOTHING = 1e-9
+"""m/s^2: what is left of a record that stands still."""
 WEAK, HARD = 0.02, 1e4
 """m/s^2: peaks of 2 mg and 1000 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
 
@@ -71,10 +74,12 @@ def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
         if t.dof not in ("x", "y", "z") or not (t.signal.stated or isinstance(t.signal, RecordTable | TableTable)):
             continue
         peak = system.length * _peak(t, loads.support[2, :, j])
-        if peak > HARD or (t.values_of == "acceleration" and 0.0 < peak < WEAK):
+        if peak > HARD or (t.values_of == "acceleration" and NOTHING < peak < WEAK):
+            in_g = f" A record in g takes factor = {GRAVITY / system.length:.6g}" * isinstance(t.signal, RecordTable)
             found.append(
                 f"[excitation.{name}] accelerates by {'up to' if peak > HARD else 'no more than'} {peak:.2g} m/s2: are "
                 f"its amounts in {system.words[0]} and s, as [model] units = {driving.units!r} says?"
+                f"{in_g * (peak < WEAK)}"
             )
     return [Warned(text) for text in found]
 

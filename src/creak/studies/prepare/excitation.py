@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
@@ -31,7 +30,7 @@ from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.signals.course import RecordTable, TableTable, columns
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
-from creak.studies.file.tables import read_header, read_signal, read_table
+from creak.studies.file.tables import KEPT, Samples, read_header, read_signal, read_table
 from creak.studies.prepare.spread import resolved
 from creak.studies.solved import solved
 
@@ -297,19 +296,30 @@ def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Sign
     assert isinstance(s, TableTable | RecordTable)
     assert s.file is not None
     where = driving.places.where("excitation", name, "signal")
-    time, value = read_signal(driving.places.sibling(s.file), s.channel, where)
-    value = s.factor * value
+    path = driving.places.sibling(s.file)
+    read = read_signal(path, s.channel, where)
     if not isinstance(s, RecordTable):
-        return sources.Table(time, value, s.rounding)
-    if time.size < 2:
-        raise InputError(f"{s.file}: a record of {time.size} sample(s)", where=where, expected="two or more")
-    step = even_step(time)
+        return sources.Table(read.time, s.factor * read.value, s.rounding)
+    if read.time.size < 2:
+        raise InputError(f"{s.file}: a record of {read.time.size} sample(s)", where=where, expected="two or more")
+    step = even_step(read.time)
     if step is None:
-        raise _uneven(driving.places.sibling(s.file), time, where)
+        raise _uneven(path, read.time, where)
     nyquist = 0.5 / step
-    if s.high_pass >= nyquist or math.isclose(s.high_pass, 0.0):
-        raise InputError(f"high_pass = {s.high_pass} Hz", where=where, expected=f"below {nyquist:.6g} Hz")
-    return sources.Record(time, value, s.high_pass)
+    if s.high_pass >= nyquist:
+        raise InputError(
+            f"high_pass = {s.high_pass:g} Hz",
+            where=where,
+            expected=f"below {nyquist:.6g} Hz, which samples {step:.6g} s apart can hold",
+            fix=f"Are the times of {s.file} in s? The head time [ms] of their column tells another unit.",
+        )
+    return _record(read, s.factor, s.high_pass)
+
+
+@lru_cache(maxsize=KEPT)
+def _record(read: Samples, factor: float, high_pass: float) -> sources.Record:
+    """The record, whose integrals are made once."""
+    return sources.Record(read.time, factor * read.value, high_pass)
 
 
 def _uneven(path: Path, time: FloatArray, where: str) -> InputError:

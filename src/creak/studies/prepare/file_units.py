@@ -9,7 +9,7 @@ from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
 from creak.formats.measured.unit_words import MOMENTS, MOTIONS, NEWTONS, PASCALS, PER_SECOND, SAME, TURNS, plain_unit
 from creak.studies.file.case import Driving
 from creak.studies.file.signals.course import RecordTable, TableTable
-from creak.studies.file.tables import signal_unit
+from creak.studies.file.tables import read_signal
 from creak.studies.prepare.unit_check import SYSTEMS, UnitSystem
 from creak.studies.warned import Warned
 
@@ -38,7 +38,7 @@ def _file_unit(driving: Driving, name: str) -> Iterator[str]:
     if not isinstance(s, RecordTable | TableTable) or s.file is None:
         return
     where = driving.places.where("excitation", name, "signal")
-    unit = signal_unit(driving.places.sibling(s.file), s.channel, where)
+    unit = read_signal(driving.places.sibling(s.file), s.channel, where).unit
     if not (word := plain_unit(unit)):
         return
     what, label, sizes = _counted(t.values_of, t.dof.startswith("r"), SYSTEMS[driving.units])

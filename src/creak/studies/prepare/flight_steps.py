@@ -118,7 +118,8 @@ def _wanted(driving: Driving) -> dict[str, Wanted]:
             found[name] = _between_points(*columns(signal.values))
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:
             path, where = driving.places.sibling(signal.file), driving.places.where("excitation", name, "signal")
-            found[name] = _between_points(*read_signal(path, signal.channel, where))
+            read = read_signal(path, signal.channel, where)
+            found[name] = _between_points(read.time, read.value)
     return found
 
 

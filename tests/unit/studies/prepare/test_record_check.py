@@ -7,7 +7,11 @@ import re
 import numpy as np
 import pytest
 
-from creak.signals.omega_arithmetic import integrate_twice, wrapped_share
+from creak.errors import InputError
+from creak.signals import sources
+from creak.signals.faults import cut_off, dropouts, reaches_top, spikes
+from creak.signals.sources import Record
+from creak.studies.file import tables
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from helpers_decks import STUDY, write_strips
@@ -28,8 +32,9 @@ def test_how_far_off_displacements_are_is_told(n):
     """Two seconds are a whole period of all lines; of other lengths the figure is right within a factor of three."""
     a, u = tones(n)
     middle = slice(n // 4, n - n // 4)
-    off = np.linalg.norm((integrate_twice(a, STEP, HIGH_PASS)[0] - u)[middle]) / np.linalg.norm(u[middle])
-    told = wrapped_share(a, STEP, HIGH_PASS)
+    record = Record(STEP * np.arange(n), a, HIGH_PASS)
+    off = np.linalg.norm((record.integrals[0] - u)[middle]) / np.linalg.norm(u[middle])
+    told = record.wrapped
     if n == 2000:
         assert told == 0.0
         assert off < 1e-9
@@ -49,11 +54,88 @@ def test_how_far_off_displacements_are_is_told(n):
 )
 def test_records_that_do_not_fit_the_run_are_told(tmp_path, begin, count, said):
     a, _ = tones(count)
-    rows = np.stack([begin + STEP * np.arange(count), a], axis=1)
+    told = told_of(tmp_path, begin + STEP * np.arange(count), a)
+    assert len(told) == bool(said)
+    assert all(words in told[0] for words in said)
+
+
+def told_of(tmp_path, time, a):
+    """What a study whose record this is says of it."""
+    rows = np.stack([time, a], axis=1)
     np.savetxt(tmp_path / "road.csv", rows, delimiter=",", header="time,acc", comments="", fmt="%.9g")
     record = 'signal = { type = "record", file = "road.csv", channel = "acc", high_pass = 8 }'
     study = re.sub(r"signal = .*", record, STUDY).replace('"displacement"', '"acceleration"')
     study = study.replace("step = 5e-4\nperiods = 2", "end = 1.9")
-    told = [note for note in set_up(read_study(write_strips(tmp_path, study=study))).notes if "record" in note]
+    return [note for note in set_up(read_study(write_strips(tmp_path, study=study))).notes if "record" in note]
+
+
+def changed(a, where, by):
+    a = a.copy()
+    a[where] = by
+    return a
+
+
+@pytest.mark.parametrize(
+    ("wrong", "said"),
+    [
+        (lambda a: changed(a, slice(900, 930), 0.0), "stands still once, at 0 from 0.9 to 0.929 s, and jumps there"),
+        (lambda a: changed(a, slice(900, 1100), a[900]), "from 0.9 to 1.099 s, and jumps there"),
+        (lambda a: np.clip(a, -6000.0, 9000.0), "times, longest at -6000 from"),
+        (lambda a: changed(a, [700, 1400], 1e6), "has 2 samples far beyond all others, the first 1e+06 at 0.7 s"),
+        (
+            lambda a: np.random.default_rng(1).normal(0.0 * a, 4000.0),
+            "reaches up to the 500 Hz that samples 0.001 s apart can hold",
+        ),
+        (lambda a: a / 9806.65, "A record in g takes factor = 9806.65"),
+        (lambda a: 0.0 * a + 9810.0, "moves nothing: it is 9810 throughout"),
+        (lambda a: a + 9810.0, ""),
+        (lambda a: 1000.0 * np.round(a / 1000.0), ""),
+        (lambda a: a * np.exp(-((np.arange(2000) - 1000.0) ** 2) / 1e5), ""),
+    ],
+)
+def test_samples_that_no_road_made_are_told(tmp_path, wrong, said):
+    a = wrong(tones(2000)[0])
+    told = told_of(tmp_path, STEP * np.arange(2000), a)
     assert len(told) == bool(said)
-    assert all(words in told[0] for words in said)
+    assert all(said in text for text in told)
+
+
+def test_pulses_with_pauses_and_coarse_tones_are_not_told_as_faults():
+    """Half-sine pulses rest at their lowest value, and rounded tones stand at their peaks: both are as they were made."""
+    i = np.arange(4000)
+    pulses = np.where(i % 1000 < 20, np.sin(np.pi * (i % 1000) / 20.0), 0.0)
+    for x in (pulses, 5.0 * np.round(20.0 * np.sin(2.0 * np.pi * 5.0 * STEP * i))):
+        assert not any(found(x).size for found in (dropouts, cut_off, spikes))
+        assert not reaches_top(x)
+
+
+def test_records_are_read_and_integrated_once_as_long_as_their_files_stay(tmp_path, monkeypatch):
+    """Steps, loads and checks ask for them, and so does each case of a sweep."""
+    read, integrated = [], []
+    lines, integrals = tables.read_lines, sources.integrate_twice
+    monkeypatch.setattr(tables, "read_lines", lambda *at: read.append(at) or lines(*at))
+    monkeypatch.setattr(sources, "integrate_twice", lambda *of: integrated.append(of) or integrals(*of))
+    t = STEP * np.arange(2000)
+    for _ in range(2):
+        told_of(tmp_path, t, tones(2000)[0])
+        set_up(read_study(tmp_path / "study.toml"))
+    assert len(integrated) == len(read) == 2
+
+
+@pytest.mark.parametrize(
+    ("head", "row", "said"),
+    [
+        ("time,acc", "0,001,3,2", "4 values; expected 2, as the head has names: time,acc. Write decimals with a point"),
+        ("time,acc", "s,mm/s2", "Drop the row: units stand in the head, as in acc [m/s2]."),
+        ("time acc", "0 1", "with commas, semicolons or tabs between the names, and nothing before it."),
+        ("time;acc;", "0,5;1,5;", ""),
+    ],
+)
+def test_tables_as_loggers_write_them_are_read_or_refused_with_what_to_do(tmp_path, head, row, said):
+    path = tmp_path / "road.csv"
+    path.write_text("\n".join([head, row, row.replace("0", "1", 1), ""]))
+    if not said:
+        assert tables.read_signal(path, None, "").value.tolist() == [1.5, 1.5]
+        return
+    with pytest.raises(InputError, match=re.escape(said)):
+        tables.read_signal(path, None, "")

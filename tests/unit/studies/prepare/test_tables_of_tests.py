@@ -39,7 +39,8 @@ def test_the_separator_is_that_of_the_head(tmp_path, separator, comma):
     for channel, values in ((motion, MOTION), (gap, GAP)):
         assert channel.time == pytest.approx(TIME, abs=1e-12)
         assert channel.values == pytest.approx(values, rel=1e-9, abs=1e-9)
-    time, values = read_signal(path, "1 Z [mm]", "")
+    read = read_signal(path, "1 Z [mm]", "")
+    time, values = read.time, read.value
     assert time == pytest.approx(TIME)
     assert values == pytest.approx(MOTION, abs=1e-9)
 
