@@ -215,11 +215,14 @@ def read_lines(path: Path, where: str, kind: str) -> list[str]:
 
     Raises
     ------
-    InputError : no such file, or unreadable.
+    InputError : no such file, unreadable, or no text.
     """
     try:
         data = plain_file(path, where).read_bytes()
-        encoding = "utf-16" if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)) else "utf-8-sig"
+        marked = data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
+        if b"\0" in data and not marked:
+            raise InputError(f"{path} is no text", where=where, expected=f"a {kind} in CSV", fix="Export it as CSV.")
+        encoding = "utf-16" if marked else "utf-8-sig"
         try:
             return data.decode(encoding).splitlines()
         except UnicodeDecodeError:

@@ -139,3 +139,9 @@ def test_tables_as_loggers_write_them_are_read_or_refused_with_what_to_do(tmp_pa
         return
     with pytest.raises(InputError, match=re.escape(said)):
         tables.read_signal(path, None, "")
+
+
+def test_a_record_of_another_kind_of_file_is_no_text(tmp_path):
+    (tmp_path / "road.wav").write_bytes(b"RIFF\x00\x10WAVEfmt ")
+    with pytest.raises(InputError, match=r"is no text; expected a table in CSV\. Export it as CSV"):
+        tables.read_signal(tmp_path / "road.wav", None, "")
