@@ -24,10 +24,31 @@ def number(value: Any, name: str) -> float:
     ------
     InputError : it is none, or several.
     """
-    found = np.asarray(value)
+    found = array_of(value)
     if found.shape != () or found.dtype.kind not in "iuf":
-        raise InputError(f"{name} = {value!r}", expected="a number")
+        raise InputError(f"{name} = {shortened(repr(value))}", expected="a number")
     return float(found)
+
+
+def array_of(value: Any) -> NDArray[Any]:
+    """`np.asarray`; objects where that makes nothing: rows of unequal length."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        return np.asarray(value, dtype=np.object_)
+
+
+def not_negative(value: Any, name: str, expected: str = "zero or more") -> float:
+    """A number of zero or more, infinity too.
+
+    Raises
+    ------
+    InputError : it is none.
+    """
+    found = number(value, name)
+    if not found >= 0.0:
+        raise InputError(f"{name} = {found:g}", expected=expected)
+    return found
 
 
 def positive(value: Any, name: str) -> float:
@@ -71,8 +92,8 @@ def table_of(value: Any, name: str) -> NDArray[np.float64]:
     raise InputError(f"{name} = {shortened(repr(value))}", expected="a number or more")
 
 
-def row_of(value: Any, name: str) -> NDArray[np.float64]:
-    """(n,) finite numbers.
+def row_of(value: Any, name: str, least: int = 0) -> NDArray[np.float64]:
+    """(n,) finite numbers, so many or more.
 
     Raises
     ------
@@ -80,10 +101,40 @@ def row_of(value: Any, name: str) -> NDArray[np.float64]:
     """
     found = table_of(value, name)
     odd = found[~np.isfinite(found)]
-    if found.ndim != 1 or odd.size:
+    if found.ndim != 1 or odd.size or found.size < least:
         what = f"holds {odd[0]}" if odd.size else f"is of shape {found.shape}"
-        raise InputError(f"{name} {what}", expected="a row of finite numbers")
+        raise InputError(f"{name} {what}", expected=f"a row of {f'{least} or more ' * (least > 0)}finite numbers")
     return found
+
+
+def spectra_of(value: Any, name: str, shape: tuple[int, ...] | None = None) -> NDArray[Any]:
+    """Finite numbers, real or complex, of a shape where one is given.
+
+    Raises
+    ------
+    InputError : it is something else.
+    """
+    found = array_of(value)
+    if found.dtype.kind not in "iufc" or not np.isfinite(found).all():
+        raise InputError(f"{name} = {shortened(repr(value))}", expected="finite numbers")
+    if shape is not None and found.shape != shape:
+        raise InputError(f"{name} is of shape {found.shape}", expected=f"{shape}, as the other")
+    return found
+
+
+def indices_of(value: Any, name: str, count: int) -> NDArray[np.int64]:
+    """(n,) numbers of things from 0 to below `count`.
+
+    Raises
+    ------
+    InputError : they are none, or beyond.
+    """
+    found = array_of(value)
+    if found.ndim != 1 or (found.size and found.dtype.kind not in "iu"):
+        raise InputError(f"{name} = {shortened(repr(value))}", expected="a row of whole numbers")
+    if found.size and not 0 <= found.min() <= found.max() < count:
+        raise InputError(f"{name} from {found.min()} to {found.max()}", expected=f"0 to {count - 1}")
+    return found.astype(np.int64)
 
 
 def check_fields(record: object, rules: Mapping[str, Callable[[Any, str], object]]) -> None:
@@ -135,9 +186,14 @@ def texts(value: Any, name: str) -> tuple[str, ...]:
     ------
     InputError : it is one text, or nothing of the kind.
     """
-    if isinstance(value, str) or not isinstance(value, Iterable):
-        raise InputError(f"{name} = {value!r}", expected="a list of texts", fix=f"Write {name}=[{str(value)!r}].")
-    return tuple(value)
+    found = (None,) if isinstance(value, str | Mapping) or not isinstance(value, Iterable) else tuple(value)
+    if not all(isinstance(one, str) for one in found):
+        raise InputError(
+            f"{name} = {shortened(repr(value))}",
+            expected="a list of texts",
+            fix=f"Write {name}=[{value!r}]." if isinstance(value, str) else "",
+        )
+    return found
 
 
 def pairs_of(value: Any, name: str, pair: str) -> list[Any]:
@@ -147,13 +203,27 @@ def pairs_of(value: Any, name: str, pair: str) -> list[Any]:
     ------
     InputError : it is something else.
     """
-    found = [] if isinstance(value, Mapping) or not isinstance(value, Iterable) else list(value)
-    if (not found and value) or any(not isinstance(one, list | tuple) or len(one) != 2 for one in found):
+    found = [None] if isinstance(value, Mapping) or not isinstance(value, Iterable) else list(value)
+    if any(not isinstance(one, list | tuple) or len(one) != 2 for one in found):
         raise InputError(f"{name} = {shortened(repr(value))}", expected=f"a list of pairs: [{pair}, ...]")
     return found
 
 
 def one_of(value: Any, known: Sequence[Any], name: str) -> None:
     """Raise InputError for what is none of the known values."""
-    if value not in known:
-        raise InputError(f"{name} = {value!r}", expected=" or ".join(map(repr, known)))
+    if getattr(value, "ndim", 0) or value not in known:
+        raise InputError(f"{name} = {shortened(repr(value))}", expected=" or ".join(map(repr, known)))
+
+
+def items_of(value: Any, kind: type, name: str, expected: str) -> list[Any]:
+    """Things of one kind in a list.
+
+    Raises
+    ------
+    InputError : it is something else.
+    """
+    of_kind(value, Iterable, name, expected)
+    found = list(value)
+    for one in found:
+        of_kind(one, kind, f"one of {name}", expected)
+    return found

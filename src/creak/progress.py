@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from threading import Lock
 
+from creak.errors import InputError
+
 Progress = Callable[[str, int, int], None]
 """What is being done, how many steps are done, how many there are."""
 Steps = Callable[[int, int], None]
@@ -19,6 +21,22 @@ class Sentence(str):
 
 def silent(*_: object) -> None:
     """No progress."""
+
+
+def told_to(progress: Callable[..., None] | None, of: str = "(stage, done, total)") -> Callable[..., None]:
+    """What a program gave to be told of progress; None: nobody is.
+
+    Parameters
+    ----------
+    of : what it is called with.
+
+    Raises
+    ------
+    InputError : it cannot be called.
+    """
+    if progress is not None and not callable(progress):
+        raise InputError(f"progress is of type {type(progress).__name__}", expected=f"a function of {of}, or None")
+    return silent if progress is None else progress
 
 
 class Shared:

@@ -19,7 +19,8 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.scheme import Scheme
 from creak.errors import InputError
-from creak.progress import silent
+from creak.given import table_of
+from creak.progress import told_to
 from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
@@ -203,7 +204,7 @@ def make_bench(
     InputError : anything wrong in the study or the deck, or no channel at `at`. NumericalError : the modes could not
         be found.
     """
-    report = progress if progress is not None else silent
+    report = told_to(progress)
     setup = set_up(study, ignore)
     positions = None if at is None else _positions(at)
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
@@ -221,7 +222,7 @@ def make_bench(
 
 
 def _positions(at: ArrayLike) -> FloatArray:
-    found = np.asarray(at, dtype=np.float64)
+    found = table_of(at, "at")
     if found.ndim != 2 or found.shape[1] != 3 or not np.isfinite(found).all():
         raise InputError(f"at has shape {found.shape}", expected="(k, 3) finite coordinates")
     return found

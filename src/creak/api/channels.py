@@ -14,7 +14,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.contact.laws.parameters import Friction
 from creak.errors import InputError, shortened
-from creak.given import number, of_kind, table_of, texts
+from creak.given import array_of, number, of_kind, table_of, texts
 from creak.model.dofs import nodes_of
 
 TANGENTS = "a list of one or two: tangents=[T]"
@@ -60,10 +60,10 @@ def gap_channels(
         tangents that are no list.
     """
     of_kind(tangents, (Sequence, np.ndarray, sp.sparray, sp.spmatrix), "tangents", TANGENTS)
-    n = np.shape(G)[-1] if np.ndim(G) else 0
+    n = G.shape[-1] if sp.issparse(G) else (0, *array_of(G).shape)[-1]
     if not n:
         raise InputError(f"G = {shortened(repr(G))}", expected="a matrix with a row for each channel")
-    own = np.arange(n, dtype=np.int64) if labels is None else np.asarray(labels)
+    own = np.arange(n, dtype=np.int64) if labels is None else array_of(labels)
     if own.shape != (n,) or not np.issubdtype(own.dtype, np.integer) or np.unique(own).size != n or own.min() < 0:
         raise InputError(f"labels of shape {own.shape}, {own.dtype}", expected=f"({n},) integers, each once")
     A = rows_over(G, own, "G")
@@ -153,7 +153,7 @@ def _nodes(A: Any, labels: IntArray) -> IntArray:
 
 
 def _friction(friction: Any, m: int, tangents: bool) -> Friction | None:
-    told = [friction] * 2 if np.ndim(friction) == 0 else list(friction)
+    told = list(friction) if array_of(friction).ndim else [friction] * 2
     if len(told) not in (2, 3):
         raise InputError(
             f"friction of {len(told)} numbers", expected="one, (static, kinetic) or (static, kinetic, decay speed)"

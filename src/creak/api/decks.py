@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from creak.given import number, path_of, texts
+from creak.given import finite, number, of_kind, path_of, texts, whole
 
 if TYPE_CHECKING:
     from creak.model.mesh import Model
@@ -160,4 +160,7 @@ def write_door(
     """
     from creak_thesis.door import writer
 
-    return writer.write_door(number(mesh_size, "mesh_size"), path_of(folder, "folder"), coarsen, load, hook_play)
+    of_kind(load, str, "load", "a text: A1 to A4")
+    play = None if hook_play is None else finite(hook_play, "hook_play")
+    size, merged = number(mesh_size, "mesh_size"), whole(coarsen, "coarsen", 1, 3)
+    return writer.write_door(size, path_of(folder, "folder"), merged, load, play)

@@ -32,6 +32,7 @@ def write_json(path: str | Path, data: Mapping[str, Any]) -> None:
     ------
     InputError : `data` is no JSON, or `path` names something that cannot be written. WriteError : the disk fails.
     """
+    of_kind(data, Mapping, "data", "a mapping, as a summary is one")
     try:
         text = sealed_text(data, allow_nan=True)
     except TypeError as error:

@@ -16,7 +16,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.assembly.system import Rows, System, no_supports, to_dense
 from creak.errors import InputError
-from creak.given import number, of_kind, pairs_of, positive, table_of, whole
+from creak.given import array_of, number, of_kind, pairs_of, positive, table_of, whole
 from creak.linalg import modes as linalg_modes
 from creak.linalg.factor import regular_factor
 from creak.linalg.modes import Modes
@@ -159,8 +159,9 @@ def couple(
         )
     known = np.unique(np.concatenate([s.labels for s in systems]))
     held = known_labels(fixed, known, "fixed")
-    of_kind(driven or {}, Mapping, "driven", 'a mapping, as {"base": [6]}')
-    ends = {str(name): known_labels(x, known, f"driven {name!r}") for name, x in (driven or {}).items()}
+    driven = {} if driven is None else driven
+    of_kind(driven, Mapping, "driven", 'a mapping, as {"base": [6]}')
+    ends = {str(name): known_labels(x, known, f"driven {name!r}") for name, x in driven.items()}
     numbers = _Numbered(known)
     rows = [_equation(x, c, known, numbers) for x, c in pairs_of(equations, "equations", "(labels, coefficients)")]
     model = Model(
@@ -211,6 +212,8 @@ def _real(A: Any, name: str) -> Matrix:
     """A as CSR matrix of floats: nothing is dropped."""
     try:
         A = A if sp.issparse(A) else to_dense(A)
+        if A.dtype.kind == "O":
+            raise TypeError("it holds objects")
         B = sp.csr_matrix(A, dtype=np.complex128 if np.iscomplexobj(A) else np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"{name} is no matrix: {error}", expected="a SciPy sparse or dense matrix") from error
@@ -236,7 +239,7 @@ def known_labels(labels: ArrayLike, known: IntArray, what: str) -> IntArray:
     ------
     InputError : a label that is not among them.
     """
-    found = np.atleast_1d(np.asarray(labels))
+    found = np.atleast_1d(array_of(labels))
     if found.size and not np.issubdtype(found.dtype, np.integer):
         raise InputError(f"{what}: labels of type {found.dtype}", expected="integers")
     found = found.ravel().astype(np.int64)
@@ -253,7 +256,7 @@ def _same_size(K: Matrix, A: Matrix, name: str) -> None:
 
 
 def _checked_labels(labels: ArrayLike, n: int) -> IntArray:
-    found = np.asarray(labels)
+    found = array_of(labels)
     if found.shape != (n,) or not np.issubdtype(found.dtype, np.integer):
         raise InputError(f"labels of shape {found.shape}, {found.dtype}", expected=f"({n},) integers")
     if np.unique(found).size != n or found.min() < 0:
@@ -357,7 +360,7 @@ def rows_over(A: Any, labels: Sequence[int] | IntArray, what: str) -> Matrix:
     ------
     InputError : another number of columns, complex entries, or entries that are not finite.
     """
-    B = _real(np.atleast_2d(A) if not sp.issparse(A) else A, what)
+    B = _real(A if sp.issparse(A) else np.atleast_2d(array_of(A)), what)
     if B.shape[1] != len(labels) or not np.isfinite(B.data).all():
         raise InputError(f"{what} is {B.shape}", expected=f"(m, {len(labels)}) finite numbers, a column for each label")
     return B

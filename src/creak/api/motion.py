@@ -19,8 +19,8 @@ from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError, shortened
 from creak.given import of_kind, pairs_of, row_of, whole
+from creak.progress import told_to
 from creak.signals import sources
-from creak.signals.between_samples import even_step
 from creak.signals.sources import A_SIGNAL, Motion, Signal
 from creak.studies.run.integrate import simulate_settled
 
@@ -50,7 +50,9 @@ def make_loads(
     """
     of_kind(system, System, "system", A_SYSTEM)
     t = _checked_times(time)
-    support = _support(system, t, motion or {})
+    motion = {} if motion is None else motion
+    of_kind(motion, Mapping, "motion", 'a mapping, as {"base": creak.Sine(20.0, 0.1)}')
+    support = _support(system, t, motion)
     columns: list[FloatArray] = []
     labels: list[IntArray] = []
     for where, what in pairs_of(forces, "forces", "(labels, signal)"):
@@ -99,6 +101,7 @@ def simulate(
 
     With alpha = 0 and stiff penalties contact chatters and can create energy: look at `History.energy_created`.
     """
+    told_to(progress, "(done, total)")
     of_kind(system, System, "system", A_SYSTEM)
     of_kind(loads, Loads, "loads", "Loads: creak.make_loads(system, time) makes them")
     channels = _joined(gaps)
@@ -174,7 +177,6 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
         given = motion[name]
         if not isinstance(given, Motion):
             of_kind(given, Signal, f"motion {name!r}", f"{A_SIGNAL}, or a creak.Motion")
-            _check_course(given, f"motion {name!r}")
         found = given if isinstance(given, Motion) else sources.displacement_motion(given, t)
         for k, x in enumerate((found.displacement, found.velocity, found.acceleration)):
             if np.shape(x) != t.shape:
@@ -183,28 +185,8 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
     return support
 
 
-def _check_course(signal: Signal, name: str) -> None:
-    """Raise InputError for a signal without a course in time."""
-    if isinstance(signal, sources.Multisine) and not signal.lines[0].size:
-        raise InputError(
-            f"{name}: a multisine without a line from {signal.f_min:g} to {signal.f_max:g} Hz",
-            expected=f"a multiple of 1 / period = {1.0 / signal.period:g} Hz between the two",
-        )
-    if isinstance(signal, sources.Table | sources.Record):
-        time, value = (np.asarray(x, dtype=np.float64) for x in (signal.time, signal.value))
-        if time.ndim != 1 or time.shape != value.shape or not (np.diff(time) > 0.0).all():
-            raise InputError(f"{name}: times that do not rise, or values of another number", expected="rising times")
-        if isinstance(signal, sources.Record) and (time.size < 2 or even_step(time) is None):
-            raise InputError(
-                f"{name}: a record with {'uneven times' if time.size > 1 else f'{time.size} sample(s)'}",
-                expected="two or more samples, evenly spaced",
-                fix="Resample the record.",
-            )
-
-
 def _samples(what: Any, t: FloatArray, n_label: int) -> FloatArray:
     if isinstance(what, Signal):
-        _check_course(what, "a force")
         return sources.force(what, t)[:, None]
     try:
         F = np.asarray(what, dtype=np.float64)

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
-from creak.given import whole
-from creak.progress import Progress, silent
+from creak.given import path_of, whole
+from creak.progress import Progress, told_to
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
@@ -57,7 +57,6 @@ def robust(
     whole(n, "n", *DRAWS)
     if threads is not None:
         whole(threads, "threads", 1)
+    report, folder = told_to(progress), None if out is None else path_of(out, "out", "a folder")
     read = study if isinstance(study, Study) else read_study(study)
-    report = progress if progress is not None else silent
-    folder = None if out is None else Path(out)
     return find(run_draws(read, n, report, folder, indices=indices, threads=threads, runner=runner))

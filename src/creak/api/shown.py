@@ -8,7 +8,10 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from creak.api.extras import HOW_PANDAS, need_report
 from creak.errors import InputError
+from creak.given import items_of, one_of, texts
+from creak.model.units import UNITS
 from creak.verify.events import Event
+from creak.verify.matching import SOME_EVENTS
 
 if TYPE_CHECKING:
     from creak.studies.findings.tree import Findings
@@ -51,8 +54,11 @@ class Events(list[Event]):
     """Contact events by start time: a list of `Event` that also knows how to be a table."""
 
     def __init__(self, events: Iterable[Event], nodes: Iterable[str], units: str) -> None:
-        super().__init__(events)
-        self._nodes, self._units = list(nodes), units
+        super().__init__(items_of(events, Event, "events", SOME_EVENTS))
+        one_of(units, [*UNITS], "units")
+        self._nodes, self._units = list(texts(nodes, "nodes")), units
+        if len(self._nodes) != len(self):
+            raise InputError(f"{len(self._nodes)} nodes of {len(self)} events", expected="as many of both")
 
     def rows(self) -> list[dict[str, Any]]:
         """A dictionary for each event: contact, channel, node, times (s), force (of its place, low-passed), the raw
@@ -138,8 +144,6 @@ def _frame(rows: list[dict[str, Any]], columns: dict[str, str], units: str, inst
 
 def _units(columns: dict[str, str], units: str) -> dict[str, str]:
     """The unit of each column, out of what names it."""
-    from creak.model.units import UNITS
-
     return {name: getattr(UNITS[units], unit, unit) for name, unit in columns.items()}
 
 
@@ -192,7 +196,6 @@ def figure(found: Findings, kind: Kind) -> Any:
     need_report()
     import plotly.graph_objects as go
 
-    from creak.model.units import UNITS
     from creak.report.figures.gaps import gap_figure
     from creak.report.figures.run import energy_figure, force_figure, spectra_figure
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from creak.given import path_of
+from creak.given import items_of, path_of
 
 if TYPE_CHECKING:
     from creak.formats.measured.recordings import Recording
@@ -52,6 +52,8 @@ def compare_sounds(
     ------
     InputError : no result with a sound, no such listener, no recording.
     """
+    from creak.formats.measured.recordings import Recording
     from creak.studies.sound.beside import beside
 
-    return beside(path_of(folder, "folder"), recordings, listener)
+    heard = items_of(recordings, Recording, "recordings", "a list of what creak.read_recordings makes")
+    return beside(path_of(folder, "folder"), heard, listener)

@@ -11,7 +11,7 @@ from creak.api.result import Result
 from creak.errors import InputError
 from creak.given import of_kind, one_of, path_of, texts
 from creak.model.units import UnitsName
-from creak.progress import Progress, silent
+from creak.progress import Progress, told_to
 from creak.studies.file import reader as study_file
 from creak.studies.file.reader import Study
 from creak.studies.file.toml_text import toml_text
@@ -141,7 +141,7 @@ def set_up(
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
-    from creak.model.units import METRES
+    from creak.model.units import METRES, UNITS
     from creak.studies.file.identity import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
@@ -150,6 +150,7 @@ def set_up(
     from creak.studies.sound.rooms import room_of
 
     ignore = texts(ignore, "ignore")
+    one_of(units, (*UNITS, None), "units")
     store = None if superelements is None else path_of(superelements, "superelements", "a folder")
     if not isinstance(study, Study):
         path = path_of(study, "the study", "a Study, or the path of a study file or of a deck", OF_TABLES)
@@ -196,14 +197,16 @@ def run_setup(
     from creak.studies.evaluate import Changes, evaluate
     from creak.studies.file.identity import store_of
     from creak.studies.models.saved import Store
+    from creak.studies.prepare.setup import Setup
 
     one_of(changes, get_args(Changes), "changes")
     one_of(converge, (True, False, None), "converge")
+    of_kind(setup, Setup, "setup", "what creak.set_up made of a study")
     given = None if superelements is None else path_of(superelements, "superelements", "a folder")
     folder = store_of(setup.study) if given is None else given
     found = evaluate(
         setup,
-        progress if progress is not None else silent,
+        told_to(progress),
         store=Store(folder, "last" if keep else "nothing", runner, setup.study, texts(ignore, "ignore")),
         converge=converge,
         record=record,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from creak.api.study import read_study
 from creak.given import path_of, texts
-from creak.progress import Progress, silent
+from creak.progress import Progress, told_to
 from creak.studies.file.reader import Study
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def sensitivities(
     from creak.studies.models import update as studies
 
     case = _case(study, test, test_units, sensors, closed, ignore)
-    return studies.sensitivities(case, progress if progress is not None else silent)
+    return studies.sensitivities(case, told_to(progress))
 
 
 def update_study(
@@ -83,7 +83,7 @@ def update_study(
 
     parameters = texts(parameters, "parameters")
     case = _case(study, test, test_units, sensors, closed, ignore)
-    return studies.update(case, parameters, sigma=sigma, progress=progress if progress is not None else silent)
+    return studies.update(case, parameters, sigma=sigma, progress=told_to(progress))
 
 
 def _case(

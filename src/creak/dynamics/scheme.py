@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from creak.errors import InputError
-from creak.given import number
+from creak.given import check_fields, finite, number
 
 
 @dataclass(frozen=True)
@@ -19,6 +19,9 @@ class Scheme:
     alpha_f: float
     beta: float
     gamma: float
+
+    def __post_init__(self) -> None:
+        check_fields(self, dict.fromkeys(("alpha_m", "alpha_f", "beta", "gamma"), finite))
 
 
 def HHT(alpha: float = -0.05) -> Scheme:

@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
+from creak.given import check_fields, one_of, whole
 from creak.model.dofs import ALL, TRANSLATIONS, dof_labels, dofs_of, node_dofs, nodes_of
 
 
@@ -149,6 +151,10 @@ class RigidLink:
     dependent_idx: int
     independent_idx: int
     where: str = ""
+
+    def __post_init__(self) -> None:
+        one_of(self.kind, ("beam", "tie", "pin"), "RigidLink: kind")
+        check_fields(self, dict.fromkeys(("dependent_idx", "independent_idx"), partial(whole, least=0)))
 
     @property
     def nodes(self) -> IntArray:

@@ -29,7 +29,7 @@ def integrate_twice(
     ------
     InputError : samples that are no finite numbers; a step or a frequency that is no positive number.
     """
-    acceleration = row_of(acceleration, "acceleration")
+    acceleration = row_of(acceleration, "acceleration", least=1)
     step, high_pass = positive(step, "step"), positive(high_pass, "high_pass")
     spectrum = np.fft.rfft(acceleration)
     freq = np.fft.rfftfreq(acceleration.size, step)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.given import check_fields, finite, number, of_kind, positive, row_of, whole
-from creak.signals.between_samples import between_samples
+from creak.signals.between_samples import between_samples, even_step
 from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
 from creak.signals.omega_arithmetic import integrate_twice, wrapped_share
 from creak.signals.smooth_table import smooth_table
@@ -41,6 +41,11 @@ class Multisine:
 
     def __post_init__(self) -> None:
         check_fields(self, {"f_min": finite, "f_max": finite, "amplitude": finite, "period": positive, "seed": _seed})
+        if not self.lines[0].size:
+            raise InputError(
+                f"a multisine without a line from {self.f_min:g} to {self.f_max:g} Hz",
+                expected=f"a multiple of 1 / period = {1.0 / self.period:g} Hz between the two",
+            )
 
     @cached_property
     def lines(self) -> tuple[FloatArray, FloatArray]:
@@ -112,7 +117,8 @@ class Table:
     prescribed displacement follows splines instead of straight lines."""
 
     def __post_init__(self) -> None:
-        check_fields(self, {"time": row_of, "value": row_of})
+        check_fields(self, {"time": partial(row_of, least=1), "value": row_of})
+        _check_rising(self)
         if self.rounding is not None and not 0.0 <= number(self.rounding, "Table: rounding") <= 0.5:
             raise InputError(f"Table: rounding = {self.rounding}", expected="a number from 0 to 0.5, or None")
 
@@ -126,7 +132,10 @@ class Record:
     high_pass: float
 
     def __post_init__(self) -> None:
-        check_fields(self, {"time": row_of, "value": row_of, "high_pass": positive})
+        check_fields(self, {"time": partial(row_of, least=2), "value": row_of, "high_pass": positive})
+        _check_rising(self)
+        if even_step(self.time) is None:
+            raise InputError("a record with uneven times", expected="samples evenly spaced", fix="Resample the record.")
 
     @property
     def step(self) -> float:
@@ -142,6 +151,16 @@ class Record:
     def wrapped(self) -> float:
         """How far off the displacement is, `wrapped_share`."""
         return wrapped_share(self.value, self.step, self.high_pass, self.integrals[0])
+
+
+def _check_rising(course: Table | Record) -> None:
+    name, n = type(course).__name__, course.time.size
+    if course.value.size != n:
+        raise InputError(f"{name}: {course.value.size} values at {n} times", expected="as many of both")
+    fall = np.flatnonzero(np.diff(course.time) <= 0.0)
+    if fall.size:
+        before, after = course.time[fall[0] : fall[0] + 2]
+        raise InputError(f"{name}: the time {after:g} after {before:g}", expected="times that rise")
 
 
 A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"

@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.given import one_of
 from creak.jit import njit
 from creak.sound.zwicker_tables import (
     ADAPTION,
@@ -43,8 +44,7 @@ def core_loudness(levels: FloatArray, field: str) -> FloatArray:
     ------
     InputError : another field; a band up to 250 Hz above 120 dB, for which the standard has no weights.
     """
-    if field not in FIELDS:
-        raise InputError(f"sound field {field!r}", expected='"free" or "diffuse"')
+    one_of(field, FIELDS, "sound field")
     loudest = float(levels[:, :LOW_BANDS].max())
     if loudest > LOW_LIMITS[-1]:
         raise InputError(

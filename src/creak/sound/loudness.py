@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.given import not_negative
 from creak.jit import njit
 from creak.sound.at_48k import at_48k
 from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
@@ -176,8 +177,9 @@ def steady_loudness(pressure: ArrayLike, rate: float, field: str = "free", *, sk
     InputError : as `loudness`; a record not longer than `skip`.
     """
     x = at_48k(pressure, rate)
-    start = round(skip * RATE)
-    if not 0 <= start < x.size:
+    skip = not_negative(skip, "skip", "seconds, zero or more")
+    start = round(min(skip * RATE, x.size))
+    if start >= x.size:
         raise InputError(
             f"a record of {x.size / RATE:g} s, of which the first {skip:g} s do not count",
             expected="a longer record",

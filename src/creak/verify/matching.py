@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.errors import InputError
+from creak.given import items_of, not_negative, table_of
 from creak.verify.events import Event
 from creak.verify.intervals import overlap
 
@@ -100,13 +102,26 @@ def _share(common: int, alone: int) -> float | None:
     return common / (common + alone) if common + alone else None
 
 
+SOME_EVENTS = "a list of Event, as creak.find_events makes one"
+
+
 def match_events(
     reference: Sequence[Event], reduced: Sequence[Event], tolerance: float, window: tuple[float, float]
 ) -> EventMatch:
     """Match one to one by start time within `tolerance` s, nearest first, on the same side of the same group.
 
     Only events that count in `window` (`events_in`) are, but their partners may lie just outside it.
+
+    Raises
+    ------
+    InputError : no lists of events, a tolerance below zero, a window that is no two times.
     """
+    reference, reduced = (
+        items_of(x, Event, name, SOME_EVENTS) for x, name in ((reference, "reference"), (reduced, "reduced"))
+    )
+    tolerance = not_negative(tolerance, "tolerance", "seconds, zero or more")
+    if (begin_end := table_of(window, "window")).shape != (2,) or not begin_end[0] <= begin_end[1]:
+        raise InputError(f"window = {window!r}", expected="(begin, end), s")
     candidates = sorted(
         (abs(a.t_start - b.t_start), i, j)
         for i, a in enumerate(reference)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import ComplexArray, FloatArray
+from creak.errors import InputError
+from creak.given import spectra_of
 
 AXES = ("x", "y", "z")
 AT_REST = 1e-6
@@ -16,8 +18,15 @@ def nrmse_fit(reference: ComplexArray | FloatArray, x: ComplexArray | FloatArray
 
     This is the fit of the thesis, equation 2.22; MATLAB's goodnessOfFit now returns its complement. Complex
     spectra are compared with their phase. A reference that does not vary gives 1 if x equals it, else -inf.
+
+    Raises
+    ------
+    InputError : no finite numbers, none, or other ones than as many of both.
     """
-    r, y = np.ravel(reference), np.ravel(x)
+    reference = spectra_of(reference, "reference")
+    r, y = reference.ravel(), spectra_of(x, "x", reference.shape).ravel()
+    if not r.size:
+        raise InputError("reference is empty", expected="one number or more")
     spread = float(np.linalg.norm(r - r.mean()))
     error = float(np.linalg.norm(r - y))
     if spread == 0.0:
@@ -26,7 +35,16 @@ def nrmse_fit(reference: ComplexArray | FloatArray, x: ComplexArray | FloatArray
 
 
 def nrmse_by_axis(reference: ComplexArray, x: ComplexArray) -> dict[str, float | None]:
-    """Fit per axis and over all; None along axes without motion. Spectra are (n_freq, n_pair, 3)."""
+    """Fit per axis and over all; None along axes without motion. Spectra are (n_freq, n_pair, 3).
+
+    Raises
+    ------
+    InputError : as `nrmse_fit`; another shape.
+    """
+    reference = spectra_of(reference, "reference")
+    if reference.shape[2:] != (len(AXES),):
+        raise InputError(f"reference is of shape {reference.shape}", expected="(n_freq, n_pair, 3)")
+    x = spectra_of(x, "x", reference.shape)
     moving = moving_axes(reference)
     fits = {a: nrmse_fit(reference[:, :, i], x[:, :, i]) if a in moving else None for i, a in enumerate(AXES)}
     return {**fits, "all": nrmse_fit(reference, x) if moving else None}

@@ -22,7 +22,8 @@ LOADS = creak.make_loads(MASS, time_axis(0.05, 2e-4))
 HISTORY = creak.simulate(MASS, STOP, LOADS)
 DRIVEN = creak.couple(creak.system_from_matrices(np.eye(2), np.eye(2)), driven={"b": [0]})
 SINE = creak.Sine(20.0, 1.0)
-FALLING = creak.Table(np.array([0.0, 0.2, 0.1]), np.array([0.0, 1.0, 2.0]))
+EVENTS = creak.find_events(HISTORY, STOP)
+UNEVEN = [[1.0], [2.0, 3.0]]
 DECK = {"model": {"deck": "d.inp"}}
 KINDS = (np.float32, np.float64, np.array, lambda x: np.array(x, dtype=np.float32))
 
@@ -124,21 +125,15 @@ WRONG = {
         lambda: creak.make_loads(DRIVEN, LOADS.time, motion={"b": 1.0}),
         "motion 'b' is of type float; expected a signal",
     ),
-    "a table that falls": (lambda: loads(forces=[(0, FALLING)]), "a force: times that do not rise"),
-    "a motion that falls": (
-        lambda: creak.make_loads(DRIVEN, LOADS.time, motion={"b": FALLING}),
-        "motion 'b': times that do not rise",
+    "a table that falls": (
+        lambda: creak.Table([0.0, 0.2, 0.1], np.zeros(3)),
+        "Table: the time 0.1 after 0.2; expected",
     ),
-    "a record that is uneven": (
-        lambda: loads(forces=[(0, creak.Record(np.array([0.0, 1.0, 3.0]), np.zeros(3), 0.1))]),
-        "a force: a record with uneven times; expected two or more samples, evenly spaced",
-    ),
-    "a record of one sample": (
-        lambda: loads(forces=[(0, creak.Record(np.zeros(1), np.zeros(1), 0.1))]),
-        "a force: a record with 1 sample",
-    ),
+    "a table of other values": (lambda: creak.Table([0.0, 0.2], np.zeros(3)), "Table: 3 values at 2 times"),
+    "a record that is uneven": (lambda: creak.Record([0.0, 1.0, 3.0], np.zeros(3), 0.1), "a record with uneven times"),
+    "a record of one sample": (lambda: creak.Record([0.0], [0.0], 0.1), "Record: time is of shape .* 2 or more finite"),
     "no lines": (
-        lambda: loads(forces=[(0, creak.Multisine(1.0, 0.5, 1.0))]),
+        lambda: creak.Multisine(1.0, 0.5, 1.0),
         "a multisine without a line from 1 to 0.5 Hz",
     ),
     "events the wrong way round": (lambda: creak.find_events(STOP, HISTORY), "history is of type GapOperator"),
@@ -182,6 +177,74 @@ WRONG = {
     "no deck": (lambda: creak.read_deck(None), "path is None; expected the path of a deck"),
     "no folder": (lambda: creak.open_result(None), "folder is None; expected a path"),
     "half retained": (lambda: creak.craig_bampton(MASS, [0], count=0.5), "count = 0.5; expected a whole number"),
+    "rows of other lengths": (
+        lambda: creak.Sine(UNEVEN, 1.0),
+        r"frequency = \[\[1.0\], \[2.0, 3.0\]\]; expected a number",
+    ),
+    "such labels": (lambda: creak.guyan(MASS, UNEVEN), "labels of type object; expected integers"),
+    "such channels": (lambda: creak.gap_channels(UNEVEN, 0.0, 1.0), "G is no matrix"),
+    "a matrix of nothing": (lambda: creak.gap_channels([None], 0.0, 1.0), "G is no matrix: it holds objects"),
+    "events of none": (
+        lambda: creak.match_events(None, EVENTS, 1e-3, (0.0, 1.0)),
+        "reference is None; expected a list",
+    ),
+    "events in words": (lambda: creak.match_events(EVENTS, "ab", 1e-3, (0.0, 1.0)), "one of reduced is of type str"),
+    "below no tolerance": (
+        lambda: creak.match_events(EVENTS, EVENTS, -1.0, (0.0, 1.0)),
+        "tolerance = -1; expected sec",
+    ),
+    "a window of one": (
+        lambda: creak.match_events(EVENTS, EVENTS, 1.0, (0.0,)),
+        r"window = \(0.0,\); expected \(begin, end",
+    ),
+    "a window backwards": (lambda: creak.match_events(EVENTS, EVENTS, 1.0, (1.0, 0.0)), "expected .begin, end., s"),
+    "spectra of nothing": (lambda: creak.nrmse_fit([], []), "reference is empty; expected one number"),
+    "spectra of nan": (
+        lambda: creak.nrmse_fit([1.0, np.nan], [1.0, 2.0]),
+        r"reference = \[1.0, nan\]; expected finite",
+    ),
+    "spectra of others": (
+        lambda: creak.nrmse_fit(np.ones(3), 1.0),
+        r"x is of shape \(\); expected \(3,\), as the other",
+    ),
+    "spectra of two axes": (lambda: creak.nrmse_by_axis(np.ones((4, 3, 2)), 1.0), r"expected \(n_freq, n_pair, 3\)"),
+    "near nothing": (lambda: creak.near_elements(None, [0], 1.0), "model is None; expected a Model"),
+    "a setup of none": (lambda: creak.run_setup(None), "setup is None; expected what creak.set_up made"),
+    "other units": (lambda: creak.set_up("a.inp", units="inch"), "units = 'inch'; expected '"),
+    "a keyword's number": (lambda: creak.run("s.toml", ignore=[1]), r"ignore = \[1\]; expected a list of texts"),
+    "progress in words": (
+        lambda: creak.robust("s.toml", progress="bar"),
+        "progress is of type str; expected a function",
+    ),
+    "steps in words": (lambda: creak.simulate(MASS, STOP, LOADS, progress="bar"), r"a function of \(done, total\)"),
+    "draws into a number": (lambda: creak.robust("s.toml", out=5), "out is of type int; expected a folder"),
+    "skip in words": (lambda: creak.steady_loudness(TONE, RATE, skip="a"), "skip = 'a'; expected a number"),
+    "skip back": (lambda: creak.steady_loudness(TONE, RATE, skip=-1), "skip = -1; expected seconds, zero or more"),
+    "fields": (lambda: creak.loudness(TONE, RATE, np.zeros(2)), "sound field = array.* expected 'free' or 'diffuse'"),
+    "all changes at once": (lambda: creak.run_setup(None, changes=np.zeros(2)), "changes = array"),
+    "a link of no kind": (
+        lambda: creak.RigidLink("hinge", 0, 1),
+        "RigidLink: kind = 'hinge'; expected 'beam' or 'tie' or",
+    ),
+    "a link to no node": (lambda: creak.RigidLink("beam", -1, 1), "dependent_idx = -1; expected a whole number, 0 or"),
+    "a scheme of words": (lambda: creak.Scheme("a", 0.0, 0.25, 0.5), "Scheme: alpha_m = 'a'; expected a number"),
+    "events by number": (lambda: creak.Events([1], ["1"], "mm-t-s"), "one of events is of type int; .* list of Event"),
+    "recordings by name": (
+        lambda: creak.compare_sounds(".", "a.wav"),
+        "one of recordings is of type str; .*read_record",
+    ),
+    "a door's play": (lambda: creak.write_door(".", hook_play="a"), "hook_play = 'a'; expected a number"),
+    "a door's load": (lambda: creak.write_door(".", load=[]), "load is of type list; expected a text: A1 to A4"),
+    "a door's merging": (
+        lambda: creak.write_door(".", coarsen=[1]),
+        r"coarsen = \[1\]; expected a whole number, 1 to 3",
+    ),
+    "no data": (lambda: creak.write_json("a.json", [1]), "data is of type list; expected a mapping"),
+    "nothing integrated": (lambda: creak.integrate_twice([], 1.0, 1.0), "1 or more finite numbers"),
+    "motions by number": (
+        lambda: creak.make_loads(DRIVEN, LOADS.time, motion=1),
+        "motion is of type int; .* a mapping",
+    ),
 }
 
 

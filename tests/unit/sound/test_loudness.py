@@ -320,7 +320,7 @@ def test_mosqito_hears_the_same(field):
         (lambda: loudness(np.zeros(9), RATE, field="near"), "near"),
         (lambda: loudness(tone(30, 130), RATE), "120 dB"),
         (lambda: steady_loudness(np.zeros(4800), RATE), "0.1 s"),
-        (lambda: steady_loudness(np.zeros(4800), RATE, skip=-1.0), "-1 s"),
+        (lambda: steady_loudness(np.zeros(4800), RATE, skip=-1.0), "skip = -1; expected seconds"),
         (lambda: loudness_of_levels(np.zeros(27)), "28"),
         (lambda: loudness(np.zeros(9), RATE).exceeded(101), "101"),
     ],

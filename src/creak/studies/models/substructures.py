@@ -15,6 +15,7 @@ from creak.assembly.partition import Pieces, cut, shared_nodes
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError
+from creak.given import indices_of, of_kind, positive
 from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.studies.file.config import InterfaceTable
@@ -119,10 +120,17 @@ def _cut(reduction: Reduction, gaps: GapOperator) -> Pieces:
 
 
 def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
-    """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: keep_out leaves them."""
+    """Rows of the elements of each block whose nodes all lie within `distance` of `nodes`: keep_out leaves them.
+
+    Raises
+    ------
+    InputError : no model, rows of no nodes, a distance that is no positive number.
+    """
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    away, _ = cKDTree(model.nodes.coords[nodes]).query(model.nodes.coords, distance_upper_bound=1.000001 * distance)
+    of_kind(model, Model, "model", "a Model, as creak.read_deck makes one")
+    coords, limit = model.nodes.coords, 1.000001 * positive(distance, "distance")
+    away, _ = cKDTree(coords[indices_of(nodes, "nodes", len(coords))]).query(coords, distance_upper_bound=limit)
     near, none = np.isfinite(away), np.zeros(0, dtype=np.int64)
     return [np.flatnonzero(near[b.nodes_idx].all(axis=1)) if b.part >= 0 and b.ids.size else none for b in model.blocks]
 
