@@ -61,6 +61,7 @@ def write_small_results(path: Path) -> None:
         "channel_nodes": np.array([3]),
         "gap": np.ones((n, 1)),
         "normal_force": np.zeros((n, 1)),
+        "peak_force": np.zeros((n, 1)),
     }
     with complete_file(path) as partial, hdf5_file(partial) as unfinished:
         unfinished.file.attrs["units"] = "mm-t-s"

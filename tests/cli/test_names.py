@@ -139,7 +139,9 @@ def test_histories_of_a_channel_called_like_a_formula(tmp_path):
     ids = np.array([1])
     time = np.array([0.0, 1.0])
     names = ('=HYPERLINK("http://x")',), ("=1+1",)
-    write_csv(Histories("reduced", "mm-t-s", time, ids, names[0], six, names[1], ids, one, -one), tmp_path / "h.csv")
+    write_csv(
+        Histories("reduced", "mm-t-s", time, ids, names[0], six, names[1], ids, one, -one, one), tmp_path / "h.csv"
+    )
     rows = list(csv.reader((tmp_path / "h.csv").read_text().splitlines()))
     assert not [cell for cell in rows[0] if cell.startswith("=")]
     assert all(float(cell) == float(cell) for row in rows[1:] for cell in row)

@@ -175,6 +175,7 @@ def test_every_field_of_results_is_documented(tmp_path):
         one,
         one,
         one,
+        one,
         two,
         two,
         contact,

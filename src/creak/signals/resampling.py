@@ -44,6 +44,12 @@ def cell_means(time: FloatArray, x: FloatArray, at: FloatArray) -> FloatArray:
     return out
 
 
+def cell_peaks(time: FloatArray, x: FloatArray, at: FloatArray) -> FloatArray:
+    """Largest values (n_at, k) of x (n_time, k) within the cells of the instants `at`, some of those of `time`."""
+    edges = cells(at, time[0], time[-1])[:-1]
+    return x if np.array_equal(at, time) else np.maximum.reduceat(x, np.searchsorted(time, edges), axis=0)
+
+
 def low_pass_uneven(time: FloatArray, x: FloatArray, f_max: float) -> tuple[FloatArray, FloatArray]:
     """x (n_time, k) without content above `f_max` Hz on an even axis: times (n,) and values (n, k).
 

@@ -20,7 +20,7 @@ def histories():
     force = np.arange(8.0).reshape(4, 2)
     nodes = np.array([3]), ("LID.3",), np.ones((4, 1, 6))
     return Histories(
-        "reduced", "m-kg-s", TIME, *nodes, ("a:9", "b:8"), np.array([9, 8]), force, force, "two\nlines", LINES
+        "reduced", "m-kg-s", TIME, *nodes, ("a:9", "b:8"), np.array([9, 8]), force, force, force, "two\nlines", LINES
     )
 
 

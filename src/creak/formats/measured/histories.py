@@ -47,7 +47,9 @@ class Histories:
     gap: FloatArray
     """(n_time, n_channel)"""
     normal_force: FloatArray
-    """(n_time, n_channel)"""
+    """(n_time, n_channel) means over the output intervals."""
+    peak_force: FloatArray
+    """(n_time, n_channel) largest values within them."""
     title: str = ""
     """Of the study."""
     elines: LineRecord | None = None
@@ -90,6 +92,7 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
             group["channel_nodes"][()],
             group["gap"][()],
             group["normal_force"][()],
+            group["peak_force"][()],
             str(file.attrs.get("title", "")),
             _lines(group["elines"]) if "elines" in group else None,
         )
@@ -112,6 +115,7 @@ def _check(h: Histories) -> None:
         "channel_nodes": (h.channel_nodes, (channels,)),
         "gap": (h.gap, (n, channels)),
         "normal_force": (h.normal_force, (n, channels)),
+        "peak_force": (h.peak_force, (n, channels)),
     }
     if h.elines is not None:
         k, points = h.elines.time.size, len(h.elines.names)
@@ -129,7 +133,8 @@ def _check(h: Histories) -> None:
 
 
 def write_csv(histories: Histories, out: Path) -> None:
-    """A row for each time: time, the six displacements of each watched node, gap and normal force of each channel.
+    """A row for each time: time, the six displacements of each watched node, gap, mean and peak normal force of each
+    channel.
 
     The head names each column and its unit. Numbers have all their digits.
     """
@@ -139,9 +144,9 @@ def write_csv(histories: Histories, out: Path) -> None:
     head = ["time [s]"]
     head += [f"{name} {axis} [{u}]" for name in h.node_names for axis, u in zip(AXES, units, strict=True)]
     head += [f"{name} gap [{length}]" for name in h.channels]
-    head += [f"{name} normal force [{force}]" for name in h.channels]
-    n = h.time.size
-    table = np.concatenate([h.time[:, None], h.displacement.reshape(n, -1), h.gap, h.normal_force], axis=1)
+    head += [f"{name} {what} force [{force}]" for what in ("normal", "peak") for name in h.channels]
+    n, forces = h.time.size, (h.normal_force, h.peak_force)
+    table = np.concatenate([h.time[:, None], h.displacement.reshape(n, -1), h.gap, *forces], axis=1)
     with complete_file(out) as partial, partial.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(plain_row(head))

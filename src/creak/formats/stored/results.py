@@ -21,6 +21,7 @@ from creak.formats.stored.tree import BIG, COMPRESSED
 from creak.model.units import UNITS, Units
 
 MEAN = "mean over the output interval around each time, so that the sum times the interval keeps the integral"
+PEAK = "largest normal force within the output interval around each time, raw: see normal_force for its mean"
 BLOCK = 4_000_000
 """Numbers copied at a time."""
 
@@ -94,6 +95,8 @@ class RunRecord:
     """(n_out, n_channel)"""
     normal_force: FloatArray
     """(n_out, n_channel) means over the output intervals."""
+    peak_force: FloatArray
+    """(n_out, n_channel) largest values within the output intervals."""
     slip: FloatArray
     """(n_out, n_channel)"""
     friction_force: FloatArray
@@ -184,6 +187,7 @@ def _write_run(out: Hdf5, group: h5py.Group, run: RunRecord, unit: Units) -> Non
     _put(group, "time", run.time, unit.time, "time")
     _put(group, "gap", run.gap, length, "time, channel")
     _put(group, "normal_force", run.normal_force, force, "time, channel", MEAN)
+    _put(group, "peak_force", run.peak_force, force, "time, channel", PEAK)
     _put(group, "slip", run.slip, length, "time, channel")
     _put(group, "displacement", run.displacement, f"{length} (X Y Z), rad (RX RY RZ)", "time, node, dof")
     _put(group, "node_ids", run.node_ids, "", "node")

@@ -246,7 +246,8 @@ def _computed(h: Histories) -> Iterator[_Computed]:
     for k, name in enumerate(h.channels):
         groups.setdefault(name.rpartition(":")[0] or name, []).append(k)
         yield _Computed(f"{name} gap", Course(h.time, h.gap[:, k]), "gap")
-        yield _Computed(f"{name} normal force", Course(h.time, h.normal_force[:, k]), "force")
+        for what, force in (("normal", h.normal_force), ("peak", h.peak_force)):
+            yield _Computed(f"{name} {what} force", Course(h.time, force[:, k]), "force")
     for group, rows in groups.items():
         yield _Computed(f"{group} gap", Course(h.time, h.gap[:, rows].min(axis=1)), "gap")
         yield _Computed(f"{group} force", Course(h.time, h.normal_force[:, rows].sum(axis=1)), "force")

@@ -10,7 +10,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
 from creak.model.mesh import Nodes
-from creak.signals.resampling import cell_means
+from creak.signals.resampling import cell_means, cell_peaks
 from creak.studies.prepare.exterior import Watch
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.one_run import Run
@@ -31,6 +31,7 @@ def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRe
         time=h.time[at],
         gap=h.gap[at],
         normal_force=cell_means(h.time, h.force, h.time[at]),
+        peak_force=cell_peaks(h.time, h.force, h.time[at]),
         slip=h.slip,
         friction_force=_means(h, h.tangential),
         slip_speed=_means(h, h.sliding),

@@ -146,4 +146,5 @@ def _histories(main: Run, units: UnitsName, nodes: Nodes, watch: Watch, marching
         record.channel_nodes,
         record.gap,
         record.normal_force,
+        record.peak_force,
     )

@@ -169,7 +169,7 @@ def test_an_acceleration_of_any_length_lies_over_the_motion(run, starts, ends):
     moved = np.zeros((time.size, 1, 6))
     moved[:, 0, 0] = size * np.sin(w * time)
     none = np.zeros((time.size, 0))
-    own = Histories("reduced", "mm-t-s", time, np.array([95]), ("95",), moved, (), np.array([]), none, none)
+    own = Histories("reduced", "mm-t-s", time, np.array([95]), ("95",), moved, (), np.array([]), none, none, none)
     a = Channel("95 X", "m/s^2", starts + late, 1e-4, -1e-3 * size * w**2 * np.sin(w * at) + 0.01)
     found = fit_records(own, [a], Path("test.csv"), 500.0)
     assert found.shift == pytest.approx(-late, abs=1e-3 / 11.0)
@@ -251,7 +251,7 @@ def test_times_are_in_the_unit_of_their_head(results, run, tmp_path, head, scale
 
 def test_a_contact_that_the_pre_check_dropped_is_named(run):
     none = np.zeros((run.time.size, 0))
-    dropped = replace(run, channels=(), channel_nodes=np.array([]), gap=none, normal_force=none)
+    dropped = replace(run, channels=(), channel_nodes=np.array([]), gap=none, normal_force=none, peak_force=none)
     gap, z = (
         Channel(name, "mm", 0.0, 1e-3, np.sin(np.arange(900.0))) for name in ("tip gap", f"{run.node_names[0]} Z")
     )

@@ -155,6 +155,10 @@ def test_output_means_keep_the_impulse(rubbed, written):
         assert group["normal_force"].shape == (h.time.size // EVERY + 1, rubbed.gaps.m)
         assert "mean over the output interval" in group["normal_force"].attrs["note"]
         assert trapezoid(file, "runs/reduced/normal_force").sum() == pytest.approx(run["impulse_total"], rel=1e-10)
+        for e in run["events"]:  # peaks lie between the output times, those of two events perhaps in one interval
+            column = group["channels"].asstr()[()].tolist().index(e["channel"])
+            assert group["peak_force"][round(e["t_peak"] / group["time"][1]), column] >= e["force_peak"]
+        assert group["normal_force"][()].max() < 0.99 * run["max_force"] == 0.99 * group["peak_force"][()].max()
         assert group["friction_force"].attrs["unit"] == "N"
         assert group["slip_speed"].attrs["unit"] == "mm/s"
         assert group["rubbing_channels"][:].tolist() == rubbed.gaps.friction.channels.tolist()
