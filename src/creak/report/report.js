@@ -44,7 +44,8 @@ function plotly() {
 
 async function plot(name) {
   const P = await plotly(), at = document.getElementById("plot-" + name), spec = recoloured(specs[name]);
-  Object.assign(spec.layout, { paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)" });
+  const clear = "rgba(0,0,0,0)", { color } = getComputedStyle(document.body);
+  Object.assign(spec.layout, { paper_bgcolor: clear, plot_bgcolor: clear, modebar: { bgcolor: clear, color: spec.layout.xaxis?.tickcolor ?? color, activecolor: color } });
   if (at.clientWidth < 520) narrowed(spec, name);
   if (LINKED.includes(name)) Object.assign(spec.layout, { hovermode: false, dragmode: "zoom" });
   const range = drawn.has(name) && LINKED.includes(name) ? at.layout.xaxis.range : null;
@@ -312,7 +313,7 @@ function player() {
     let force = 0;
     for (let j = 0; j < n; j++) force = Math.max(force, a.few[k * n + j]);
     counter.textContent = a.mode ? `${a.label}: one period, size at will`
-      : `frame ${i + 1} of ${a.time.length}: ${a.time[i].toFixed(4)} s, largest contact force ${short(force / 255 * a.peak, 2)} ${stage.dataset.force}`;
+      : `frame ${i + 1} of ${a.time.length}: ${a.time[i].toFixed(4)} s, hardest pressed node ${short(force / 255 * a.peak, 2)} ${stage.dataset.force}, raw`;
     if (wires.force && !a.mode) cursor(a.time[i]);
     view.draw();
   };

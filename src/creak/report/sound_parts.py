@@ -89,7 +89,7 @@ def loudness_figure(result: Findings) -> Figure:
     layout["yaxis"] = axis("loudness N, sone", rangemode="tozero")
     beyond = f"; above {number(sound.band.computed, 3)} Hz statistical energy" if sound.band.statistics else ""
     caption = (
-        f"Loudness over time (ISO 532-1) at {sound.listeners[0].name}, {number(sound.band.low)} to "
+        f"Loudness over time (ISO 532-1) at {sound.listeners[0].name}, {sound.band.low:.0f} to "
         f"{number(sound.band.high, 3)} Hz, of each place's own contact forces{beyond}; dots: its events begin."
     )
     return Figure({"data": data, "layout": layout}, caption, HEIGHT)

@@ -323,3 +323,22 @@ def test_superelements_show_their_verdict_first_and_units(full):
     assert table.index("<td>verdict</td>") < table.index("<td>mass, t</td>") < table.index("centre of gravity, mm")
     assert "t mm\N{SUPERSCRIPT TWO}" in table
     assert "<td>part</td>" not in table
+
+
+def test_events_are_told_once_and_short_ones_have_a_duration(page_of):
+    """The force is that of the place: the page does not call it that of one channel as well, and .03 ms are not 0.0."""
+    html = page_of("reduced only")
+    events = html[html.index('<section id="events"') :].split("</section>")[0]
+    assert events.count("low-passed") == 1 + events.count("median force, low")
+    assert "hardest pressed channel" not in events
+    durations = re.findall(r"<tr><td>.*?</td>(?:<td>.*?</td>){3}<td>(.*?)</td>", events)
+    assert durations
+    assert "0.0" not in durations
+    assert "The reduced model is right where" not in html
+    assert "The reduced model is right where" in page_of("both runs")
+
+
+def test_reasons_of_a_verdict_are_not_cried_out(result_of, monkeypatch):
+    monkeypatch.setattr("creak.report.html.verdict.trust", lambda _: "Settled as statistics. Single events differ.")
+    html = report_of(result_of("reduced only"))
+    assert "<strong>Settled as statistics. </strong>Single events differ. " in html

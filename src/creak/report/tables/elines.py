@@ -53,9 +53,11 @@ def eline_words(told: dict[str, Any]) -> str:
     count = len(told["lines"])
     if told["false_alarms"] is None:
         return f"{plural(count, 'line')}; nothing to compare: {told['why'] or 'one run is missing'}."
-    of_points = f"points: {number(told['points_false_alarms'])} and {number(told['points_misses'])}"
     alarms = f"raises {plural(told['false_alarms'], 'false alarm')} and misses {plural(told['misses'], 'line')}"
-    return f"{plural(count, 'line')}. The linear run ({told['linear_run']}) {alarms} ({of_points})."
+    of_points = (
+        f"of single points it raises {number(told['points_false_alarms'])} and misses {number(told['points_misses'])}"
+    )
+    return f"{plural(count, 'line')}. The linear run ({told['linear_run']}) {alarms}; {of_points}."
 
 
 def eline_table(rows: list[LineRow], model: Mesh, units: Units, percentile: float) -> Table:

@@ -16,7 +16,6 @@ from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import Event, events_in
 from creak.verify.slips import SlipEvent, squeak_rates
 
-FORCE = "The force of an event is that of its place: of all its nodes together, low-passed."
 MOST_EVENTS = 400
 """Lines of the event table; all events are in summary.json."""
 
@@ -45,7 +44,7 @@ def event_table(result: Findings, units: Units) -> Table:
     rows = [_pair_row(a, b, result) for a, b in lines[:MOST_EVENTS]]
     flags = ["missed" if b is None else "extra" if a is None else "" for a, b in lines[:MOST_EVENTS]]
     shown = [e for pair in lines[:MOST_EVENTS] for e in pair if e is not None]
-    return Table(head, rows, 2, f"{FORCE}{_unfinished(shown)}{_cut(len(lines))}", flags, groups)
+    return Table(head, rows, 2, f"{_unfinished(shown)}{_cut(len(lines))}".strip(), flags, groups)
 
 
 def _cut(count: int) -> str:
@@ -92,7 +91,7 @@ def _duration(e: Event | None) -> str:
     length = e.t_end - e.t_start
     if e.unfinished:
         return f"> {number(1e3 * length, 2)}"
-    return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else fixed(1e3 * length, 1)
+    return f"< {number(1e3 * e.step, 2)}" if length < 0.999 * e.step else number(1e3 * length, 2)
 
 
 def where(group: str, node_idx: int, result: Findings) -> str:
@@ -124,7 +123,7 @@ def _single_event_table(result: Findings, units: Units) -> Table:
         ]
         for e in events[:MOST_EVENTS]
     ]
-    return Table(head, rows, 2, f"{FORCE}{_unfinished(events[:MOST_EVENTS])}{_cut(len(events))}")
+    return Table(head, rows, 2, f"{_unfinished(events[:MOST_EVENTS])}{_cut(len(events))}".strip())
 
 
 def statistics_table(result: Findings, units: Units) -> Table:
