@@ -109,6 +109,7 @@ def test_what_sticks_most_of_the_time_does_not_slide():
     assert [p.does for p in answer(summary(odd)).places] == ["slips", "slides now and then", "slides"]
     assert answer(summary(odd[:1])).headline.startswith("1 place slips; ")
     squeaks = place("d", 0, slips=3, slip_rate=12.0, friction="stick-slip")
+    assert tiles(answer(summary([squeaks])), "Settled.")[2].detail == "touches and slips at 1 place"
     assert any(" squeaks, 3.0 a second (12 while it squeaks), " in line for line in answer_lines(summary([squeaks])))
 
 
@@ -136,6 +137,8 @@ def test_beside_a_background_what_it_adds_counts():
     loud = tiles(found, "Settled.")[1]
     assert (loud.label, loud.value) == ("loudness added to the background", "0.30 sone")
     assert loud.detail.startswith("from 20 to 900 Hz")
+    assert found.headline.endswith(": faint, 0.30 sone added to the background")
+    assert ", adds 0.30 sone" in answer_lines(summary([place(n5=9.0, n5_added=0.3)], sound=sound))[1]
 
 
 @pytest.mark.parametrize(

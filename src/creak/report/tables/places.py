@@ -117,7 +117,10 @@ def _row(
         number(place.speed, 3) if place.events else "–",
         (number(told["n5"], 3), number(told["n_max"], 3)),
         "; ".join(number(told.get(key), 2) for key in ("sharpness", "roughness", "prominence")),
-        (_settled(told, "force"), ", ".join(x for x in (_of_ways(told), _settled(told, "n5"), _ties(told)) if x)),
+        (
+            _settled(told, "force"),
+            ", ".join(x for x in (_added(told), _of_ways(told), _settled(told, "n5"), _ties(told)) if x),
+        ),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
         [] if told["cause"] is None else told["cause"]["words"].split("; "),
         [] if told["cause"] is None else told["cause"].get("changes_words", []),
@@ -129,6 +132,11 @@ def _row(
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
     return "" if to is None or not told[figure] else f"within {share(to)}"
+
+
+def _added(told: dict[str, Any]) -> str:
+    """What places are ranked by, beside a background."""
+    return "" if told.get("n5_added") is None else f"adds {number(told['n5_added'], 3)} to the background"
 
 
 def _of_ways(told: dict[str, Any]) -> str:

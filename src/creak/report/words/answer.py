@@ -28,6 +28,7 @@ LOUDER = 2.0
 """Times as hard as all that is counted, from which on a hit before it is told."""
 SHOWN = 3
 """Places and lines that are named."""
+ADDED = " added to the background"
 OWN = "creak's own words, for want of a [limit]"
 
 
@@ -223,6 +224,7 @@ def _said(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, b
     assert worst is not None
     kinds = [k for k in ("rattle", "squeak", "slide", "slip") if any(k in p.does for p in places)]
     heard = _how_loud(worst.n5, worst.n_max) if worst.n5 is not None else ""
+    heard += ADDED * bool(heard and (summary["sound"] or {}).get("beside_background"))
     how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
     last = "" if summary.get("other_units") else f": {how}"
@@ -316,6 +318,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     if found.n5 is not None and _is_rare(found.n5, found.n_max):
         word = f"heard in less than 5 % of the time, up to {sones(found.n_max)}"
     loud = f"{word}; {found.why}" if word else ""
+    slips = "touches and slips " * any(p.squeak for p in found.places)
     of_all = " of all places" if len(found.places) > 1 else ""
     return [
         Tile(
@@ -324,11 +327,11 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
             f"{worst.does}, {number(worst.force, 3)} N" if worst else found.still,
         ),
         Tile(
-            "loudness added to the background" if found.beside else f"loudness{of_all}, N5",
+            f"loudness{of_all}{ADDED}" if found.beside else f"loudness{of_all}, N5",
             "not heard" if found.n5 is None else sones(found.n5),
             "; ".join(text for text in (band_words(found), loud) if text) or found.why,
         ),
-        Tile("events a second", number(found.rate, 2), f"at {plural(len(found.places), 'place')}"),
+        Tile("events a second", number(found.rate, 2), f"{slips}at {plural(len(found.places), 'place')}"),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
     ]
 

@@ -22,7 +22,7 @@ def answer_lines(summary: Mapping[str, Any]) -> list[str]:
     found = answer(summary)
     first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
     texts = list(_texts(found))
-    lines = [*first, *_place_lines(found.places)]
+    lines = [*first, *_place_lines(found.places, found.beside)]
     spare = max(LINES - len(lines) - len(texts), 0)
     for text in texts:
         own = _fitting(text, 1 + spare)
@@ -40,12 +40,13 @@ def _fitting(text: str, most: int) -> list[str]:
     return textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=most)
 
 
-def _place_lines(places: Sequence[Place]) -> list[str]:
+def _place_lines(places: Sequence[Place], beside: bool) -> list[str]:
     """A line for each of the first places, and one for the others."""
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
+    n5, n_max = ("adds", "adds up to") if beside else ("N5", "Nmax")
     lines = []
     for p in shown:
-        heard = "" if p.n5 is None else f", Nmax {sones(p.n_max)}" if p.is_rare else f", N5 {sones(p.n5)}"
+        heard = "" if p.n5 is None else f", {n_max} {sones(p.n_max)}" if p.is_rare else f", {n5} {sones(p.n5)}"
         often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} while it squeaks)" if p.squeak else "")
         told = f" {p.does}, {often}, {number(p.force, 3)} N{heard}"
         lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
