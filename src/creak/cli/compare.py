@@ -97,7 +97,7 @@ def _print(output: Output, found: Comparison) -> None:
     for title, table, left in (
         ("Settings that differ", shown.settings_table(found), (0, 1, 2)),
         ("The whole run", shown.figures_table(found), (0,)),
-        ("Places", shown.places_table(found), (0, 1)),
+        (shown.places_title(found), shown.places_table(found), (0, 1)),
     ):
         if table.rows:
             output.table(title, shown.rows(table), left)

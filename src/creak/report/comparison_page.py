@@ -14,7 +14,7 @@ from creak.report.tables.comparison import Comparison, Figure, Side
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.text import NONE, number, percent, plural
-from creak.report.words.verdict import verdict_line
+from creak.report.words.verdict import span, verdict_line
 from creak.version import version
 
 FILES = Path(__file__).parent
@@ -43,6 +43,7 @@ def write_comparison(found: Comparison, path: Path) -> None:
         settings=settings_table(found),
         figures=figures_table(found),
         places=places_table(found),
+        places_title=places_title(found),
         picture=Markup(_events_svg(found)),
         css=Markup((FILES / "report.css").read_text(encoding="utf-8")),
     )
@@ -106,6 +107,12 @@ def places_table(found: Comparison) -> Table:
     return Table(["place", "", found.a.name, found.b.name, "change"], rows, text_columns=2)
 
 
+def places_title(found: Comparison) -> str:
+    """Head of `places_table`: figures of places are not those of the whole run."""
+    spans = {span(side.found) for side in (found.a, found.b)}
+    return f"Places {spans.pop()}" if len(spans) == 1 else "Places, over the verification window of each"
+
+
 def rows(table: Table) -> list[list[str]]:
     """Header and rows, for the terminal."""
     return [table.head, *table.rows]
@@ -135,14 +142,14 @@ def _events_svg(found: Comparison) -> str:
 
     drawing = Drawing(figsize=(11.0, 3.4))
     FigureCanvasSVG(drawing)
-    axes = drawing.add_axes((0.07, 0.16, 0.91, 0.8))
+    axes = drawing.add_axes((0.07, 0.16, 0.91, 0.74))
     for side, sign, colour in ((found.a, 1.0, palette.REFERENCE), (found.b, -1.0, palette.REDUCED)):
         _stems(axes, side, sign, colour)
     axes.axhline(0.0, color=palette.MUTED, linewidth=0.8)
     axes.set_xlabel("time, s")
     axes.set_ylabel(f"force of the place, {found.units.force}")
     axes.yaxis.set_major_formatter(lambda value, _: f"{abs(value):g}")
-    axes.legend(frameon=False, loc="upper right")
+    axes.legend(frameon=False, loc="lower right", bbox_to_anchor=(1.0, 1.0), borderaxespad=0.0, ncols=2)
     axes.spines[["top", "right"]].set_visible(False)
     text = io.StringIO()
     drawing.savefig(text, format="svg", metadata={"Date": None, "Title": str(escape(sentence(found)))})

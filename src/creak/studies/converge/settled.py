@@ -254,7 +254,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
         parts = ", ".join(f"{name.replace('_', ' ')} {n}" for name, n in counts.items() if n)
         said.append(f"{len(open_ones)} of {len(c.judged)} events have not settled ({parts})")
     if new:
-        said.append(f"up to {new} events come and go from run to run")
+        said.append(f"up to {'1 event comes and goes' if new == 1 else f'{new} events come and go'} from run to run")
     said += [
         f"the {t.name} of the whole run {'may be off' if CHANCE in t.beside else 'changes'} by up to "
         f"{100.0 * t.settled_to:.2g} %"
