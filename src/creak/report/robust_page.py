@@ -22,6 +22,8 @@ from creak.version import version
 FILES = Path(__file__).parent
 MOST = 12
 """Bars of a picture."""
+PER_LINE = 6
+"""Words of a legend."""
 
 
 def write_robust(found: Robustness, path: Path) -> None:
@@ -67,6 +69,11 @@ def _axes(width: float, height: float) -> tuple[Any, Any]:
     return drawing, axes
 
 
+def _legend(drawing: Any, title: str | None = None) -> None:
+    """Clear of what is drawn."""
+    drawing.legend(frameon=False, loc="outside upper right", ncols=PER_LINE, title=title)
+
+
 def _svg(drawing: Any) -> str:
     text = io.StringIO()
     drawing.savefig(text, format="svg", metadata={"Date": None})
@@ -79,7 +86,9 @@ def _heat(found: Robustness) -> str:
     d = found.draws
     xyz = d.setup.model.nodes.coords[d.channels.nodes_idx]
     centred = xyz - xyz.mean(axis=0)
-    plane = centred @ np.linalg.svd(centred, full_matrices=False)[2][:2].T if len(xyz) > 1 else centred[:, :2]
+    widest = np.linalg.svd(centred, full_matrices=False)[2][:2] if len(xyz) > 1 else np.eye(2, 3)
+    forward = np.take_along_axis(widest, np.abs(widest).argmax(axis=1)[:, None], axis=1) > 0.0
+    plane = centred @ np.where(forward, widest, -widest).T  # what is up in the deck is not down in the picture
     drawing, axes = _axes(11.0, 4.2)
     odds = 100.0 * palette.touched(found.node_odds)
     order = np.argsort(odds)
@@ -118,7 +127,7 @@ def _fragility(found: Robustness) -> str:
     axes.set_ylabel("contact closes, % of draws")
     axes.set_ylim(0.0, 100.0)
     if axes.lines[:-1]:
-        axes.legend(frameon=False)
+        _legend(drawing)
     return _svg(drawing)
 
 
@@ -137,5 +146,5 @@ def _tornado(found: Robustness) -> str:
     axes.set_yticks(range(len(order)), [key.replace("$", r"\$") for key in order])
     axes.set_xlabel(f"mean of the largest force, {UNITS[found.draws.setup.study.config.model.units].force}")
     if order:
-        axes.legend(frameon=False, title="quarter of the values")
+        _legend(drawing, "quarter of the values")
     return _svg(drawing)
