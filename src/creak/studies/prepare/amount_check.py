@@ -30,6 +30,11 @@ NOTHING = 1e-9
 WEAK, HARD = 0.02, 1e4
 """m/s^2: peaks of 2 mg and 1000 g, beyond which no vibration of a vehicle or a shaker lies; shocks do."""
 
+INSTEAD = (
+    "Give its displacement, or take a multisine, which is faded in and has none; one line will do, with f_min = f_max"
+)
+STOPPED = 0.01
+"""Share of its highest speed below which what a table moves has come to rest where it was to go."""
 CARRIED = 0.5
 """Mean of a motion over its vibration above which it goes away: 1 of a velocity sin(w t) from rest."""
 
@@ -88,15 +93,19 @@ def drift_warnings(model: Model, driving: Driving, driven: Driven, loads: Loads)
     """Supports that a vibration from rest carries away from what stays where it is.
 
     The integral of A sin(w t) from rest has the mean A / w: a velocity of this kind moves its nodes by A / w to another
-    place, an acceleration drives them away at that speed. Where all supports go the same way, it changes nothing.
+    place, an acceleration drives them away at that speed, and so does what a sensor adds to a measured one given
+    as a table. Where all supports go the same way, it changes nothing.
     """
     length, found = SYSTEMS[driving.units].words[0], []
     held = dofs_of(np.setdiff1d(held_labels(model.fixed), driven.every))
     dofs = [other.dof for other in driving.moving.values()]
     for j, (name, t) in enumerate(driving.moving.items()):
-        if t.kind == "displacement" or not isinstance(t.signal, SineTable | SweepTable | PeriodicTable):
+        table = isinstance(t.signal, TableTable) and t.kind == "acceleration"
+        if t.kind == "displacement" or not (table or isinstance(t.signal, SineTable | SweepTable | PeriodicTable)):
             continue
-        u = loads.support[0, :, j]
+        u, speed = loads.support[0, :, j], loads.support[1, :, j]
+        if table and abs(speed[-1]) < STOPPED * np.abs(speed).max():
+            continue
         line = np.polynomial.Polynomial.fit(loads.time, u, 1)
         away, vibration = float(np.abs(u).max()), float(np.abs(u - line(loads.time)).max())
         others = [k for k, dof in enumerate(dofs) if dof == t.dof]
@@ -105,8 +114,8 @@ def drift_warnings(model: Model, driving: Driving, driven: Driven, loads: Loads)
             unit = length if t.dof in ("x", "y", "z") else "rad"
             found.append(
                 f"[excitation.{name}] carries its nodes {away:.3g} {unit} away, beside a vibration of {vibration:.3g}, "
-                f"and others stay: from rest, the {t.kind} of a {t.signal.type} keeps a mean. Give its displacement, "
-                "or take a multisine, which is faded in and has none; one line will do, with f_min = f_max"
+                f"and others stay: from rest, the {t.kind} of a {t.signal.type} keeps a mean. "
+                + ('A measured one is a type = "record", with a high_pass' if table else INSTEAD)
             )
     return [Warned(text) for text in found]
 

@@ -59,13 +59,13 @@ def test_records_that_do_not_fit_the_run_are_told(tmp_path, begin, count, said):
     assert all(words in told[0] for words in said)
 
 
-def told_of(tmp_path, time, a):
+def told_of(tmp_path, time, a, signal='type = "record", high_pass = 8', end=1.9):
     """What a study whose record this is says of it."""
     rows = np.stack([time, a], axis=1)
     np.savetxt(tmp_path / "road.csv", rows, delimiter=",", header="time,acc", comments="", fmt="%.9g")
-    record = 'signal = { type = "record", file = "road.csv", channel = "acc", high_pass = 8 }'
+    record = f'signal = {{ file = "road.csv", channel = "acc", {signal} }}'
     study = re.sub(r"signal = .*", record, STUDY).replace('"displacement"', '"acceleration"')
-    study = study.replace("step = 5e-4\nperiods = 2", "end = 1.9")
+    study = study.replace("step = 5e-4\nperiods = 2", f"end = {end}")
     return [note for note in set_up(read_study(write_strips(tmp_path, study=study))).notes if "record" in note]
 
 
@@ -98,6 +98,14 @@ def test_samples_that_no_road_made_are_told(tmp_path, wrong, said):
     told = told_of(tmp_path, STEP * np.arange(2000), a)
     assert len(told) == bool(said)
     assert all(said in text for text in told)
+
+
+def test_a_measured_acceleration_given_as_a_table_carries_its_supports_away(tmp_path):
+    """The offset of its sensor, 1 g, is 18 m in 1.9 s; what moves to a place and stops is as meant."""
+    t, table = STEP * np.arange(2000), 'type = "table"'
+    (told,) = told_of(tmp_path, t, tones(2000)[0] + 9810.0, table)
+    assert re.search(r'carries its nodes 1.76e\+04 mm away, .* A measured one is a type = "record", with', told)
+    assert not told_of(tmp_path, t, 100.0 * np.sin(np.pi * t), table, end=2.0)
 
 
 def test_pulses_with_pauses_and_coarse_tones_are_not_told_as_faults():
