@@ -215,6 +215,7 @@ def test_histories_become_a_table(creak, folder, tmp_path):
             run["displacement"][()].reshape(len(rows), -1),
             run["gap"][()],
             run["normal_force"][()],
+            run["peak_force"][()],
         ]
         names = [run[key].asstr()[()] for key in ("node_names", "channels")]
     np.testing.assert_array_equal(np.array(rows, dtype=float), np.concatenate(parts, axis=1))
@@ -224,6 +225,7 @@ def test_histories_become_a_table(creak, folder, tmp_path):
         f"{names[0][0]} RZ [rad]",
         f"{names[1][0]} gap [mm]",
         f"{names[1][0]} normal force [N]",
+        f"{names[1][0]} peak force [N]",
     ]
 
 
