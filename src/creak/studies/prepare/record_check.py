@@ -80,7 +80,8 @@ def _faults(record: Record) -> Iterator[str]:
     elif faults.reaches_top(x):
         yield (
             f"reaches up to the {0.5 / record.step:.4g} Hz that samples {record.step:.4g} s apart can hold: what "
-            "vibrated faster is missing, or was folded into lower frequencies if no filter kept it out. Sample faster"
+            "vibrated faster is missing, or was folded into lower frequencies if no filter kept it out. Sample faster, "
+            "or filter it where it is the noise of the sensor"
         )
 
 
