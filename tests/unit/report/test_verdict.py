@@ -145,4 +145,13 @@ def test_penetration_is_held_against_the_clearance(result_of):
     text = f"penetrate each other by 30{THIN}% of the clearance"
     assert any(text in t for t in warnings(findings_of(with_history(result, gap=deep))))
     assert not any("penetrate" in t for t in warnings(findings_of(with_history(result, gap=shallow))))
+    forced = result.setup.study.config.time
+    assert not forced.exact
+    for time, fix in (
+        (forced, "A shorter step"),
+        (forced.model_copy(update={"integrator": "exact"}), "Raise its stiff"),
+    ):
+        setup = result.setup.with_tables(time=time)
+        pressed = findings_of(replace(with_history(result, gap=deep), setup=setup))
+        assert any(fix in t for t in warnings(pressed) if "penetrate" in t)
     assert penetration(view, run, "no such contact") is None

@@ -244,9 +244,12 @@ def _deep(result: Findings) -> list[str]:
     if run is None:
         return []
     found = {g: penetration(result, run, g) for g in dict.fromkeys(result.gaps.group)}
+    exact = result.setup.study.config.time.exact
+    fix = (
+        "Raise its stiffness if they are stiffer." if exact else "A shorter step, or more substeps, lets it be stiffer."
+    )
     return [
-        f"at {group} the parts penetrate each other by {share(p.of_clearance)} of the clearance. A shorter step allows "
-        "a stiffer contact, and so do [time] substeps."
+        f"at {group} the parts penetrate each other by {share(p.of_clearance)} of the clearance. {fix}"
         for group, p in found.items()
         if p is not None and (p.of_clearance or 0.0) > PENETRATION_BAR
     ]
