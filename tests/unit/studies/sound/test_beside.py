@@ -60,7 +60,7 @@ def test_figures_of_each_place_stand_in_summary_and_page(folder, summary):
     assert all((place[name] is None) == (name in place["figures_missing"]) for name in FIGURES)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "Every figure of what is heard" in page
-    assert "sharpness, acum; roughness, asper; P" in page
+    assert "sharpness, acum; roughness, asper; prominence P" in page
 
 
 def test_limits_take_each_of_them(summary):
