@@ -13,15 +13,17 @@ from creak.arrays import FloatArray
 from creak.linalg.together import Solver
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import FINEST, LONGEST, STEPS, Span, affordable, near_channels
+from creak.studies.spots.choose import FINEST, LONGEST, STEPS, Span, Stretch, affordable, near_channels, stretch
 from creak.studies.spots.handover import SEED, Handover, states_at
 from creak.studies.spots.march import Marched, within
 from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
-from creak.verify.rubbing import rub_of
+from creak.verify.rubbing import STICK_SLIP, rub_of
 from creak.verify.unreduced import RubSpot
 
 SLIPS = 8
 """In a piece of stick-slip."""
+TOUCH, CHATTER = 8.0, 0.05
+"""Steps in a touch, and share of the time in contact that may go by in shorter ones."""
 OF_SLIP = 2 * STEPS
 """Of a median slip, the fewest: its work is off by the first power of the step."""
 STUCK = 4.0
@@ -43,9 +45,9 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     """March the unreduced model through pieces of rubbing and of lasting contact, drawn by the stored seed.
 
     It takes over displacement, velocity and friction forces of the reduced model; what rubs begins as stuck, and slips
-    from the first step on where the limit asks for it. A piece holds `SLIPS` slips, or as many as their steps allow;
-    where nothing slips by turns it has `ENOUGH` steps of the default length. They may cost what events may
-    (`Handover.budget`), the first of all at any cost; how many back-substitutions they took is told.
+    from the first step on where the limit asks for it. A piece holds `SLIPS` slips, or as many as their steps allow, or
+    an event; where nothing slips by turns nor hits it has `ENOUGH` steps of the default length. They may cost what
+    events may (`Handover.budget`), the first of all at any cost; how many back-substitutions they took is told.
 
     Parameters
     ----------
@@ -87,9 +89,14 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
 
 
 def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, float], at: float) -> Piece | None:
-    """One that begins at the share `at` of where it may begin; None where the window does not hold it."""
+    """The event, slips or stretch of time at the share `at` of all; None where the window does not hold it, or no steps
+    follow it."""
     H, friction = float(ends[1] - ends[0]), place.rub.friction
     last, parts = min(window[1], float(ends[-1])), fewest
+    squeaks = friction is not None and friction.state == STICK_SLIP
+    if place.events and place.rub.force is None and not squeaks:
+        s = stretch(place.events[int(at * len(place.events))], "", ends, fewest)
+        return None if s is None else _of_event(s, H, place)
     if friction is not None and friction.rate is not None:
         lasts = float(np.median([end - begin for begin, end in friction.slips]))
         while parts < FINEST * fewest and OF_SLIP * H / parts > lasts:
@@ -108,6 +115,18 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
     return Piece(first, parts, steps, place)
 
 
+def _of_event(s: Stretch, H: float, place: Place) -> Piece | None:
+    """By half the steps that an event needs, or finer ones: its touches rub, and the steps are to follow them; H (s) of
+    a flight step. Touches that chatter are held together by steps that do not, and rub for longer."""
+    lasts = np.array([end - begin for begin, end in s.event.touches])
+    s = s.finer()
+    while lasts[lasts < TOUCH * H / s.parts].sum() > CHATTER * lasts.sum():
+        if 2 * s.steps > LONGEST * STEPS:
+            return None
+        s = s.finer()
+    return Piece(s.first, s.parts, s.steps, place)
+
+
 def _slips(
     slips: Sequence[tuple[float, float]], window: tuple[float, float], at: float, longest: float
 ) -> tuple[float, float]:
@@ -120,8 +139,9 @@ def _slips(
     stick = np.minimum(half, STUCK * np.median(ends - starts))
     begins = np.maximum(window[0], starts - np.append(stick[-1], stick[:-1]))
     stops = np.minimum(window[1], ends + stick)
-    count = min(SLIPS, len(slips))
-    while count > 1 and np.min(stops[count - 1 :] - begins[: begins.size - count + 1]) > longest:
-        count -= 1
-    k = int(at * (len(slips) - count + 1))
-    return float(begins[k]), float(stops[k + count - 1])
+    count, fits = min(SLIPS, len(slips)), np.arange(0)
+    while fits.size == 0:
+        lasts = stops[count - 1 :] - begins[: begins.size - count + 1]
+        fits, count = np.flatnonzero((lasts <= longest) | (count == 1)), count - 1
+    k = int(fits[int(at * fits.size)])
+    return float(begins[k]), float(stops[k + count])

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from creak.studies.run.integrate import flowing
 from creak.studies.spots.check import _few_decide, check_spots
 from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
-from creak.studies.spots.rubs import _slips
+from creak.studies.spots.rubs import _of_event, _slips
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch
@@ -119,6 +120,19 @@ def test_a_slip_between_long_sticks_is_told_by_itself():
     slips = [(t, t + 2e-3) for t in np.arange(0.1, 1.0, 0.2).tolist()]
     begin, end = _slips(slips, (0.0, 1.0), 0.5, 0.1)
     assert (begin, end) == pytest.approx((0.5 - 8e-3, 0.502 + 8e-3))
+
+
+@pytest.mark.parametrize(
+    ("chatter", "lasts", "steps"), [(0, 2e-5, 92), (9, 2e-5, 92), (300, 2e-5, 1472), (300, 2e-6, None)]
+)
+def test_friction_of_an_event_is_checked_by_steps_that_follow_its_touches(chatter, lasts, steps):
+    """A touch of 4 ms, and short ones before it: they may carry a twentieth of the time, or are followed by eight steps
+    each, or there is no check. Held together they would rub for as long as they are apart."""
+    starts = 5.0 + 1e-4 * np.arange(chatter)
+    touches = [*((t, t + lasts) for t in starts.tolist()), (5.5, 5.504)]
+    stretch = Stretch(5000, 2, 46, SimpleNamespace(touches=touches), "")
+    piece = _of_event(stretch, 1e-4, SimpleNamespace())
+    assert (None if piece is None else piece.steps) == steps
 
 
 def test_a_complete_model_that_begins_with_its_blow_needs_no_spot_check(tmp_path):
