@@ -47,6 +47,10 @@ same study ends at the same f_max, however busy the machine is."""
 SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S, STEP_S = 1.4e-7, 5e-10, 5e-6, 1e-9, 3e-4
 """s for a dof of a back-substitution, for a cube of the dense eigenproblem, for a kept instant, for a mode of a channel
 in it, and for what a contact step of the unreduced model takes beside its solution: one core (door at 40 mm)."""
+SMALL = 10.0
+"""s (`_reckoned`) that all modes of a small model may take."""
+SOLUTIONS, SHORTER = 10.0, 4.0
+"""Eigenproblems until all modes are there, and times as many instants with them."""
 ROOM = 0.4
 """Of what a figure may be moved by that is for the modes (`settling.REST`): the rest is for the other sources."""
 PROOF = 0.35
@@ -73,7 +77,8 @@ def settle(
     Modes that change nothing at all are no answer before some have changed something: nothing excites them.
 
     The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay. The
-    unreduced model is asked where more modes change nothing any more: it knows of all that are left out.
+    unreduced model is asked where more modes change nothing any more: it knows of all that are left out. Of a model
+    that is small (`_is_small`) all modes are taken at once: nothing is left out then.
 
     Parameters
     ----------
@@ -86,6 +91,11 @@ def settle(
     v, at = first.setup.study.config.verification, first
     stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
     reckoned, moved = [_reckoned(reference, first.reduced, first.run)], False
+    if at.run.stopped is None and _is_small(reference, at.run):
+        at = _with_all_modes(at, reference, march, progress, store)
+        if at is not first:
+            same = at.run.stopped is None and tell_the_same(v, at.scope.window, first.run, at.run)
+            stages = [replace(stages[0], same=same), _stage(at.setup.band.f_max, at.reduced, at.run, at.reduced.wall_s)]
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
@@ -99,7 +109,7 @@ def settle(
         stage = _stage(following.band.f_max, more, again, more.wall_s - before)
         moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
         structure = None
-        if agree and moved and prove is not None:
+        if agree and moved and prove is not None and len(stages) > least:
             structure = prove(at, reference, progress)
             reckoned[-1] += structure.solves * (SOLVE_S * reference.free_dof + STEP_S)
         proven = None
@@ -123,6 +133,26 @@ def settle(
     return replace(at, stages=tuple(stages))
 
 
+def _is_small(reference: ReferenceModel, run: Run) -> bool:
+    """Would all modes, and the run with them, take less than spot checks may? That has shorter steps near contact."""
+    modes = SOLUTIONS * DIAGONAL_S * float(reference.free_dof) ** 3
+    return modes + SHORTER * _marched(run, reference.free_dof) <= SMALL
+
+
+def _with_all_modes(
+    first: ReducedRun, reference: ReferenceModel, march: March, progress: Progress, store: Store
+) -> ReducedRun:
+    """The run with all modes, f_max raised past the highest of them; the first one where they cannot be had."""
+    setup, reduced = first.setup, first.reduced
+    while not reduced.complete:
+        more = with_more_modes(setup.reduction, reference, first.gaps, reduced, progress, store.folder)
+        if more.modes == reduced.modes and not more.complete:
+            return first
+        setup = replace(setup, raised=setup.raised + 1)
+        reduced = more if more.complete else raised_model(setup.reduction, reference, first.gaps, more, progress, store)
+    return first if reduced is first.reduced else replace(first, setup=setup, reduced=reduced, run=march(reduced))
+
+
 def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stage:
     h = run.history
     impulse = float((h.weights @ h.force).sum())
@@ -137,9 +167,13 @@ def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known:
     known : the model whose modes were there before; None: it is the first one.
     """
     solves = reduced.solves - (0 if known is None else known.solves)
-    n, instants, channels = float(reduced.system.n), run.history.time.size, run.history.gap.shape[1]
-    marched = instants * (INSTANT_S + PRODUCT_S * n * channels)
-    return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + marched
+    n = float(reduced.system.n)
+    return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + _marched(run, n)
+
+
+def _marched(run: Run, n: float) -> float:
+    """s that the run of n modes takes."""
+    return run.history.time.size * (INSTANT_S + PRODUCT_S * n * run.history.gap.shape[1])
 
 
 def _too_much(f_max: float, more: ReducedModel, reckoned: list[float]) -> str:

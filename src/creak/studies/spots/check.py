@@ -44,7 +44,7 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     change the hardest event by more than a part (`RESOLVED`) of what the verdict lets it move by, all are marched again
     by these, once, where the rest of that holds it. Where what leaves the other events open is that so few were looked
     at (`_few_decide`), as many again are checked, once, for as much again. Of a complete model, where they count for
-    nothing (`Structure.complete`), neither is done.
+    nothing (`Structure.complete`), neither is done, and no more than `FEWEST_EVENTS` are checked.
     """
     made = [stretch(e, why, of.ends, of.fewest) for e, why in ordered(found, of)]
     order = [s for s in made if s is not None]
@@ -53,6 +53,7 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     near = near_channels(of.history, of.gaps, order, of.ends)
     price = price_of(of, near.size + 2 * of.gaps.select(near).rubbing)
     taken = affordable(order, price, of.budget - price.once, FEWEST_EVENTS)
+    taken = taken[:FEWEST_EVENTS] if found.reduced.complete else taken
     progress("spot checks", 0, 1)
     marched = partial(_marched, of, found.setup.marching, near, price, progress)
     spots, solves = marched(taken)

@@ -51,11 +51,11 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
 
     Parameters
     ----------
-    places : of the reduced run, numbered as they are told.
+    places : of the reduced run, numbered as they are told. Of a complete model one piece of each is marched.
     """
     window, places = run.scope.window, [p for p in (*places, *resting_places(run.scope, run.run)) if p.rub.figures]
     draw, order = np.random.default_rng(SEED), list[Piece]()
-    for _ in range(EACH):
+    for _ in range(1 if run.reduced.complete else EACH):
         order += [x for p in places if (x := _piece(p, of.ends, of.fewest, window, draw.random())) is not None]
     if not order:
         return (), 0
