@@ -19,7 +19,7 @@ from typing import TypeVar
 from rich.console import Console
 from rich.table import Table
 
-from creak.assembly.part import loose_system, part_system
+from creak.assembly.part import loose_system
 from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up_model
@@ -64,8 +64,9 @@ def assembly_stage(study: Path) -> tuple[Cost, Cost, tuple[int, ...]]:
     setup = set_up_model(checked, model)
     set_up = meter.read()
     meter = Meter()
-    parts = [part_system(model, i, setup.rayleigh, override=setup.override_damping) for i in range(len(model.parts))]
-    system = setup.structure.joined(parts, loose_system(model, setup.rayleigh))
+    structure = setup.structure
+    parts = [structure.part(i, model) for i in range(len(model.parts))]
+    system = structure.joined(parts, loose_system(model, structure.rayleigh))
     sizes = (model.nodes.count, model.n_elements, setup.contacts.m, system.n, int(system.K.nnz))
     return set_up, meter.read(), sizes
 

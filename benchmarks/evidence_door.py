@@ -114,7 +114,7 @@ class Bench:
         return self._march("unreduced", setup, self.reference, gaps)
 
     def _march(self, name: str, setup: Setup, model: ReducedModel | ReferenceModel, gaps: GapOperator | None) -> Run:
-        observed = Observed(setup.study.config.verification, setup.static, setup.watched)
+        observed = Observed(setup.study.config.verification, setup.static, setup.watch.nodes)
         return march_run(name, setup.marching, observed, model, self.gaps if gaps is None else gaps, silent)
 
     def forced(self, time: Mapping[str, Any]) -> Setup:

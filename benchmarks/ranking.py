@@ -85,11 +85,12 @@ def changes(study: creak.Study) -> list[dict[str, Any]]:
     """Every change that is tried of the first place: now, predicted, checked."""
     run = creak.run(study, converge=False, record=False)
     result, places = run.found, heard_places(run.found.scope, run.main, run.sound)
-    causes = find_causes(result, places)
+    setup = result.setup
+    causes = find_causes(setup.marching, setup.reduction, run.main, places)
     ear = replace(run.sound.ear, statistics=None) if isinstance(run.sound, Sound) else None
     assert not isinstance(causes, str), causes
-    now, tried = try_changes(result, places[0], causes[0], ear)
-    return [change_dict(c, now, e, checked_by_run(result, places[0], c, ear, lambda *_: None)) for c, e in tried]
+    now, tried = try_changes(result, ear, places[0], causes[0])
+    return [change_dict(c, now, e, checked_by_run(setup, ear, lambda *_: None, places[0], c)) for c, e in tried]
 
 
 def ranked(folder: Path, mesh_size: float) -> dict[str, Any]:

@@ -41,11 +41,13 @@ def door_rows(mesh_size: float, load: str, play: float | None) -> list[tuple[str
     assert run is not None
     places = find_places(result.scope, run)
     channels = [p.channels for p in places]
-    hear(result, channels)  # compiles
-    sound = hear(result, channels)
+    setup = result.setup
+    of = setup.study.listening, setup.marching, setup.reduction, result.reference, result.reduced, run, channels
+    hear(*of)  # compiles
+    sound = hear(*of)
     assert isinstance(sound, Sound), sound
     started = time.process_time()
-    find_causes(result, places)
+    find_causes(setup.marching, setup.reduction, run, places)
     causes = time.process_time() - started
     own, heard = run.cost.cpu_s, sound.cpu_s
     return [

@@ -86,7 +86,7 @@ def main() -> None:
         console.print(*row)
         table.add_row(*row)
     lines = Lines(console)
-    observed = Observed(setup.study.config.verification, setup.static, setup.watched)
+    observed = Observed(setup.study.config.verification, setup.static, setup.watch.nodes)
     full = march_run("unreduced", setup.marching, observed, reference, gaps, lines)
     console.print(cost_line(full))
     table.add_row(*over_hht(full, setup, reference.system, gaps))

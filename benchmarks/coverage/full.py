@@ -182,7 +182,7 @@ def damping_of(
     ValueError : it couples the modes, or is of two kinds.
     """
     M, K = to_dense(system.M), to_dense(system.K)
-    sup, zeta, d = system.supports, setup.modal, system.damping
+    sup, zeta, d = system.supports, setup.structure.modal, system.damping
     if zeta is not None:
         if d.extra is not None:
             raise ValueError("dashpots beside modal damping")

@@ -77,7 +77,7 @@ def _held(setup: Setup, point: str) -> str:
     """Dofs held and driven at a support, in words."""
     node = int(setup.model.node_set(point)[0])
     held = sorted({d for f in setup.model.fixed if node in f.nodes_idx for d in f.dofs})
-    driven = setup.driven.dofs_at(node)
+    driven = setup.structure.driven.dofs_at(node)
     names = " ".join(DOF_NAMES[d - 1] for d in held)
     moved = " ".join(DOF_NAMES[d - 1] for d in driven)
     return f"{names} held, {moved} driven" if moved else names

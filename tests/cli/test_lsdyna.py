@@ -108,7 +108,11 @@ def test_damping_of_the_deck_is_that_of_the_run(creak, tmp_path):
     deck = tmp_path / "deck.toml"
     deck.write_text(given.read_text().replace(CHANGES["[verification]"], "[verification]"))
     assert creak("screen", deck, "--quiet").status == 0
-    assert set_up(read_study(deck)).rayleigh == set_up(read_study(given)).rayleigh == Rayleigh(5.0, 2e-6)
+    assert (
+        set_up(read_study(deck)).structure.rayleigh
+        == set_up(read_study(given)).structure.rayleigh
+        == Rayleigh(5.0, 2e-6)
+    )
 
 
 def test_damping_that_is_not_read_stops_a_study_without_damping(creak, tmp_path):

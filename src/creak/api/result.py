@@ -149,7 +149,7 @@ class Result(Evaluation):
             if isinstance(self.sound, Sound):
                 put_sound(file, self.sound, self.findings.places)
 
-        written = save(self.found, self.findings, Path(folder), None if drawn is None else more, page)
+        written = save(self.findings, self.records(), Path(folder), None if drawn is None else more, page)
         if notes:
             raise NumericalError(f"{notes[0]}, its results are in {folder}")
         return written

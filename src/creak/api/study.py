@@ -141,7 +141,7 @@ def set_up(
     InputError : anything wrong in the study or the deck.
     """
     from creak.formats.endings import is_deck
-    from creak.model.units import METRES, UNITS
+    from creak.model.units import UNITS
     from creak.studies.file.identity import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
@@ -157,11 +157,11 @@ def set_up(
         if is_deck(path):
             return set_up_deck(path, ignore, units)
         study = read_study(path)
-    found = setup.set_up(study, ignore, store_of(study) if store is None else store)
-    config, places = found.study.config, found.study.places
-    listeners_of(found.model, config.listener, places, METRES[config.model.units])
-    background_of(config.background, places)
-    room_of(config.room, places)
+    found = setup.set_up(study, ignore, store_of(study.path) if store is None else store)
+    hearing = found.study.listening
+    listeners_of(found.model, hearing.listeners, hearing.places, hearing.metre)
+    background_of(hearing.background, hearing.places)
+    room_of(hearing.room, hearing.places)
     return found
 
 
@@ -203,7 +203,7 @@ def run_setup(
     one_of(converge, (True, False, None), "converge")
     of_kind(setup, Setup, "setup", "what creak.set_up made of a study")
     given = None if superelements is None else path_of(superelements, "superelements", "a folder")
-    folder = store_of(setup.study) if given is None else given
+    folder = store_of(setup.study.path) if given is None else given
     found = evaluate(
         setup,
         told_to(progress),

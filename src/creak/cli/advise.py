@@ -47,8 +47,9 @@ def advise(
     from creak.sound.forced import LOWEST
     from creak.sound.rayleigh import HIGHEST
     from creak.sound.zwicker_tables import RATE
-    from creak.studies.advise.advice import advise as look
-    from creak.studies.advise.advice import as_dict
+    from creak.studies.advise.advice import Advice, as_dict
+    from creak.studies.advise.choice import Settings, choose
+    from creak.studies.advise.facts import gather
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
 
@@ -65,7 +66,9 @@ def advise(
                 setup = set_up(changed_study(study_file, changes), ignore)
             setup_detail(output, setup)
             tell_setup(output, setup.no_contact, setup.notes, told)
-            advice = look(setup, progress, band)
+            facts, c = gather(setup, progress, band), setup.study.config
+            own = Settings(setup.reduction, c.time, c.precheck, c.proof, c.reference.until, c.contact)
+            advice = Advice(facts, choose(own, facts))
         _draw(output, advice)
         tell_notes(output, setup.notes, told)
         for text in advice.choice.warnings:

@@ -135,7 +135,7 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
     from creak.api.saved import open_result
     from creak.api.study import read_study
     from creak.studies.file.changes import read_changes, with_changes
-    from creak.studies.file.identity import decks_sha256, other_files_sha256
+    from creak.studies.file.identity import digests_of
 
     wanted = read_changes(changes)
     found = open_result(folder).findings
@@ -151,10 +151,8 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
     again = f"Run it again (creak run {path}), then compare."
     if study.text != stored.text:
         raise InputError(f"{path} is no longer the study that {folder} was made from", fix=again)
-    for what, was, now in (
-        (f"the deck of {path} has", run.deck_sha256, decks_sha256(study)),
-        (f"the other files that {path} names have", run.files_sha256, other_files_sha256(study)),
-    ):
+    whats = f"the deck of {path} has", f"the other files that {path} names have"
+    for what, was, now in zip(whats, (run.deck_sha256, run.files_sha256), digests_of(study), strict=True):
         if was != now:
             raise InputError(
                 f"{what} changed since {folder} was made: the two would differ by more than --set says",

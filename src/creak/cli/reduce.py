@@ -28,6 +28,7 @@ from creak.errors import CreakError, InputError, NumericalError, suggest
 if TYPE_CHECKING:
     from creak.model.mesh import Model
     from creak.reduction.health import Health
+    from creak.studies.file.config import ReductionTable
     from creak.studies.models.part_jobs import PartJob
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.superelements import Reduced
@@ -74,7 +75,7 @@ def reduce(
     _check_formats(export)
     study = changed_study(study_file, changes)
     check_method(study.config.reduction.method, study.places)
-    folder = out if out is not None else store_of(study)
+    folder = out if out is not None else store_of(study.path)
     writable_folder(folder)
     told: set[str] = set()
     with Output(quiet, verbose, as_json) as output:
@@ -82,7 +83,7 @@ def reduce(
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(study, ignore, folder)
-            _check_outputs(setup, folder, export)
+            _check_outputs(setup.model, setup.reduction.table, folder, export)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
             distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
@@ -107,14 +108,13 @@ def _check_formats(export: Sequence[str]) -> None:
         raise InputError(f"unknown format {unknown[0]!r}", expected=expected, fix=fix)
 
 
-def _check_outputs(setup: Setup, folder: Path, export: Sequence[str]) -> None:
+def _check_outputs(model: Model, table: ReductionTable, folder: Path, export: Sequence[str]) -> None:
     """Raise InputError for a file that has to stay where one of a part is to be written, before anything is reduced."""
     from creak.formats.matrices.superelements import files_of
     from creak.studies.models.saved import part_path
 
-    table = setup.reduction.table
     stays = {name.upper() for name in table.unreduced}
-    for name in ({p.name for p in setup.model.parts} | {n.upper() for n in table.substructures}) - stays:
+    for name in ({p.name for p in model.parts} | {n.upper() for n in table.substructures}) - stays:
         writable_file(part_path(folder, name), stream=False, kept=True)
         for form in export:
             for file in files_of(name, form):

@@ -213,8 +213,7 @@ def changed_study(study_file: Path, changes: list[str]) -> Study:
     from creak.studies.file.changes import read_changes, with_changes
 
     wanted = read_changes(changes)
-    study = read_study(study_file)
-    return with_changes(study, wanted) if wanted else study
+    return with_changes(read_study(study_file), wanted)
 
 
 def first_look(given: Study | Path) -> Study | Path:

@@ -8,17 +8,19 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
+from creak.formats.stored.results import RunRecord
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress
 from creak.studies.file.identity import store_of
 from creak.studies.findings.gather import findings_of
+from creak.studies.findings.histories import record_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.checkpoint import Checkpoints
-from creak.studies.run.job import ReferenceRun, StudyResult, run_study
+from creak.studies.run.job import ReducedRun, ReferenceRun, StudyResult, run_study
 from creak.studies.warned import Warned, attempted
 
 if TYPE_CHECKING:
@@ -45,6 +47,12 @@ class Evaluation:
     def summary(self) -> dict[str, Any]:
         """The content of summary.json (docs/results.md)."""
         return summary_of(self.findings)
+
+    def records(self) -> dict[str, RunRecord]:
+        """What results.h5 holds of each run."""
+        setup = self.found.setup
+        of = setup.model.nodes, setup.watch, setup.marching
+        return {name: record_of(run, *of) for name, run in self.found.runs.items()}
 
     @property
     def convergence(self) -> Convergence | None:
@@ -83,7 +91,7 @@ def evaluate(
     InputError : what is asked for does not fit the model, or is not there. NumericalError : a reduction or a
         factorisation failed.
     """
-    store = store or Store(store_of(setup.study))
+    store = store or Store(store_of(setup.study.path))
     from creak.studies.converge.auto_band import settle
     from creak.studies.spots.beside import beside_unreduced, events_beside
 
@@ -91,7 +99,8 @@ def evaluate(
     prove = None if proof == "none" else partial(events_beside, notes=said_of_proof)
     options: dict[str, Any] = {"record": record, "checkpoints": checkpoints}
     raising = partial(settle, prove=prove, store=store)
-    quick = setup.study.config.time.accuracy == "quick"  # f_max = "auto" stays where it begins
+    table = setup.study.config.time
+    quick = table.accuracy == "quick"  # f_max = "auto" stays where it begins
     told = converge is not False or changes != "none"
     least, begun, convergence = 0, time.perf_counter(), None
     while True:
@@ -110,7 +119,8 @@ def evaluate(
         from creak.studies.sound.heard import Sound, hear
 
         main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
-        repeated = _is_repeated(setup, found) if converge is None else converge
+        worth = table.exact and not quick and "reduced" in found.runs and found.stopped is None and found.gaps.presses
+        repeated = worth if converge is None else converge
         if first is not None and is_long and (repeated or changes != "none"):
             attempted("a first copy of the results", partial(_hand_over, found, first), None, notes)
         progress("sound", 0, 1)
@@ -119,13 +129,17 @@ def evaluate(
         if odd := other_units(setup.model, setup.study.config.model.units):
             sound: Sound | str = f"none: {odd}, so nothing is known in Pa"
         else:
-            sound = attempted("sound", partial(hear, found, places), silence, notes)
+            of = found.setup.marching, found.setup.reduction, found.reference, found.reduced
+            whole = None if found.stopped is not None else main
+            heard = partial(hear, found.setup.study.listening, *of, whole, places)
+            sound = attempted("sound", heard, silence, notes)
         progress("sound", 1, 1)
         if repeated:
             structure = beside_unreduced(found, heard_places(found.scope, main, sound), progress, notes)
             again = partial(repeat, found, progress, followed(found.scope, main, sound), structure)
             convergence = attempted("repeated runs", again, None, notes)
-        least = _stages_that_ended(found) if convergence is not None and lacks_modes(convergence) else 0
+        lacking = convergence is not None and lacks_modes(convergence) and "reference" not in found.runs
+        least = _stages_that_ended(found.band) if lacking and found.stopped is None else 0
         if not least:
             break
         said_of_proof.clear()
@@ -143,19 +157,9 @@ def evaluate(
     return Evaluation(found, findings_of(found, convergence, sound, causes, tests), sound)
 
 
-def _is_repeated(setup: Setup, found: StudyResult) -> bool:
-    """Is a run repeated where nobody says whether?"""
-    table = setup.study.config.time
-    settles = table.exact and table.accuracy != "quick" and "reduced" in found.runs
-    return settles and found.stopped is None and found.gaps.presses
-
-
-def _stages_that_ended(found: StudyResult) -> int:
-    """Stages of f_max = "auto" that the answer ended and not their cost; 0: none did, or one cannot go on."""
-    band = found.band
-    if band is None or band.why or band.run.stopped is not None or found.stopped is not None:
-        return 0
-    return 0 if "reference" in found.runs else len(band.stages)
+def _stages_that_ended(band: ReducedRun | None) -> int:
+    """Stages of f_max = "auto" that the answer ended and not their cost; 0: none did."""
+    return 0 if band is None or band.why or band.run.stopped is not None else len(band.stages)
 
 
 def _hand_over(found: StudyResult, first: Callable[[Evaluation], object]) -> None:

@@ -50,7 +50,7 @@ def supports_picture(doors: Doors) -> PictureBlock:
     """Figure 3.5: supports, driven point and contact surfaces."""
     setup = doors.setup
     points = np.array([int(setup.model.node_set(p)[0]) for p in POINTS])
-    driven = setup.driven.nodes_idx
+    driven = setup.structure.driven.nodes_idx
     marks = [
         Marks("contact surface of the panel", _surface(setup.model, "PANEL_EDGE"), PANEL_EDGE, "o", 5.0),
         Marks("contact surface of the frame", _surface(setup.model, "FRAME_FLANGE"), FLANGE, "o", 2.5),

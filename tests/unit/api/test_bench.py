@@ -89,7 +89,9 @@ def test_spectra_are_those_of_the_pairs_in_the_window(bench, reduced):
     reference = bench.spectra(bench.run())[1]
     assert motion.shape == (freq.size, 2, 3) == reference.shape
     assert creak.nrmse_by_axis(reference, motion)["z"] > 0.9
-    lone = replace(bench, setup=replace(bench.setup, pairs=np.zeros((0, 2), dtype=np.int64)))
+    lone = replace(
+        bench, setup=replace(bench.setup, watch=replace(bench.setup.watch, pairs=np.zeros((0, 2), dtype=np.int64)))
+    )
     assert "names no pairs" in str(refusal(lone.spectra, bench.run()))
 
 

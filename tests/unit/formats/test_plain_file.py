@@ -26,6 +26,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.findings.stored import read_findings
 from creak.studies.models.saved import boundary
 from creak.studies.prepare.setup import set_up
+from creak.studies.prepare.tolerances import points_of
 from creak.studies.robust.job import deviations_of
 from creak.studies.sound.background import background_of
 from creak.studies.sound.listeners import listeners_of
@@ -169,7 +170,8 @@ def test_every_file_that_a_study_names_is_refused_at_once(place, kind, tmp_path,
         room_of(found.config.room, found.places)
         listeners_of(setup.model, found.config.listener, found.places, 1e-3)
         material_pairs(found.lines)
-        deviations_of(setup)
+        points = points_of(setup.watch.lines.points, setup.model)
+        deviations_of(points, found.config.scatter.vary, found.places, found.config.model.units)
 
     with at_once(), pytest.raises(InputError, match=SAID[kind]):
         read()

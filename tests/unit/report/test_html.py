@@ -158,7 +158,8 @@ def test_unread_keywords_and_what_they_mean_are_listed(result_of):
     result = result_of("reduced only")
     unread = Unread("*PREPRINT", "plates.inp:7", True, "a made-up reason")
     model = replace(result.setup.model, unread=(unread,))
-    html = report_of(replace(result, setup=replace(result.setup, model=model)))
+    structure = replace(result.setup.structure, model=model)
+    html = report_of(replace(result, setup=replace(result.setup, structure=structure)))
     assert "*PREPRINT" in html
     assert "changes the answer" in html
     assert "a made-up reason" in html
@@ -311,7 +312,8 @@ def test_messages_on_the_page_show_no_back_tick(result_of):
     result = result_of("reduced only")
     note = "`creak run --converge` looks closer, where <a> is `b`"
     unread = Unread("*PREPRINT", "plates.inp:7", True, "see `creak info`")
-    setup = replace(result.setup, model=replace(result.setup.model, unread=(unread,)))
+    of = result.setup.structure
+    setup = replace(result.setup, structure=replace(of, model=replace(of.model, unread=(unread,))))
     html = report_of(replace(result, setup=setup, notes=[note, Warned(note)]))
     assert html.count("<li><code>creak run --converge</code> looks closer, where &lt;a&gt; is <code>b</code></li>") == 2
     assert "see <code>creak info</code>" in html

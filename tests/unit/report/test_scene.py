@@ -13,13 +13,11 @@ from creak.model.units import UNITS
 from creak.report.figures.motions import LEFT_OUT, shapes_of
 from creak.report.figures.scene import animations, scene
 from creak.studies.file.reader import read_study
-from creak.studies.findings.gather import findings_of
-from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import motion
 from creak.studies.run.job import run_study
 from creak.studies.run.motion import recorded_steps
-from helpers_findings import to_draw
+from helpers_findings import save_plain, to_draw
 
 UNIT = UNITS["mm-t-s"]
 
@@ -50,7 +48,7 @@ def test_recovered_motion_is_that_of_the_watched_nodes(result):
     amplitudes = np.array(first["amplitudes"])
     u = amplitudes @ decoded(first["shapes"], np.int16).reshape(amplitudes.shape[1], -1).astype(float)
     u = u.reshape(len(first["time"]), shape["count"], 3)
-    h, watched = result.runs["reduced"].history, result.setup.watched
+    h, watched = result.runs["reduced"].history, result.setup.watch.nodes
     kept = h.displacement.reshape(h.output_index.size, -1, 6)[:, :, :3]
     at = np.searchsorted(h.time[h.output_index], np.array(first["time"]) - 1e-9)
     # What the shapes leave out, and the rounding of each to 16 bits.
@@ -128,8 +126,8 @@ def test_steps_are_thinned_as_far_as_the_motion_allows(result, monkeypatch):
 
 def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(result, tmp_path, monkeypatch):
     """What ParaView shows is what the watched nodes do, to round-off; large models keep less."""
-    run, watched = result.runs["reduced"], result.setup.watched
-    save(result, findings_of(result), tmp_path)
+    run, watched = result.runs["reduced"], result.setup.watch.nodes
+    save_plain(result, tmp_path)
     field = motion_field(tmp_path / "results.h5")
     hardest = max(run.events, key=lambda e: e.force_peak_filtered)
     assert field.time[0] < hardest.t_start < hardest.t_end < field.time[-1]
@@ -141,5 +139,5 @@ def test_results_hold_the_motion_of_all_nodes_around_the_hardest_event_unasked(r
     assert np.abs(found[:, watched] - expected).max() <= 1e-9 * np.abs(expected).max()
     assert len(list(write_series(field, tmp_path / "motion.pvd").iterdir())) == field.time.size
     monkeypatch.setattr("creak.studies.findings.histories.UNASKED", 24 * result.setup.model.nodes.count * 5)
-    save(result, findings_of(result), tmp_path)
+    save_plain(result, tmp_path)
     assert motion_field(tmp_path / "results.h5").time.size <= 5

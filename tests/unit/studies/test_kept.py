@@ -93,7 +93,7 @@ def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)
         reduced = reduce_model(setup.reduction, reference, gaps, silent, Store(store))
-        run = FlowRun(reduced.system, gaps, setup.loads, OutputRequest(setup.watched), setup.marching.resolution)
+        run = FlowRun(reduced.system, gaps, setup.loads, OutputRequest(setup.watch.nodes), setup.marching.resolution)
         assert run.model.rows.shape[0] == gaps.m > 0
         assert not any(is_made(part) for part in reference.parts), change
         assert not is_made(reference.system)

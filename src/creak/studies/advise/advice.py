@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from creak.studies.advise.choice import Change, Choice, choose, settings_of
-from creak.studies.advise.facts import Facts, gather
+from creak.studies.advise.choice import Change, Choice
+from creak.studies.advise.facts import Facts
 from creak.studies.file.toml_text import toml_value
-from creak.studies.prepare.setup import Setup
-
-Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Advice:
-    """What is known of a study, and what follows from it."""
+    """What is known of a study that was not run, and what follows from it.
+
+    Errors are those that the same settings left on other structures (`advise_evidence`), not estimates for this one;
+    `bound` alone holds for any. Costs are of this machine: a factorisation and back-substitutions of the model, and
+    the memory a reduced step reads, both times counts. Expect a factor of two.
+    """
 
     facts: Facts
     choice: Choice
@@ -27,25 +29,6 @@ class Advice:
     def toml(self) -> str:
         """The lines of the study file to change; empty where nothing is to be changed."""
         return changes_toml(self.choice.changes)
-
-
-def advise(setup: Setup, progress: Progress, band: float | None = None) -> Advice:
-    """Look at a study without running it.
-
-    Errors are those that the same settings left on other structures (`advise_evidence`), not estimates for this one;
-    `bound` alone holds for any. Costs are of this machine: a factorisation and back-substitutions of the model, and
-    the memory a reduced step reads, both times counts. Expect a factor of two.
-
-    Parameters
-    ----------
-    band : Hz up to which sound is to be believed; what that takes is told too.
-
-    Raises
-    ------
-    InputError : anything wrong in the study or the deck.
-    """
-    facts = gather(setup, progress, band)
-    return Advice(facts, choose(settings_of(setup), facts))
 
 
 def changes_toml(changes: tuple[Change, ...]) -> str:

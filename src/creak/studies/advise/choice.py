@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
@@ -12,9 +12,9 @@ from creak.studies.advise.contact import StepAdvice, substeps_for
 from creak.studies.advise.evidence import DOOR, case, record
 from creak.studies.advise.facts import Facts, Option
 from creak.studies.file.config import PrecheckTable, Proof, TimeTable
+from creak.studies.file.contact_tables import ContactTable
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.reduction import Reduction
-from creak.studies.prepare.setup import Setup
 from creak.words import duration, percent
 
 ENOUGH, ALL = 11.0, 15.0
@@ -44,25 +44,19 @@ class Settings:
     """What a study says already of all that is advised."""
 
     reduction: Reduction
-    imported: bool
-    """Whether parts came as matrices."""
     time: TimeTable
     precheck: PrecheckTable
     proof: Proof
-    cut: bool
-    """Whether the study ends the unreduced run early."""
-    stiffness: frozenset[str]
-    """How that of its contacts is given: auto, hard, number, table."""
+    until: float | None
+    """s, where the study ends the unreduced run early."""
+    contacts: Mapping[str, ContactTable]
 
-
-def settings_of(setup: Setup) -> Settings:
-    """Those of a study."""
-    c = setup.study.config
-    contacts = c.contact.values()
-    named = {t.stiffness if isinstance(t.stiffness, str) else "number" for t in contacts if t.overclosure is None}
-    kinds = named | {"table" for t in contacts if t.overclosure is not None}
-    cut = c.reference.until is not None
-    return Settings(setup.reduction, bool(setup.superelements), c.time, c.precheck, c.proof, cut, frozenset(kinds))
+    @property
+    def stiffness(self) -> set[str]:
+        """How that of its contacts is given: auto, hard, number, table."""
+        tables = self.contacts.values()
+        named = {t.stiffness if isinstance(t.stiffness, str) else "number" for t in tables if t.overclosure is None}
+        return named | {"table" for t in tables if t.overclosure is not None}
 
 
 @dataclass(frozen=True)
@@ -121,7 +115,7 @@ def _option(own: Settings, facts: Facts, step: StepAdvice) -> tuple[Option | Non
             "method: craig-bampton, because memory does not hold a factor of the whole model, which modes of the "
             "assembly take"
         )
-    if table.substructures or table.unreduced or own.imported:
+    if table.substructures or table.unreduced or own.reduction.structure.superelements:
         return _by_parts(facts, f_max), (
             "method: craig-bampton, because the study has substructures, unreduced sets or imported parts; one "
             "assembly without them would be smaller with gap-modes"
@@ -173,7 +167,7 @@ def _changes(own: Settings, option: Option | None, step: StepAdvice, substeps: i
         wanted["time.step"] = (time.step, step.step)
         wanted["time.substeps"] = (time.substeps, substeps)
     wanted["precheck.enabled"] = (own.precheck.enabled, True)
-    kept = own.cut and isfinite(step.unreduced_s)
+    kept = own.until is not None and isfinite(step.unreduced_s)
     if step.unreduced_s > LONG_S and option is not None and not kept:
         wanted["reference.run"] = (own.proof, "spots")
     for key, (old, new) in wanted.items():

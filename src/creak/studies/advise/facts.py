@@ -195,7 +195,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
         wanted = sorted({low, *(max(x, c.verification.f_max) for x in others), *own})
         counted = _assembly(reference.system, wanted, progress)
         cost = unreduced_cost(reference.system, marching.scheme, c.time.step, gaps.m)
-    step = ReducedStep(gaps.m + 2 * gaps.rubbing, 6.0 * setup.watched.size / output_every(course))
+    step = ReducedStep(gaps.m + 2 * gaps.rubbing, 6.0 * setup.watch.nodes.size / output_every(course))
     options = _options(found, counted, fixed, f, step)
     bounce: Bounces | None = None
     if gaps.m and cost is not None and not c.time.exact:
@@ -203,7 +203,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     end = float(setup.loads.time[-1])
     steps = _steps(course, end, f, max(o.step_s for o in options), cost, bounce, progress)
     unknowns = found.unknowns(reduction.band.f_max)
-    runs = runs_of(marching, setup.watched.size, step.rows, unreduced=c.runs_unreduced)
+    runs = runs_of(marching, setup.watch.nodes.size, step.rows, unreduced=c.runs_unreduced)
     taken = memory(reduction, reference, counted, found.parts, unknowns, runs)
     sound = None
     if band is not None:

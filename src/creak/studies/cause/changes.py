@@ -17,7 +17,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.part import Rayleigh
 from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System, to_dense
-from creak.contact.gap_operator import GapOperator, join
+from creak.contact.gap_operator import GapOperator
 from creak.elements.block_matrices import block_matrices
 from creak.model.dofs import PER_NODE, node_dofs, nodes_of
 from creak.model.materials import NodalMatrices
@@ -27,10 +27,11 @@ from creak.reduction.diagonal import diagonalise
 from creak.reduction.modal import ModalShares
 from creak.studies.cause.decompose import Cause
 from creak.studies.findings.places import Place
-from creak.studies.models.reduced import coupled_again, with_damping
+from creak.studies.models.reduced import ReducedModel, coupled_again, with_damping
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
-from creak.studies.run.job import StudyResult
 
 GAP = 0.1
 """Share of the clearance by which a gap is opened."""
@@ -70,7 +71,7 @@ class Change:
         """The change of the whole model."""
         of = self.of_gaps
         setup = replace(setup, contacts=of(setup.contacts), connectors=of(setup.connectors))
-        return setup if self.of_structure is None else setup.with_structure(self.of_structure(setup.structure))
+        return setup if self.of_structure is None else replace(setup, structure=self.of_structure(setup.structure))
 
 
 @dataclass(frozen=True)
@@ -88,28 +89,43 @@ class Effect:
         return self.impulse if self.n5 is None else self.n5
 
 
-def candidates(result: StudyResult, place: Place, cause: Cause) -> Iterator[Change]:
-    """All changes that are tried for a place."""
-    setup, gaps, name = result.setup, result.gaps, place.contact
-    structure, units = setup.structure, setup.study.config.model.units
-    damp = partial(with_damping, structure.modal, setup.band)
+def candidates(
+    place: Place,
+    cause: Cause,
+    reduction: Reduction,
+    reference: ReferenceModel,
+    reduced: ReducedModel,
+    gaps: GapOperator,
+    at_rest: GapOperator,
+) -> Iterator[Change]:
+    """All changes that are tried for a place.
+
+    Parameters
+    ----------
+    gaps : channels of the run. at_rest : the same, or all, without static loads.
+    """
+    name, structure, units = place.contact, reduction.structure, reduction.driving.units
+    damp = partial(with_damping, structure.modal, reduction.band)
     mine = gaps.of_groups({name})
-    own = gaps if setup.static is None else join(setup.static.before)
-    clearance = float(own.gap0[own.of_groups({name})].mean())
-    if clearance > 0.0 and own.preload is None:
+    clearance = float(at_rest.gap0[at_rest.of_groups({name})].mean())
+    if clearance > 0.0 and at_rest.preload is None:
         yield _wider(name, GAP * clearance, UNITS[units].length)
     springs = mine & np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
     if springs[place.channels].all() and gaps.curves is None:
         yield _softer(name)
     if structure.modal is not None or structure.rayleigh != Rayleigh(0.0, 0.0):
         yield _more_damping(structure)
-    mass = MASS * result.reference.system.stats.mass
+    mass = MASS * reference.system.stats.mass
     yield _heavier(structure.model, int(gaps.nodes_idx[cause.channel]), mass, units, damp)
-    for channel in _fastened(setup.model, gaps, mine, cause.channel):
+    for channel in _fastened(structure.model, gaps, mine, cause.channel):
         ends = _ends(gaps, channel)
         if ends is not None:
             yield _fastener(structure.model, ends, units, damp)
-    yield from _moved(result, cause.channel, damp)
+    ends = _ends(gaps, cause.channel)
+    if ends is not None and reduced.superelements:
+        hard = float(gaps.stiffness[cause.channel])
+        apart = partial(coupled_again, reference=reference, gaps=gaps, superelements=reduced.superelements)
+        yield from _moved(reduction, ends, hard, apart, damp)
 
 
 def _same(what: GapOperator) -> GapOperator:
@@ -164,35 +180,42 @@ def _fastener(model: Model, ends: tuple[int, int], units: UnitsName, damp: Dampe
     return _with_matrices("fastener", words, model, ends, K, np.zeros_like(K), damp)
 
 
-def _moved(result: StudyResult, channel: int, damp: Damped) -> Iterator[Change]:
-    """The nearest fastener between the parts of a channel, put there; none where superelements are not joined."""
-    setup, gaps, reduced = result.setup, result.gaps, result.reduced
-    model, ends = setup.model, _ends(gaps, channel)
-    if ends is None or reduced is None or not reduced.superelements:
-        return
+def _moved(
+    reduction: Reduction,
+    ends: tuple[int, int],
+    hard: float,
+    joined: Callable[[Reduction], ReducedModel],
+    damp: Damped,
+) -> Iterator[Change]:
+    """The nearest fastener between the parts of two nodes, put there.
+
+    Parameters
+    ----------
+    hard : stiffness of the contact there. joined : gives the model whose superelements are joined another way.
+    """
+    structure = reduction.structure
+    model = structure.model
     beyond = APART * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
     parts = tuple(part_of(model, n) for n in ends)
     old = nearest_fastener(model, (parts[0], parts[1]), model.nodes.coords[ends[0]], beyond)
     if old is None or (old.stiffness is not None and not old.stiffness.any()):
         return
     less = without_fastener(model, old)
-    hard = gaps.stiffness[channel]
     k = old.stiffness
     if k is None:
-        k = (hard if 0.0 < hard < np.inf else FASTENER[setup.study.config.model.units]) * np.eye(3)
+        k = (hard if 0.0 < hard < np.inf else FASTENER[reduction.driving.units]) * np.eye(3)
     K = translations(k)
 
     def rest(s: Structure) -> Structure:
         return replace(s, model=without_fastener(s.model, old))
 
     def apart(_: System) -> System:
-        how = replace(setup.reduction, structure=rest(setup.structure))
-        return coupled_again(how, result.reference, gaps, reduced.superelements).system
+        return joined(replace(reduction, structure=rest(structure))).system
 
     a, b, c, d = (node_name(model, n) for n in (*old.nodes, *ends))
     words = f"the fastener between {a} and {b} moved to {c} and {d}"
     change = _with_matrices("moved", words, model, ends, K, 0.0 * K, damp)
-    if unheld_parts(replace(less, blocks=(*less.blocks, *change.blocks)), setup.driven):
+    if unheld_parts(replace(less, blocks=(*less.blocks, *change.blocks)), structure.driven):
         return
     of, whole = change.of_system, change.of_structure
     assert of is not None

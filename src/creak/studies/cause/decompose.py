@@ -31,9 +31,8 @@ from creak.model.mesh import Model
 from creak.signals.resampling import cell_means
 from creak.studies.findings.places import Place
 from creak.studies.prepare.marching import Marching
-from creak.studies.run.compared import main_run
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.integrate import integrate
-from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
 
@@ -104,24 +103,37 @@ class Cause:
         return sum(s.total for s in self.sources)
 
 
-def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ...] | str:
-    """The cause of the hardest event of each place of the reduced run that shows one, or why none can be told."""
-    run = main_run(result.runs)
-    why_not = _why_not(result, run, places)
-    if why_not or run is None:
-        return why_not
-    setup, gaps, system = result.setup, result.gaps, run.system
-    flights = setup.loads.time[::SAMPLES]
+def find_causes(
+    marching: Marching, reduction: Reduction, run: Run | None, places: Sequence[Place]
+) -> tuple[Cause, ...] | str:
+    """The cause of the hardest event of each place of the reduced run that shows one, or why none can be told.
+
+    Parameters
+    ----------
+    run : None: it ended early.
+    """
+    if not places:
+        return "nothing touches in the window"
+    if run is None:
+        return "the run ended early"
+    if run.name != "reduced":
+        return "only a reduced model has few enough modes"
+    if not marching.table.exact:
+        return "a scheme is forced"
+    gaps, system, loads = run.gaps, run.system, marching.loads
+    if not is_modal(system) or not np.all(np.asarray(system.M.diagonal()) > 0.0):
+        return "damping couples the modes, or some coordinates have no mass"
+    flights = loads.time[::SAMPLES]
     chosen = [_instant(run.history, gaps, place, flights) for place in places]
     if not any(chosen):
         return "every contact was over within a flight step, and before it the gap was wider than at rest"
     steps = np.unique([step for _, step in filter(None, chosen)])
-    seen = _Seen(setup.loads, setup.marching.resolution, system, gaps)
-    march = partial(marched, setup.marching, steps=steps)
-    history, coordinates = _motion_at(run, steps, lambda: march(system, gaps, setup.loads))
-    columns = excitation_columns(setup.driven.names, list(setup.study.driving.forcing))
+    seen = _Seen(loads, marching.resolution, system, gaps)
+    march = partial(marched, marching, steps=steps)
+    history, coordinates = _motion_at(run, steps, lambda: march(system, gaps, loads))
+    columns = excitation_columns(reduction.structure.driven.names, list(reduction.driving.forcing))
     q = dict(zip(steps.tolist(), coordinates.T, strict=True))
-    alone = _alone(march, setup.loads, columns, system, gaps.without_force(), steps)
+    alone = _alone(march, loads, columns, system, gaps.without_force(), steps)
     groups = _touched_groups(gaps, run.history)
     found = []
     for place, instant in zip(places, chosen, strict=True):
@@ -131,7 +143,7 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
         row = int(_rows(history, flights[[step]])[0])
         own = {name: at_steps[step] for name, at_steps in alone.items()}
         sources = _sources(seen, own, groups, history, row, q[step], channel)
-        support = setup.loads.support[0, SAMPLES * step]
+        support = loads.support[0, SAMPLES * step]
         found.append(
             Cause(
                 place.number,
@@ -142,7 +154,7 @@ def find_causes(result: StudyResult, places: Sequence[Place]) -> tuple[Cause, ..
                 seen.frequencies,
                 seen.damping,
                 _with_supports(columns, seen, sources, support, channel),
-                seen.of_parts(setup.model, channel, q[step], support),
+                seen.of_parts(reduction.structure.model, channel, q[step], support),
             )
         )
     return tuple(found)
@@ -155,20 +167,6 @@ def _motion_at(run: Run, steps: IntArray, again: Callable[[], History]) -> tuple
         return run.history, kept.coordinates[:, np.searchsorted(kept.steps, steps)]
     history = again()
     return history, history.coordinates
-
-
-def _why_not(result: StudyResult, run: Run | None, places: Sequence[Place]) -> str:
-    if not places:
-        return "nothing touches in the window"
-    if run is None or result.stopped is not None:
-        return "the run ended early"
-    if result.reduced is None or run.name != "reduced":
-        return "only a reduced model has few enough modes"
-    if not result.setup.study.config.time.exact:
-        return "a scheme is forced"
-    if not is_modal(run.system) or not np.all(np.asarray(run.system.M.diagonal()) > 0.0):
-        return "damping couples the modes, or some coordinates have no mass"
-    return ""
 
 
 def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatArray) -> tuple[int, int] | None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -21,8 +22,9 @@ from creak.studies.cause.decompose import Cause, find_causes, marched
 from creak.studies.cause.told import cause_dict, change_dict, change_words
 from creak.studies.findings.places import Place, channels_at, events_at
 from creak.studies.findings.sound import heard_places
-from creak.studies.models.reference import rejoined
+from creak.studies.models.reference import ReferenceModel, rejoined
 from creak.studies.prepare.marching import Scope
+from creak.studies.prepare.setup import Setup
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started
@@ -38,84 +40,70 @@ IMPULSE = "N s"
 
 
 def find_changes(
-    result: StudyResult,
-    sound: Sound | str | None,
     places: Sequence[Place],
     causes: Sequence[Cause],
+    tried: Callable[[Place, Cause], tuple[Effect, list[tuple[Change, Effect]]]],
+    check: Callable[[Place, Change], Effect | str] | None,
     progress: Progress,
-    *,
-    check: bool = False,
 ) -> dict[int, list[dict[str, object]]]:
     """Number of each of the first places -> the `KEPT` changes that leave least of it, one of a kind, with effects.
 
     Parameters
     ----------
-    check : make a full run, with a reduction of its own, of each change that is kept.
+    tried : as `try_changes`. check : what a full run says of a change; None: none is made.
     """
-    ear = (
-        replace(sound.ear, beyond=None, statistics=None) if isinstance(sound, Sound) else None
-    )  # that of a change is not known
     shown, out = list(zip(places, causes, strict=True))[:MOST_PLACES], {}
     for done, (place, cause) in enumerate(shown):
         progress("changes that would help", done, len(shown))
-        now, tried = try_changes(result, place, cause, ear)
-        tried.sort(key=lambda t: (t[1].rank, t[1].impulse))
-        helps = [t for t in tried if t[1].rank < now.rank or t[1].impulse < now.impulse]
+        now, every = tried(place, cause)
+        every.sort(key=lambda t: (t[1].rank, t[1].impulse))
+        helps = [t for t in every if t[1].rank < now.rank or t[1].impulse < now.impulse]
         best = [t for i, t in enumerate(helps) if t[0].kind not in {u[0].kind for u in helps[:i]}][:KEPT]
-        out[place.number] = [
-            change_dict(c, now, e, checked_by_run(result, place, c, ear, progress) if check else None) for c, e in best
-        ]
+        out[place.number] = [change_dict(c, now, e, None if check is None else check(place, c)) for c, e in best]
     progress("changes that would help", len(shown), len(shown))
     return out
 
 
 def try_changes(
-    result: StudyResult, place: Place, cause: Cause, ear: Ear | None
+    found: StudyResult, ear: Ear | None, place: Place, cause: Cause
 ) -> tuple[Effect, list[tuple[Change, Effect]]]:
     """The place as it is, and with each change that can be marched, on the reduced model."""
-    run = main_run(result.runs)
+    setup, scope, run = found.setup, found.scope, main_run(found.runs)
     assert run is not None
-    now = effect_of(result.scope, place, run.system, run.gaps, run.history, ear)
+    assert found.reduced is not None
+    system, marching = run.system, setup.marching
+    at_rest = run.gaps if setup.static is None else join(setup.static.before)
+    of = setup.reduction, found.reference, found.reduced, run.gaps
     tried = []
-    for change in candidates(result, place, cause):
-        effect = predicted(result, place, change, run.system, ear)
-        if effect is not None:
-            tried.append((change, effect))
-    return now, tried
+    for change in candidates(place, cause, *of, at_rest):
+        changed = system if change.of_system is None else change.of_system(system)
+        if not is_modal(changed):
+            continue
+        try:
+            gaps = change.of_gaps(run.gaps)
+            if setup.static is not None:
+                gaps = _in_equilibrium(change.of_setup(setup.unstarted()), found.reference, change, gaps.names)
+            history = marched(marching, changed, gaps, marching.loads, np.zeros(0, dtype=np.int64))
+        except (Stopped, CreakError):
+            continue
+        like = system if change.same_modes else None
+        tried.append((change, effect_of(scope, place, changed, gaps, history, ear, like)))
+    return effect_of(scope, place, system, run.gaps, run.history, ear), tried
 
 
-def predicted(result: StudyResult, place: Place, change: Change, system: System, ear: Ear | None) -> Effect | None:
-    """On the reduced model; None where that cannot be marched."""
-    changed = system if change.of_system is None else change.of_system(system)
-    if not is_modal(changed):
-        return None
-    try:
-        gaps = _gaps_with(result, change)
-        history = marched(result.setup.marching, changed, gaps, result.setup.loads, np.zeros(0, dtype=np.int64))
-    except (Stopped, CreakError):
-        return None
-    return effect_of(result.scope, place, changed, gaps, history, ear, system if change.same_modes else None)
-
-
-def _gaps_with(result: StudyResult, change: Change) -> GapOperator:
-    """The channels of a run with a change, in equilibrium with its static loads."""
-    if result.setup.static is None:
-        return change.of_gaps(result.gaps)
-    setup = change.of_setup(result.setup.unstarted())
-    reference = result.reference
+def _in_equilibrium(setup: Setup, reference: ReferenceModel, change: Change, names: Sequence[str]) -> GapOperator:
+    """These channels with a change, in equilibrium with the static loads."""
     if change.blocks:
         reference = rejoined(setup.structure, reference, [b.part for b in change.blocks])
     again = started(setup, reference, silent)
     every = join([again.contacts, again.connectors])
     row = {name: i for i, name in enumerate(every.names)}
-    return every.select(np.array([row[name] for name in result.gaps.names], dtype=np.int64))
+    return every.select(np.array([row[name] for name in names], dtype=np.int64))
 
 
-def checked_by_run(
-    result: StudyResult, place: Place, change: Change, ear: Ear | None, progress: Progress
-) -> Effect | str:
+def checked_by_run(setup: Setup, ear: Ear | None, progress: Progress, place: Place, change: Change) -> Effect | str:
     """The effect in a run of the changed model, reduced anew; why there is none."""
-    setup = change.of_setup(result.setup.unstarted())
+    setup = change.of_setup(setup.unstarted())
     c = setup.study.config
     setup = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
     try:
@@ -149,7 +137,7 @@ def effect_of(
 
 
 def causes_of(
-    result: StudyResult, sound: Sound | str | None, progress: Progress, changes: str = "none"
+    found: StudyResult, sound: Sound | str | None, progress: Progress, changes: str = "none"
 ) -> tuple[dict[int, dict[str, Any]], list[str]]:
     """Number of each place of the main run -> its cause, and notes.
 
@@ -157,22 +145,26 @@ def causes_of(
     ----------
     changes : "none", "predicted" or "checked", as `creak.run` has it.
     """
-    places = [p for p in heard_places(result.scope, main_run(result.runs), sound) if p.events]
+    setup, run = found.setup, main_run(found.runs)
+    places = [p for p in heard_places(found.scope, run, sound) if p.events]
     progress("what causes it", 0, 1)
-    found = find_causes(result, places)
+    causes = find_causes(setup.marching, setup.reduction, None if found.stopped is not None else run, places)
     progress("what causes it", 1, 1)
-    if isinstance(found, str):
+    if isinstance(causes, str) or run is None:
         if not places:
             return {}, []
-        text = f"no cause is told of the places: {found}"
+        text = f"no cause is told of the places: {causes}"
         return {}, [Warned(text) if changes != "none" else text]
-    length = UNITS[result.setup.study.config.model.units].length
-    out = {cause.place: cause_dict(cause, result.setup.loads, result.gaps, length) for cause in found}
-    if changes != "none":
-        told_of = [p for p in places if p.number in out]
-        every = find_changes(result, sound, told_of, found, progress, check=changes == "checked")
-        for number, some in every.items():
-            out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
-        if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):
-            return out, [f"what changes do to N5 is told of what the modes tell, up to {told:.0f} Hz"]
+    length = UNITS[setup.study.config.model.units].length
+    out = {cause.place: cause_dict(cause, setup.loads, run.gaps, length) for cause in causes}
+    if changes == "none":
+        return out, []
+    ear = replace(sound.ear, beyond=None, statistics=None) if isinstance(sound, Sound) else None  # not known of changes
+    tried, check = partial(try_changes, found, ear), partial(checked_by_run, setup, ear, progress)
+    told_of = [p for p in places if p.number in out]
+    every = find_changes(told_of, causes, tried, check if changes == "checked" else None, progress)
+    for number, some in every.items():
+        out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
+    if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):
+        return out, [f"what changes do to N5 is told of what the modes tell, up to {told:.0f} Hz"]
     return out, []

@@ -88,8 +88,8 @@ def settle(
     store : as `reduce_model`.
     least : stages that are known not to be enough.
     """
-    v, at = first.setup.study.config.verification, first
-    stages = [_stage(first.setup.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
+    v, at = first.scope.verification, first
+    stages = [_stage(first.reduction.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
     reckoned, moved = [_reckoned(reference, first.reduced, first.run)], False
     if at.run.stopped is None and _is_small(reference, at.run):
         at = _with_all_modes(at, reference, march, progress, store)
@@ -99,14 +99,14 @@ def settle(
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
-            more = with_more_modes(at.setup.reduction, reference, at.gaps, at.reduced, progress, store.folder)
+            more = with_more_modes(at.reduction, reference, at.gaps, at.reduced, progress, store.folder)
         except OutOfMemory as error:
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
         more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
-        following = replace(at.setup, raised=at.setup.raised + 1)
-        stage = _stage(following.band.f_max, more, again, more.wall_s - before)
+        band = at.reduction.band.raised_to(at.reduction.band.raised + 1)
+        stage = _stage(band.f_max, more, again, more.wall_s - before)
         moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
         structure = None
         if agree and moved and prove is not None and len(stages) > least:
@@ -118,18 +118,19 @@ def settle(
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
         enough = agree and moved and proven is not False and len(stages) > least
-        why = "" if enough else _too_much(following.band.f_max, more, reckoned)
+        why = "" if enough else _too_much(band.f_max, more, reckoned)
         if not (enough or why) and again.stopped is None:
+            following = replace(at.reduction, band=band)
             try:
                 reduced = more
                 if not more.complete:
-                    reduced = raised_model(following.reduction, reference, at.gaps, more, progress, store)
+                    reduced = raised_model(following, reference, at.gaps, more, progress, store)
             except OutOfMemory as error:
-                why = f"f_max {BAND * following.band.f_max:,.0f} Hz does not fit: {error}"
+                why = f"f_max {BAND * band.f_max:,.0f} Hz does not fit: {error}"
         if enough or why or again.stopped is not None:
             return replace(at, more=(more, again), stages=tuple(stages), why=why, structure=structure)
         stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
-        at = replace(at, setup=following, reduced=reduced, run=again)
+        at = replace(at, reduction=following, reduced=reduced, run=again)
     return replace(at, stages=tuple(stages))
 
 

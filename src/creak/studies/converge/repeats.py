@@ -83,6 +83,20 @@ def converge(
     """
     base, setup = result.runs.get("reduced") or result.runs["reference"], result.setup
     c, notes, repeats = setup.study.config, list[str](), list[Repeat]()
+
+    def ready(repeat: Repeat, progress: Progress) -> _Ready:
+        known = result.band.more if result.band is not None and repeat.family == "modes" else None
+        if known is not None:  # f_max = "auto" has made it
+            return _Ready(repeat, known[0].system, result.gaps, lambda _: known[1])
+        again = repeated_setup(setup, repeat, _substeps(c.time, base))
+        model: ReducedModel | ReferenceModel = result.reduced or result.reference
+        if isinstance(model, ReducedModel) and repeat.family == "modes":
+            model = with_more_modes(again.reduction, result.reference, result.gaps, model, progress)
+        gaps = scaled_contact(result.gaps, _scaled(result.gaps, c.contact), repeat.stiffness)
+        observed = Observed(c.verification, again.static, np.zeros(0, dtype=np.int64))
+        march = partial(march_run, repeat.name, again.marching, observed, model, gaps)
+        return _Ready(repeat, model.system, gaps, march)
+
     first = Repeat(BASE, "", c.time.step, f_max=None if result.reduced is None else setup.band.f_max)
     outcomes = {BASE: outcome_of(first, base, places.base, places.rubs)}
     if base.stopped is not None:
@@ -93,7 +107,7 @@ def converge(
         repeats, notes = plan(first, c.contact, base.gaps, setup.connectors, exact=c.time.exact)
         more, said = with_modes(first, c.reduction, result.reduced)
         repeats, notes = [*repeats, *more], [*notes, *said]
-        outcomes |= _outcomes(result, base, repeats, places, progress)
+        outcomes |= _outcomes(ready, repeats, places, _side_by_side(result.reduced, base), progress)
     if repeats and result.reduced is not None and result.reduced.complete:
         same = replace(first, name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
@@ -197,11 +211,15 @@ class _Ready:
 
 
 def _outcomes(
-    result: StudyResult, base: Run, repeats: Sequence[Repeat], places: Followed, progress: Progress
+    ready: Callable[[Repeat, Progress], _Ready],
+    repeats: Sequence[Repeat],
+    places: Followed,
+    side_by_side: int,
+    progress: Progress,
 ) -> dict[str, Outcome]:
     """Each run; one that cannot be made has no events and says why.
 
-    Models are made one after the other. Reduced ones then march side by side, a core each, the longest first.
+    Models are made one after the other. So many then march at once, the longest first.
     """
     shared = Shared(progress)
 
@@ -210,23 +228,23 @@ def _outcomes(
 
     def made(repeat: Repeat) -> _Ready | Outcome:
         try:
-            return _ready(result, base, repeat, _named(repeat, progress))
+            return ready(repeat, _named(repeat, progress))
         except CreakError as error:
             return failed(repeat, error)
 
-    def marched(ready: _Ready | Outcome) -> Outcome:
-        if isinstance(ready, Outcome):
-            return ready
-        repeat, gaps = ready.repeat, ready.gaps
+    def marched(one: _Ready | Outcome) -> Outcome:
+        if isinstance(one, Outcome):
+            return one
+        repeat, gaps = one.repeat, one.gaps
         try:
-            run = ready.march(_named(repeat, shared))
+            run = one.march(_named(repeat, shared))
             rubs = places.rubs_of(gaps, run.history)
-            return outcome_of(repeat, run, places.of(ready.system, gaps, run.history), rubs)
+            return outcome_of(repeat, run, places.of(one.system, gaps, run.history), rubs)
         except CreakError as error:
             return failed(repeat, error)
 
     every = [made(repeat) for repeat in repeats]
-    return {o.repeat.name: o for o in at_once(marched, every, _side_by_side(result.reduced, base), shared.halt)}
+    return {o.repeat.name: o for o in at_once(marched, every, side_by_side, shared.halt)}
 
 
 def _side_by_side(reduced: ReducedModel | None, base: Run) -> int:
@@ -246,27 +264,6 @@ def _named(repeat: Repeat, progress: Progress) -> Progress:
         progress(stage if stage.startswith(repeat.name) else f"{repeat.name}: {stage}", done, total)
 
     return report
-
-
-def _ready(result: StudyResult, base: Run, repeat: Repeat, progress: Progress) -> _Ready:
-    """The model of a repeat, and how it is marched.
-
-    Raises
-    ------
-    CreakError : it cannot be made.
-    """
-    known = result.band.more if result.band is not None and repeat.family == "modes" else None
-    if known is not None:  # f_max = "auto" has made it
-        more, run = known
-        return _Ready(repeat, more.system, result.gaps, lambda _: run)
-    setup = repeated_setup(result.setup, repeat, _substeps(result.setup.study.config.time, base))
-    model: ReducedModel | ReferenceModel = result.reduced or result.reference
-    if isinstance(model, ReducedModel) and repeat.family == "modes":
-        model = with_more_modes(setup.reduction, result.reference, result.gaps, model, progress)
-    gaps = scaled_contact(result.gaps, _scaled(result.gaps, setup.study.config.contact), repeat.stiffness)
-    observed = Observed(setup.study.config.verification, setup.static, np.zeros(0, dtype=np.int64))
-    march = partial(march_run, repeat.name, setup.marching, observed, model, gaps)
-    return _Ready(repeat, model.system, gaps, march)
 
 
 def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:

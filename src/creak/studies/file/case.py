@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.errors import InputError
-from creak.model.units import UnitsName
+from creak.model.units import METRES, UnitsName
 from creak.studies.file.config import OutputTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.places import Places
+from creak.studies.file.sound_tables import BackgroundTable, ListenerTable, RoomTable
 from creak.studies.file.tolerance_tables import ToleranceFile
 
 MOST_PERIODS = 1000
@@ -122,6 +123,24 @@ class Course:
                 "the end of the run is not given", where=self.places.where("time"), fix="Add end = ... (s)."
             )
         return self.period * (self.time.periods if self.time.periods is not None else 5.0)
+
+
+@dataclass(frozen=True)
+class Listening:
+    """Who hears the contacts, in which room and beside what."""
+
+    listeners: Mapping[str, ListenerTable]
+    background: BackgroundTable | None
+    room: RoomTable | None
+    sharp: str
+    """Acum above which time counts as sharp, with its unit."""
+    units: UnitsName
+    places: Places
+
+    @property
+    def metre(self) -> float:
+        """m of the deck's length."""
+        return METRES[self.units]
 
 
 @dataclass(frozen=True)

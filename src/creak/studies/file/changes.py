@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import tomllib
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError, suggest
@@ -35,6 +36,8 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
     ------
     InputError : a key that studies do not have, a name that this one does not have, or a wrong value.
     """
+    if not changes:
+        return study
     for key in changes:
         clash = next((other for other in changes if other != key and overlap(key, other)), None)
         if clash is not None:
@@ -45,18 +48,17 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
         text = toml_text(data)
         return checked_study(study.path, data, text, study.places.text, every)
     except InputError as error:
-        wrong = next((k for k in changes if _alone_wrong(study, k, changes[k])), None)
+        wrong = next((k for k in changes if _alone_wrong(study.path, study.text, k, changes[k])), None)
         place = str(study.path) if wrong is None else f"the change {wrong} = {changes[wrong]!r} of {study.path}"
         raise InputError(error.what, where=place, expected=error.expected, fix=error.fix) from error
     except TypeError as error:
         raise InputError(str(error), where=str(study.path), expected="numbers, strings, lists and mappings") from error
 
 
-def _alone_wrong(study: Study, key: str, value: Any) -> bool:
+def _alone_wrong(path: Path, text: str, key: str, value: Any) -> bool:
     """Whether this change alone cannot be made."""
     try:
-        data = changed(tomllib.loads(study.text), {key: value}, None)
-        checked_study(study.path, data, study.text)
+        checked_study(path, changed(tomllib.loads(text), {key: value}, None), text)
     except InputError:
         return True
     return False

@@ -15,39 +15,31 @@ STORE = "superelements"
 """Folder beside a study where its superelements lie unless the user says otherwise."""
 
 
-def store_of(study: Study) -> Path:
-    """Where a study's superelements lie unless the user says otherwise."""
-    return study.path.parent / STORE
+def store_of(study: Path) -> Path:
+    """Where the superelements of a study file lie unless the user says otherwise."""
+    return study.parent / STORE
 
 
-def new_identity(study: Study, deck_sha256: str, files_sha256: str) -> RunIdentity:
-    """The identity of a run that is made now."""
-    return RunIdentity(uuid.uuid4().hex, sha256([study.text.encode("utf-8")]), deck_sha256, files_sha256)
+def new_identity(study: str, digests: tuple[str, str]) -> RunIdentity:
+    """The identity of a run that is made now, of the text of a study and the `digests_of` its files."""
+    return RunIdentity(uuid.uuid4().hex, sha256([study.encode("utf-8")]), *digests)
 
 
-def decks_sha256(study: Study) -> str:
-    """Digest of the decks of a study with all that they include, as they are now; empty where there is none."""
-    return files_sha256(_named(study, decks=True))
-
-
-def other_files_sha256(study: Study) -> str:
-    """Digest of the other files that a study names, with those that come with them, as they are now; empty where there
-    are none."""
-    return files_sha256(_named(study, decks=False))
-
-
-def _named(study: Study, *, decks: bool) -> list[Path]:
-    """Files that are there, each with what comes with it (`files_at`)."""
-    found: list[Path] = []
+def digests_of(study: Study) -> tuple[str, str]:
+    """Of the decks of a study, and of the other files that it names, all with what comes with them (`files_at`), as
+    they are now; empty where there are none."""
+    decks: list[Path] = []
+    others: list[Path] = []
 
     def note(place: tuple[str, ...], name: str) -> str:
         path = study.places.sibling(name)
-        if (place in DECKS) == decks and (path.is_file() or not decks):
+        found = decks if place in DECKS else others
+        if found is others or path.is_file():
             found.extend(file for file in files_at(place, path) if file.is_file())
         return name
 
     map_paths(study.config.model_dump(mode="json"), note)
-    return found
+    return files_sha256(decks), files_sha256(others)
 
 
 def files_sha256(files: Iterable[Path]) -> str:

@@ -16,10 +16,11 @@ from pydantic_core import ErrorDetails
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import file_meant, plain_file
 from creak.formats.endings import DECKS, is_deck
-from creak.studies.file.case import Course, Driving, Lines, Touching
+from creak.studies.file.case import Course, Driving, Lines, Listening, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
 from creak.studies.file.excitation_tables import SignalTable
 from creak.studies.file.places import Places, dotted, line_of
+from creak.studies.file.table import Table
 from creak.studies.file.toml_text import toml_value
 
 
@@ -65,6 +66,20 @@ class Study:
         c = self.config
         told, library = (c.limit.tolerance, c.limit.percentile), c.material_pairs
         return Lines(c.eline, c.contact.keys(), c.material_pair, library, *told, c.model.units, self.places)
+
+    @property
+    def listening(self) -> Listening:
+        """Who hears the contacts."""
+        c = self.config
+        return Listening(c.listener, c.background, c.room, c.limit.sharpness_above, c.model.units, self.places)
+
+    def tables(self, names: Sequence[str]) -> dict[str, Any]:
+        """Name of a table -> that table."""
+        return {name: getattr(self.config, name) for name in names}
+
+    def with_tables(self, **tables: Table) -> Study:
+        """The same study with other tables."""
+        return replace(self, config=self.config.model_copy(update=tables))
 
     def from_anywhere(self) -> Study:
         """With the whole path of its file: for a process in another folder."""

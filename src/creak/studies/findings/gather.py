@@ -21,7 +21,6 @@ from creak.model.mesh import Nodes
 from creak.model.plain_mesh import plain_mesh
 from creak.studies.converge.settled import Verdict, verdict_of
 from creak.studies.converge.settling import Convergence
-from creak.studies.file.reader import Study
 from creak.studies.findings.elines import measured_rates
 from creak.studies.findings.places import resting_places
 from creak.studies.findings.sound import heard_places
@@ -39,9 +38,7 @@ from creak.studies.findings.tree import (
     MeasuredRate,
     Note,
 )
-from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Scope
-from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_gravity
 from creak.studies.prepare.unit_check import other_units
 from creak.studies.run.compared import main_run
@@ -74,19 +71,42 @@ def findings_of(
     tests : measurements beside it (`creak.studies.findings.measured`).
     """
     s, main, unanswered = result.setup, main_run(result.runs), result.unanswered
+    study, model, c = s.study, s.model, s.study.config
     stages = ((), "") if result.band is None else (result.band.stages, result.band.why)
-    with_modes = "reduced" in result.runs and s.study.config.reduction.method != "guyan"
+    with_modes = "reduced" in result.runs and c.reduction.method != "guyan"
 
     def verdict(run: Run) -> Verdict | None:
         return verdict_of(run, s.study.course, unanswered, convergence, stages[1])
 
+    static, groups = None, [*s.contacts.group, *s.connectors.group]
+    if s.static is not None:
+        gravity = static_gravity(model, study.driving)
+        static = static_figures(s.static, model.nodes, s.watch.nodes, groups, gravity)
+    moved = [*s.structure.driven.labels.values(), *s.loads.force_labels]
+    setup = FoundSetup(
+        study=FoundStudy(Path(study.path.name), c, study.text, dict(study.places.changes)),
+        model=plain_mesh(model),
+        rayleigh=s.structure.rayleigh,
+        contacts=_channels(s.contacts),
+        connectors=_channels(s.connectors),
+        pairs=s.watch.pairs,
+        held=_nodes([f.nodes_idx for f in model.fixed]),
+        driven=_nodes([nodes_of(a) for a in moved]),
+        parts=tuple(
+            FoundPart(p.name, int(part.nodes_idx.size), p.stats.elements, p.stats.mass)
+            for p, part in zip(result.reference.parts, model.parts, strict=False)
+        ),
+        free_dof=result.reference.free_dof,
+        mass=result.reference.system.stats.mass,
+        unread=model.unread,
+    )
     return Findings(
         creak=version(),
         identity=result.identity,
-        setup=_setup(s, result.reference),
+        setup=setup,
         gaps=_channels(result.gaps),
         closed_later=result.closed_later,
-        static=_static(s),
+        static=static,
         runs={
             name: _run(run, result.scope, verdict(run), sound, (causes or {}) if run is main else None)
             for name, run in result.runs.items()
@@ -98,8 +118,8 @@ def findings_of(
         events=result.events,
         elines=result.elines,
         measured_rates={
-            line.name: MeasuredRate(line.material, measured_rates(line, s.study.config.model.units))
-            for line in s.elines.lines
+            line.name: MeasuredRate(line.material, measured_rates(line, c.model.units))
+            for line in s.watch.lines.lines
             if line.contact
         },
         sound=_sound(sound) if isinstance(sound, Sound) else None,
@@ -110,32 +130,9 @@ def findings_of(
         window=result.window,
         said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
         unanswered=unanswered,
-        other_units=other_units(s.model, s.study.config.model.units),
-        provenance=tuple(_provenance(s.study, s.model.source, result.identity)),
+        other_units=other_units(model, c.model.units),
+        provenance=tuple(_provenance(study.path, (study.places.sibling(c.model.deck), model.source), result.identity)),
         stopped=result.stopped,
-    )
-
-
-def _setup(s: Setup, reference: ReferenceModel) -> FoundSetup:
-    study, model = s.study, s.model
-    moved = [*s.driven.labels.values(), *s.loads.force_labels]
-    parts = (
-        FoundPart(p.name, int(model.parts[i].nodes_idx.size), p.stats.elements, p.stats.mass)
-        for i, p in enumerate(reference.parts)
-    )
-    return FoundSetup(
-        study=FoundStudy(Path(study.path.name), study.config, study.text, dict(study.places.changes)),
-        model=plain_mesh(model),
-        rayleigh=s.rayleigh,
-        contacts=_channels(s.contacts),
-        connectors=_channels(s.connectors),
-        pairs=s.pairs,
-        held=_nodes([f.nodes_idx for f in model.fixed]),
-        driven=_nodes([nodes_of(a) for a in moved]),
-        parts=tuple(parts),
-        free_dof=reference.free_dof,
-        mass=reference.system.stats.mass,
-        unread=model.unread,
     )
 
 
@@ -153,13 +150,6 @@ def _channels(gaps: GapOperator) -> Channels:
         gaps.retained_nodes,
         gaps.friction is not None,
     )
-
-
-def _static(s: Setup) -> dict[str, Any] | None:
-    if s.static is None:
-        return None
-    groups = [*s.contacts.group, *s.connectors.group]
-    return static_figures(s.static, s.model.nodes, s.watched, groups, static_gravity(s.model, s.study.driving))
 
 
 def _run(
@@ -241,11 +231,10 @@ def _sound(sound: Sound) -> FoundSound:
     )
 
 
-def _provenance(study: Study, model: str | Path, identity: RunIdentity) -> list[tuple[str, str]]:
-    """Name and value, for a table: files with their digests, versions, machine."""
-    deck = study.places.sibling(study.config.model.deck)
-    rows = [("Run", identity.id), ("Study file", f"{study.path.name}, SHA-256 {identity.study_sha256}")]
-    for path in dict.fromkeys((deck, Path(model))):
+def _provenance(study: Path, decks: Sequence[str | Path], identity: RunIdentity) -> list[tuple[str, str]]:
+    """Name and value, for a table: files and their digests (of the decks the first there is), versions, machine."""
+    rows = [("Run", identity.id), ("Study file", f"{study.name}, SHA-256 {identity.study_sha256}")]
+    for path in map(Path, decks):
         if path.is_file():
             rows.append(("Deck", f"{path.name}, {path.stat().st_size:,} bytes, SHA-256 {file_sha256(path)}"))
             break

@@ -64,12 +64,12 @@ def beside_tests(
     if main is not None and moved:
         of_run = partial(_histories, main, units, s.model.nodes, s.watch, s.marching)
         histories = attempted("time histories beside the tests", of_run, None, notes)
-    structure = partial(_structure, s.model, result.reference, s.modal)
-    of_frfs = structure, s.modal, None if reduced is None else reduced.system, units, progress
+    structure = partial(_structure, s.model, result.reference, s.structure.modal)
+    of_frfs = structure, s.structure.modal, None if reduced is None else reduced.system, units, progress
     for k, test in enumerate(tests):
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
-        modes = attempted(what, partial(_modes, structure, s.modal, test), None, notes)
+        modes = attempted(what, partial(_modes, structure, s.structure.modal, test), None, notes)
         frfs = attempted(what, partial(_frfs, *of_frfs, test), None, notes)
         records = None
         if main is not None:

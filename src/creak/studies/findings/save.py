@@ -5,8 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
-from collections.abc import Callable
-from functools import partial
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import h5py
@@ -16,17 +15,14 @@ from creak.formats.complete_file import files_together, write_bytes, write_text
 from creak.formats.destination import destination
 from creak.formats.measured.csv_rows import plain_row
 from creak.formats.partials import remove_dead
-from creak.formats.stored.results import put_results
+from creak.formats.stored.results import RunRecord, put_results
 from creak.formats.stored.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
 from creak.formats.stored.sealed_json import sealed_text
 from creak.formats.stored.tree import write_tree
-from creak.model.plain_mesh import PlainMesh, plain_mesh
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import csv_rows
-from creak.studies.findings.histories import record_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.job import StudyResult
 
 
 def check_folder(folder: Path) -> None:
@@ -41,8 +37,8 @@ def check_folder(folder: Path) -> None:
 
 
 def save(
-    result: StudyResult,
     findings: Findings,
+    records: Mapping[str, RunRecord],
     folder: Path,
     more: Callable[[h5py.File], None] | None = None,
     page: str | None = None,
@@ -54,6 +50,7 @@ def save(
 
     Parameters
     ----------
+    records : of each run, by name, as `histories.record_of` makes them.
     more : writes what else belongs into results.h5, the mesh included; without it the mesh is there with fields only.
     page : the text of report.html.
 
@@ -65,16 +62,15 @@ def save(
     folder.mkdir(parents=True, exist_ok=True)
     remove_dead(folder)
     run, convergence = findings.identity, findings.convergence
-    setup, c = result.setup, result.setup.study.config
-    told = setup.model.nodes, setup.watch, setup.marching
-    records = {name: record_of(one, *told) for name, one in result.runs.items()}
-    attributes = {"creak": findings.creak, "title": c.title, "units": c.model.units, "study": setup.study.text}
-    if more is None and any(record.field is not None for record in records.values()):
-        more = partial(_write_mesh, mesh=plain_mesh(setup.model))
+    study, units = findings.setup.study, findings.setup.study.config.model.units
+    attributes = {"creak": findings.creak, "title": study.config.title, "units": units, "study": study.text}
+    bare = more is None and any(record.field is not None for record in records.values())
 
     def rest(file: h5py.File) -> None:
         write_identity(file, run)
-        if more is not None:
+        if bare:
+            write_tree(file.create_group("model"), findings.setup.model)
+        elif more is not None:
             more(file)
 
     text = sealed_text(summary_of(findings))
@@ -83,7 +79,7 @@ def save(
     more_bytes = sum(map(len, given.values()))
     with files_together() as files:
         with files.file(folder / RESULTS, more_bytes) as unfinished:
-            put_results(unfinished, records, attributes, c.model.units, rest)
+            put_results(unfinished, records, attributes, units, rest)
         for name, data in given.items():
             more_bytes -= len(data)
             with files.file(folder / name, more_bytes) as unfinished:
@@ -104,10 +100,6 @@ def _table(convergence: Convergence, run: str) -> str:
     text = io.StringIO(newline="")
     csv.writer(text, lineterminator="\n").writerows([[*head, "run"], *(plain_row([*row, run]) for row in rows)])
     return text.getvalue()
-
-
-def _write_mesh(file: h5py.File, mesh: PlainMesh) -> None:
-    write_tree(file.create_group("model"), mesh)
 
 
 def refuse_other_study(folder: Path, study: str) -> None:

@@ -85,7 +85,7 @@ class Trial:
 
 def joined(case: UpdateCase, values: Mapping[str, float], like: Joined | None = None) -> Joined:
     """The structure with these values; parts that they leave as in `like` are taken from it."""
-    study = with_changes(case.study, values) if values else case.study
+    study = with_changes(case.study, values)
     structure = linear_structure(study, case.model, case.ignore)
     kept = None if like is None else like.structure.model
     parts = tuple(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,8 +14,8 @@ from creak.model.materials import SolidSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import facet_areas
 from creak.model.solid_faces import FACES, face_numbers, faces_of, volumes
+from creak.studies.file.case import Course
 from creak.studies.file.config import VerificationTable
-from creak.studies.file.reader import Study
 
 IN_A_RUN = 10.0
 """Periods of the low-pass that a run has at least: over fewer it is no mean force, but what its ends make of it."""
@@ -24,29 +23,29 @@ PER_WAVE = 10.0
 """Steps of the mesh in a wave of compression that it carries."""
 
 
-def with_bandwidth(study: Study, model: Model, contacts: GapOperator) -> tuple[Study, list[str]]:
-    """The study with the `[verification] f_max` that its run and the mesh at its contacts can tell, and notes.
+def bandwidth(
+    table: VerificationTable, course: Course, model: Model, contacts: GapOperator
+) -> tuple[VerificationTable, list[str]]:
+    """[verification] with the f_max that a run and the mesh at its contacts can tell, and notes.
 
-    One that the study gives stays. A run shorter than ten periods of it has a higher one; a mesh of solids at the
+    One that is given stays. A run shorter than ten periods of it has a higher one; a mesh of solids at the
     contacts that does not carry it a lower one (`carried`): touches which follow each other faster are of the mesh.
 
     Raises
     ------
     InputError : no end of the run.
     """
-    table = study.config.verification
-    if "f_max" in table.model_fields_set or not study.config.time.exact:
-        return study, []
+    if "f_max" in table.model_fields_set or not course.time.exact:
+        return table, []
     highest = carried(model, contacts.retained_nodes)
-    f_max = min(max(table.f_max, IN_A_RUN / study.course.end), highest)
+    f_max = min(max(table.f_max, IN_A_RUN / course.end), highest)
     if f_max == table.f_max:
-        return study, []
+        return table, []
     given = {**table.model_dump(exclude_unset=True), "f_max": f_max}
-    config = study.config.model_copy(update={"verification": VerificationTable.model_validate(given)})
-    why = f"the run is {study.course.end:.3g} s long"
+    why = f"the run is {course.end:.3g} s long"
     if f_max == highest:
         why = f"the solids at the contacts are too coarse for more ({PER_WAVE:g} steps of the mesh in a wave)"
-    return replace(study, config=config), [
+    return VerificationTable.model_validate(given), [
         f"forces are low-passed at {f_max:.3g} Hz, and touches closer than half a "
         f"period of it are one blow: {why}; [verification] f_max sets another"
     ]

@@ -28,7 +28,7 @@ from creak.model.steps import (
 )
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.identity import decks_sha256
+from creak.studies.file.identity import digests_of
 from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
@@ -96,8 +96,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
-    notes = [*_steps_note(run), *notes, *_jumps(setup.driven.names, setup.loads.support[0]), *setup.notes]
-    return replace(setup, notes=notes, deck_sha256=decks_sha256(study))
+    notes = [*_steps_note(run), *notes, *_jumps(setup.structure.driven.names, setup.loads.support[0]), *setup.notes]
+    return replace(setup, notes=notes, digests=digests_of(study))
 
 
 def _jumps(names: Sequence[str], motion: FloatArray) -> list[str]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -76,7 +75,7 @@ def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
         "time": c.time.model_copy(update={"integrator": "exact", "step": step, "substeps": SAMPLES}),
         "output": c.output.model_copy(update={"interval": interval}),
     }
-    return replace(study, config=c.model_copy(update=tables)), _unfollowed(study.driving, step, points)
+    return study.with_tables(**tables), _unfollowed(study.driving, step, points)
 
 
 def _unfollowed(driving: Driving, step: float, points: Mapping[str, Wanted]) -> list[str]:

@@ -10,9 +10,6 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import IntArray
-from creak.assembly.coupling import Driven
-from creak.assembly.part import Rayleigh
-from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.pair import Keep
 from creak.contact.play import crossed, play_channels
@@ -21,20 +18,19 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
-from creak.reduction.modal import ModalDamping
 from creak.studies.design.heat import check_heat
 from creak.studies.design.supports import check_driven
 from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable, TimeTable
-from creak.studies.file.identity import decks_sha256, other_files_sha256
+from creak.studies.file.identity import digests_of
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
 from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
-from creak.studies.prepare.bandwidth import with_bandwidth
+from creak.studies.prepare.bandwidth import bandwidth
 from creak.studies.prepare.channels import contact_channels
-from creak.studies.prepare.elines import NO_ELINES, Elines, make_elines
+from creak.studies.prepare.elines import NO_ELINES, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
     excitation_of,
@@ -81,42 +77,29 @@ class Setup:
     """A checked study with its model."""
 
     study: Study
-    model: Model
-    rayleigh: Rayleigh
-    override_damping: bool
-    driven: Driven
+    structure: Structure
+    """What stiffness, mass and damping depend on."""
     contacts: GapOperator
     """Channels of the contact pairs, before the pre-check."""
     connectors: GapOperator
     loads: Loads
-    pairs: IntArray
-    """(n_pair, 2) node rows: main, secondary."""
-    watched: IntArray
-    """Node rows whose motion is kept."""
+    watch: Watch
     notes: list[str]
-    superelements: tuple[System, ...] = ()
-    """Parts that came as matrices."""
     refined: float = 1.0
     """How much finer than the study's accuracy says contact is resolved."""
-    elines: Elines = NO_ELINES
-    """Points between parts whose relative motion is looked at."""
     static: StaticStart | None = None
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
-    deck_sha256: str = ""
-    """Of the decks, as `studies.identity.decks_sha256` has it; empty: the model came from no file."""
-    files_sha256: str = ""
-    """Of the other files that the study names, as `other_files_sha256` has it."""
-    modal: ModalDamping | None = None
-    """Share of critical damping of every mode, where the study says it or a test."""
+    digests: tuple[str, str] = ("", "")
+    """Of the decks, and of the other files that the study names (`digests_of`); empty: the model came from no file."""
     tests: tuple[Measurement, ...] = ()
     """What was measured, beside what the run computes."""
     raised: int = 0
     """How often [reduction] f_max = "auto" has gone half as high again."""
 
     @property
-    def structure(self) -> Structure:
-        """What stiffness, mass and damping depend on."""
-        return Structure(self.model, self.driven, self.rayleigh, self.override_damping, self.superelements, self.modal)
+    def model(self) -> Model:
+        """The deck's, as the study changes it."""
+        return self.structure.model
 
     @cached_property
     def band(self) -> Band:
@@ -127,7 +110,7 @@ class Setup:
         first = first_f_max(c.reduction.f_max, reach, self.study.course.end)
         measured = (ABOVE * test.top for test in self.tests)
         assembly = max(1.1 * v.mac_f_max, PRECHECK_BAND * excited if c.precheck.enabled else 0.0, *measured)
-        damped = None if self.modal is None else v.f_max
+        damped = None if self.structure.modal is None else v.f_max
         return Band(first, self.raised, auto, c.time.exact or auto, excited, assembly, damped)
 
     @property
@@ -135,11 +118,6 @@ class Setup:
         """What is reduced, and how."""
         exterior = Exterior(self.loads.force_labels, self.connectors.labels, self.contacts, self.watch)
         return Reduction(self.structure, exterior, self.study.config.reduction, self.band, self.study.driving)
-
-    @property
-    def watch(self) -> Watch:
-        """What is watched of the motion."""
-        return Watch(self.pairs, self.watched, self.elines)
 
     @cached_property
     def marching(self) -> Marching:
@@ -157,8 +135,8 @@ class Setup:
         ----------
         lines : whether motion is measured at the E-lines. record : whether that around the hardest events is kept.
         """
-        points, seen = self.elines if lines else NO_ELINES, watched(self.model, self.contacts, gaps)
-        return Observed(self.study.config.verification, self.static, self.watched, seen, points, record)
+        points, seen = self.watch.lines if lines else NO_ELINES, watched(self.model, self.contacts, gaps)
+        return Observed(self.study.config.verification, self.static, self.watch.nodes, seen, points, record)
 
     @property
     def solves_rest(self) -> bool:
@@ -190,7 +168,7 @@ class Setup:
     def origin(self) -> tuple[str, ...]:
         """All that a march hangs on but its channels and what is kept of it."""
         config = repr(self.study.config.model_dump())
-        return config, self.deck_sha256, self.files_sha256, repr(self.refined)
+        return config, *self.digests, repr(self.refined)
 
     @property
     def no_contact(self) -> str | None:
@@ -204,25 +182,12 @@ class Setup:
         if self.static is None:
             return self
         contacts, connectors = self.static.before
-        elines = replace(self.elines, static=None)
-        return replace(self, contacts=contacts, connectors=connectors, static=None, elines=elines)
-
-    def with_structure(self, changed: Structure) -> Setup:
-        """The same setup with another linear structure."""
-        return replace(
-            self,
-            modal=changed.modal,
-            model=changed.model,
-            driven=changed.driven,
-            rayleigh=changed.rayleigh,
-            override_damping=changed.override_damping,
-            superelements=changed.superelements,
-        )
+        watch = replace(self.watch, lines=replace(self.watch.lines, static=None))
+        return replace(self, contacts=contacts, connectors=connectors, static=None, watch=watch)
 
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
-        config = self.study.config.model_copy(update=tables)
-        return replace(self, study=replace(self.study, config=config))
+        return replace(self, study=self.study.with_tables(**tables))
 
 
 @none_ignored()
@@ -247,7 +212,7 @@ def set_up(
     InputError : anything wrong in the study or the deck.
     """
     model = read_model(study.places.sibling(study.config.model.deck)) if model is None else model
-    setup = replace(set_up_model(study, model, ignore, store=store, keep=keep), deck_sha256=decks_sha256(study))
+    setup = replace(set_up_model(study, model, ignore, store=store, keep=keep), digests=digests_of(study))
     c = study.config
     if any((c.excitation, c.connector, c.clip, c.static, setup.model.initial_velocity)):
         return setup
@@ -278,7 +243,8 @@ def set_up_model(
     model, clips, designed = designed_model(study, model, ignore)
     amounts = [*clearance_warnings(model, touching), *file_unit_notes(driving)]
     contacts, notes = contact_channels(model, touching, store, keep)
-    study, banded = with_bandwidth(study, model, contacts)
+    verification, banded = bandwidth(study.config.verification, study.course, model, contacts)
+    study = study.with_tables(verification=verification)
     study, unfollowed = with_flight_steps(study)
     c, course = study.config, study.course
     check_frequencies(c.reduction, c.time, driving)
@@ -311,31 +277,23 @@ def set_up_model(
     named = [*contacts.group, *connectors.group], [*c.listener] or [UNNAMED]
     tests, left = read_measurements(model, c.test, c.model.units, named, places)
     notes += left
-    modal: ModalDamping | None = c.damping.modal
+    structure = Structure(model, driven, rayleigh, override, superelements, c.damping.modal)
     if c.damping.from_test is not None:
-        linear = Structure(model, driven, rayleigh, override, superelements, None)
         test, where = places.sibling(c.damping.from_test), places.where("damping", "from_test")
-        modal, said = measured_damping(linear, test, c.model.units, where)
+        modal, said = measured_damping(structure, test, c.model.units, where)
+        structure = replace(structure, modal=modal)
         notes += said
-    elines = make_elines(model, study.lines, contacts)
+    lines = make_elines(model, study.lines, contacts)
     kept = output_nodes(model, c.output.node_sets, pairs, [test.nodes_idx for test in tests], places)
     notes += unmoved_warnings(model, kept, driven, superelements)
     return Setup(
         study,
-        model,
-        rayleigh,
-        override,
-        driven,
+        structure,
         contacts,
         connectors,
         loads,
-        pairs,
-        kept,
-        [*notes, *elines.notes],
-        superelements,
-        elines=elines,
-        files_sha256=other_files_sha256(study),
-        modal=modal,
+        Watch(pairs, kept, lines),
+        [*notes, *lines.notes],
         tests=tests,
     )
 

@@ -88,20 +88,21 @@ def at_nearest_wall(contacts: GapOperator, nodes: Nodes) -> BoolArray:
     return np.array([name == f"{group}:{nodes.label(node)}" for name, group, node in named], dtype=bool)
 
 
-def changed_gaps(setup: Setup, now: Touching, fields: Mapping[str, FloatArray]) -> FloatArray:
+def changed_gaps(
+    contacts: GapOperator, nodes: Nodes, before: Touching, now: Touching, fields: Mapping[str, FloatArray]
+) -> FloatArray:
     """(m,) gaps of the contacts' channels as `varied` makes them, without the rest of it.
 
     Parameters
     ----------
     fields : as for `varied`.
     """
-    contacts, before = setup.contacts, setup.study.touching
     gap0 = contacts.gap0.copy()
     for name, new in now.contacts.items():
         old = before.contacts[name]
         if new != old or name in fields:
             own = _of(contacts, name)
-            nearest = at_nearest_wall(contacts.select(own), setup.model.nodes)
+            nearest = at_nearest_wall(contacts.select(own), nodes)
             gap0[own] = _gaps(old, new, fields.get(name), gap0[own], nearest, press_fit=now.press_fit)
     return gap0
 

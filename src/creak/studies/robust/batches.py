@@ -14,7 +14,7 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.progress import silent
-from creak.studies.file.identity import decks_sha256, other_files_sha256
+from creak.studies.file.identity import digests_of
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.draws import Draw
@@ -63,7 +63,7 @@ class Batch:
 def batches(study: Study, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None) -> list[Batch]:
     """The draws of one model, `SIZE` to a batch; `of` as there."""
     study = study.from_anywhere()
-    where, files = None if store is None else store.resolve(), (decks_sha256(study), other_files_sha256(study))
+    where, files = None if store is None else store.resolve(), digests_of(study)
     every = of if isinstance(of, np.ndarray) else tuple(of)
     model = uuid.uuid4().hex
     return [
@@ -109,7 +109,7 @@ def _check(batch: Batch) -> None:
             f"the worker on {host} has creak {version()}, the draws were made with {batch.creak}",
             fix="Install the same version everywhere.",
         )
-    if (decks_sha256(batch.study), other_files_sha256(batch.study)) != batch.files:
+    if digests_of(batch.study) != batch.files:
         raise InputError(
             f"the worker on {host} does not see the deck and the tables of {batch.study.path} as they were",
             expected="study, deck and tables under the same path on all machines",

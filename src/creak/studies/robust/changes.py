@@ -12,13 +12,15 @@ import numpy as np
 from creak.assembly.part import damps_by_itself
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.progress import silent
 from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.reader import Study
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.varied import varied
 from creak.studies.robust.draws import Draw, Drawn
+from creak.studies.run.static_start import started
 
 OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
 OF_CONNECTOR = ("lower", "upper", "stiffness", "damping", "preload")
@@ -58,50 +60,37 @@ def damped_by_modes(structure: Structure, share: float | None) -> bool:
     return bool(share) and not own and all(part.damping.extra is None for part in structure.superelements)
 
 
-def tables_of(study: Study) -> dict[str, Any]:
-    """The tables that such a value may be in."""
-    return {name: getattr(study.config, name) for name in TABLES}
-
-
-def drawn_study(study: Study, values: Mapping[str, Any]) -> Study:
-    """The study with drawn numbers, checked as any change is."""
-    return with_changes(study, values) if values else study
-
-
 def check_ends(setup: Setup, drawn: Drawn) -> None:
     """Raise InputError where draws may reach what a study may not say.
 
     That is tried with the lowest and highest numbers of each two of a table, and of each alone, all others in their
     middle, and with all of them lowest, or highest.
     """
+
+    def check(values: Mapping[str, Any], *keys: str) -> None:
+        try:
+            varied(setup, with_changes(setup.study, values).tables(TOUCHING))
+        except InputError as error:
+            together = " beside ".join(f"{key} = {values[key]:.4g}" for key in keys)
+            raise InputError(
+                f"draws may reach {together or 'what no study may say'}: {error.what}",
+                where=setup.study.places.where("scatter", "vary", *(keys if len(keys) == 1 else ())),
+                expected=error.expected or "distributions of which each draw is a study",
+                fix="Give them ends, low and high, or make them narrower.",
+            ) from error
+
     pairs = zip(drawn.causes, drawn.numbers, strict=True)
     numbers = [(c, v) for c, v in pairs if v is not None and not c.is_factor]
     low, middle, high = ({c.key: c.number(at(v)) for c, v in numbers} for at in (np.min, np.median, np.max))
     for one, other in combinations(middle, 2):
         if one.split(".")[:2] == other.split(".")[:2]:
             for a, b in product((low, high), repeat=2):
-                _check_end(setup, {**middle, one: a[one], other: b[other]}, (one, other))
+                check({**middle, one: a[one], other: b[other]}, one, other)
     for key in middle:
         for end in (low, high):
-            _check_end(setup, {**middle, key: end[key]}, (key,))
+            check({**middle, key: end[key]}, key)
     for end in (low, high):
-        _check_end(setup, end, ())
-
-
-def _check_end(setup: Setup, values: Mapping[str, Any], keys: Sequence[str]) -> None:
-    """Raise InputError for numbers that a study may not say; `keys`: those that are tried together."""
-    places = setup.study.places
-    try:
-        study = drawn_study(setup.study, values)
-        varied(setup, {name: getattr(study.config, name) for name in TOUCHING})
-    except InputError as error:
-        together = " beside ".join(f"{key} = {values[key]:.4g}" for key in keys)
-        raise InputError(
-            f"draws may reach {together or 'what no study may say'}: {error.what}",
-            where=places.where("scatter", "vary", *(keys if len(keys) == 1 else ())),
-            expected=error.expected or "distributions of which each draw is a study",
-            fix="Give them ends, low and high, or make them narrower.",
-        ) from error
+        check(end)
 
 
 def drawn_setup(setup: Setup, draw: Draw) -> Setup:
@@ -111,7 +100,7 @@ def drawn_setup(setup: Setup, draw: Draw) -> Setup:
     ------
     InputError : connectors or clips that lie elsewhere, or look in another direction: numbers that change the model.
     """
-    changed = varied(setup, tables_of(drawn_study(setup.study, draw.values)), draw.fields, draw.factors)
+    changed = varied(setup, with_changes(setup.study, draw.values).tables(TABLES), draw.fields, draw.factors)
     if not changed.connectors.moves_as(setup.connectors):
         raise InputError(
             f"draw {draw.number} moves a connector or clip, or turns it round, on a model reduced without that",
@@ -119,7 +108,12 @@ def drawn_setup(setup: Setup, draw: Draw) -> Setup:
             expected=f"of a clip {', '.join(OF_CLIP)}, of a connector {', '.join(OF_CONNECTOR)}",
         )
     zeta = changed.study.config.damping.modal
-    return changed if zeta is None else replace(changed, modal=zeta)
+    return changed if zeta is None else replace(changed, structure=replace(changed.structure, modal=zeta))
+
+
+def at_start(setup: Setup, reference: ReferenceModel, draw: Draw) -> Setup:
+    """The setup by the numbers and fields of a draw, at its static start."""
+    return started(drawn_setup(setup, draw), reference, silent)
 
 
 def with_damping(system: System, zeta: float, before: float) -> System:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Sequence, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -16,15 +16,19 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.model.mesh import Nodes
+from creak.model.units import UnitsName
 from creak.progress import Progress, silent
 from creak.studies.design.clip_library import clips_of
+from creak.studies.file.changes import with_changes
+from creak.studies.file.design.scatter_tables import Distribution
+from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.prepare.tolerances import no_row, points_of, rows_hit, spread
+from creak.studies.prepare.tolerances import Points, no_row, points_of, rows_hit, spread
 from creak.studies.prepare.varied import at_nearest_wall
 from creak.studies.robust.batches import batches, march_batches
-from creak.studies.robust.changes import check_ends, damped_by_modes, drawn_study, keeps_model
+from creak.studies.robust.changes import check_ends, damped_by_modes, keeps_model
 from creak.studies.robust.draws import ContactGaps, Design, Draw, Drawn, make_causes, whole_power
 from creak.studies.robust.further import Further, further_draws, keep, kept, told_of
 from creak.studies.robust.linear import FACTORS
@@ -179,8 +183,9 @@ def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Desig
     data = config.model_dump(mode="json", by_alias=True)
     data["clip"] = [clip.model_dump(mode="json") for clip in clips]
     fields = fields_of(setup.contacts, setup.model.nodes)
-    given = tomllib.loads(study.text)
-    causes = make_causes(config.scatter, data, given, fields, study.places, deviations_of(setup))
+    given, points = tomllib.loads(study.text), points_of(setup.watch.lines.points, setup.model)
+    deviations = deviations_of(points, config.scatter.vary, study.places, config.model.units)
+    causes = make_causes(config.scatter, data, given, fields, study.places, deviations)
     modal = damped_by_modes(setup.structure, config.damping.modal)
     again = tuple(c.key for c in causes if not keeps_model(clips, c.key, modal=modal))
     return Design(causes, whole_power(n), indices, config.scatter.seed), again
@@ -194,8 +199,8 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
         "creak": version(),
         "edition": EDITION,
         "study": digest(told),
-        "deck": setup.deck_sha256,
-        "files": setup.files_sha256,
+        "deck": setup.digests[0],
+        "files": setup.digests[1],
         "design": [design.n, design.indices, design.seed],
     }
 
@@ -271,7 +276,7 @@ def _models(study: Study, draws: Sequence[Draw], missing: Set[int], again: Seque
         every = [replace(d, values={k: v for k, v in d.values.items() if k not in again}) for d in group]
         left = [d for d in every if d.number in missing]
         if left:
-            models.append(_Model(drawn_study(study, dict(zip(again, own, strict=True))), every, left))
+            models.append(_Model(with_changes(study, dict(zip(again, own, strict=True))), every, left))
     return models
 
 
@@ -285,22 +290,23 @@ def fields_of(contacts: GapOperator, nodes: Nodes) -> dict[str, ContactGaps]:
     return found
 
 
-def deviations_of(setup: Setup) -> dict[str, FloatArray]:
+def deviations_of(
+    points: Points, vary: Mapping[str, Distribution], places: Places, units: UnitsName
+) -> dict[str, FloatArray]:
     """Key of a field whose tolerances a table has -> standard deviation (m,) of the gaps of its contact.
 
     Raises
     ------
     InputError : a table that cannot be used (`studies.prepare.tolerances`).
     """
-    study, found = setup.study, {}
-    points = points_of(setup.elines.points, setup.model)
-    for key, of in study.config.scatter.vary.items():
+    found = {}
+    for key, of in vary.items():
         table, name = table_of(of.tolerance), key.split(".")[1:2]
         own = points.of(name)
         if table is None or not own.any():
             continue
-        where = study.places.where("scatter", "vary", key)
-        rows = read_tolerances(study.places.sibling(table.file), where, table.columns, study.config.model.units)
+        where = places.where("scatter", "vary", key)
+        rows = read_tolerances(places.sibling(table.file), where, table.columns, units)
         at = spread(rows_hit(rows, points, name), points, name)[own]
         if at.min() < 0:
             raise no_row(table.file, points, name[0], where)

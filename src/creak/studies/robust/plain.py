@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.gap_operator import GapOperator, join
-from creak.progress import silent
-from creak.studies.models.reference import ReferenceModel
+from creak.contact.gap_operator import join
 from creak.studies.prepare.setup import Setup
-from creak.studies.robust.changes import drawn_setup
 from creak.studies.robust.draws import Cause, Draw, Drawn
 from creak.studies.robust.linear import multiple
-from creak.studies.run.static_start import started
 
 STRAIGHT = 1e-9
 """Of the largest gap, or of a factor, by which the middle of a cause may be off the line through its ends, and what is
 told of a draw off what it is."""
 TRIED = 4
 """Draws that are set up one by one, to hold what is told against them."""
+Known = Callable[[Draw], tuple[FloatArray, float] | None]
+"""Gaps at rest, and factor on the study's loads; None: they are no multiple of these, or other channels are."""
 
 
 @dataclass(frozen=True)
@@ -82,16 +81,28 @@ class Plain:
         return found
 
 
-def plain_of(setup: Setup, reference: ReferenceModel, drawn: Drawn) -> Plain | None:
+def plain_of(set_up: Callable[[Draw], Setup], drawn: Drawn) -> Plain | None:
     """What draws of a study have in common; None: they differ in more, or not as a line in each number.
 
     Each cause is set up at both ends and the middle of what was drawn of it, and a few draws whole.
+
+    Parameters
+    ----------
+    set_up : gives a draw at its static start.
     """
     if any(cause.of.type == "seed" or cause.key == "damping.modal" for cause in drawn.causes) or not drawn.total:
         return None
-    base = started(setup, reference, silent)
+    base = set_up(Draw(0, {}, {}))
     gaps = join([base.contacts, base.connectors])
-    scale, known = float(np.abs(gaps.gap0).max(initial=0.0)), _Set(setup, reference, gaps)
+    scale = float(np.abs(gaps.gap0).max(initial=0.0))
+
+    def known(draw: Draw) -> tuple[FloatArray, float] | None:
+        other = set_up(draw)
+        factor = 1.0 if other.loads is base.loads else multiple(other.loads, base.loads)
+        names = other.contacts.names + other.connectors.names
+        gap0 = np.concatenate([other.contacts.gap0, other.connectors.gap0])
+        return None if factor is None or names != gaps.names else (gap0, factor)
+
     lines, fields, load, load_line = [], [], None, (0.0, 1.0, 0.0)
     group = np.array(gaps.group, dtype=object)
     for k, (cause, column) in enumerate(zip(drawn.causes, drawn.numbers, strict=True)):
@@ -99,12 +110,12 @@ def plain_of(setup: Setup, reference: ReferenceModel, drawn: Drawn) -> Plain | N
         if column is None:
             own = np.flatnonzero(group == cause.contact)
             one = np.zeros(own.size) if cause.mean is None else cause.mean
-            found = known.of(Draw(0, {}, {cause.contact: one}))
+            found = known(Draw(0, {}, {cause.contact: one}))
             if found is None or found[1] != 1.0 or cause.names != tuple(gaps.names[j] for j in own.tolist()):
                 return None
             fields.append((k, own, found[0][own] - one))
         elif not cause.is_factor:
-            line = _line(cause, column, known, scale)
+            line = _line(cause, column, known, gaps.gap0)
             if line is None:
                 return None
             nothing, factor = line
@@ -116,45 +127,27 @@ def plain_of(setup: Setup, reference: ReferenceModel, drawn: Drawn) -> Plain | N
     return plain if _holds(plain, known, scale) else None
 
 
-@dataclass(frozen=True)
-class _Set:
-    """Sets single draws up."""
-
-    setup: Setup
-    reference: ReferenceModel
-    gaps: GapOperator
-
-    def of(self, draw: Draw) -> tuple[FloatArray, float] | None:
-        """Gaps at rest, and factor on the study's loads; None: they are no multiple of these, or other channels are."""
-        other = drawn_setup(self.setup, draw)
-        factor = 1.0 if other.loads is self.setup.loads else multiple(other.loads, self.setup.loads)
-        other = started(other, self.reference, silent)
-        names = other.contacts.names + other.connectors.names
-        gap0 = np.concatenate([other.contacts.gap0, other.connectors.gap0])
-        return None if factor is None or names != self.gaps.names else (gap0, factor)
-
-
 def _line(
-    cause: Cause, column: FloatArray, known: _Set, scale: float
+    cause: Cause, column: FloatArray, known: Known, gap0: FloatArray
 ) -> tuple[tuple[float, FloatArray, FloatArray], tuple[float, float, float] | None] | None:
     """What a number adds to the gaps, and its factor on the loads (None: it has none); None: it is no line."""
     low, high = float(column.min()), float(column.max())
-    ends = [known.of(Draw(0, {cause.key: cause.number(x)}, {})) for x in (low, 0.5 * (low + high), high)]
+    ends = [known(Draw(0, {cause.key: cause.number(x)}, {})) for x in (low, 0.5 * (low + high), high)]
     if ends[0] is None or ends[1] is None or ends[2] is None:
         return None
     (a, f_a), (middle, f_middle), (b, f_b) = ends[0], ends[1], ends[2]
     bent = float(np.abs(middle - 0.5 * (a + b)).max(initial=0.0))
-    if bent > STRAIGHT * scale or abs(f_middle - 0.5 * (f_a + f_b)) > STRAIGHT:
+    if bent > STRAIGHT * float(np.abs(gap0).max(initial=0.0)) or abs(f_middle - 0.5 * (f_a + f_b)) > STRAIGHT:
         return None
     width = high - low or 1.0
     factor = None if f_a == f_middle == f_b == 1.0 else (low, f_a, (f_b - f_a) / width)
-    return (low, a - known.gaps.gap0, (b - a) / width), factor
+    return (low, a - gap0, (b - a) / width), factor
 
 
-def _holds(plain: Plain, known: _Set, scale: float) -> bool:
+def _holds(plain: Plain, known: Known, scale: float) -> bool:
     """Whether some draws, set up one by one, are what is told of them. One that presses from the start is marched."""
     for number in np.unique(np.linspace(0, plain.drawn.total - 1, TRIED).astype(np.int64)).tolist():
-        found, row = known.of(plain.drawn.draw(number)), slice(number, number + 1)
+        found, row = known(plain.drawn.draw(number)), slice(number, number + 1)
         told = plain.gaps(row)[0]
         if found is None or abs(found[1] - plain.factors(row)[0]) > STRAIGHT * max(found[1], 1.0):
             return False

@@ -20,6 +20,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
+from creak.studies.file.changes import with_changes
 from creak.studies.file.identity import store_of
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
@@ -27,7 +28,7 @@ from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import silent_channels
-from creak.studies.robust.changes import drawn_setup, drawn_study, with_damping
+from creak.studies.robust.changes import at_start, with_damping
 from creak.studies.robust.draws import Draw, Drawn
 from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, pressed
 from creak.studies.robust.plain import Plain, plain_of
@@ -111,10 +112,11 @@ def lowest_of(setup: Setup, reference: ReferenceModel, draws: Sequence[Draw] | P
     for k, draw in enumerate(draws):
         of_gaps = {key: x for key, x in draw.values.items() if key.startswith(("contact.", "static."))}
         if draw.fields or of_gaps:
-            gap0 = changed_gaps(setup, drawn_study(setup.study, of_gaps).touching, draw.fields)
+            now = with_changes(setup.study, of_gaps).touching
+            gap0 = changed_gaps(setup.contacts, setup.model.nodes, setup.study.touching, now, draw.fields)
             lowest = np.minimum(lowest, gap0 - setup.contacts.gap0)
         if loaded and (k < TRIED or k == least) and linear is not None:
-            other = started(drawn_setup(setup, draw), reference, silent)
+            other = at_start(setup, reference, draw)
             of = other.study.config.precheck, other.reduction, other.marching
             gaps = with_linear_gaps(*of, reference, silent).linear_gaps
             lowest = lowest if gaps is None else np.minimum(lowest, gaps - linear)
@@ -151,7 +153,7 @@ def shared_model(
         )
     before, setup = setup, started(setup, reference, progress)
     reference = with_linear_gaps(c.precheck, setup.reduction, setup.marching, reference, progress)
-    plain = plain_of(before, reference, further or draws) if isinstance(draws, Drawn) else None
+    plain = plain_of(partial(at_start, before, reference), further or draws) if isinstance(draws, Drawn) else None
     if isinstance(draws, Drawn):
         draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
     lowest = draws if isinstance(draws, np.ndarray) else lowest_of(before, reference, plain or draws)
@@ -167,7 +169,7 @@ def shared_model(
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
         raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
-    store = Store(store_of(setup.study)) if keep is None else Store(keep, "all")
+    store = Store(store_of(setup.study.path)) if keep is None else Store(keep, "all")
     reduced = reduce_model(setup.reduction, reference, gaps, progress, store)
     system, why_not = flowing(reduced.system)
     if system is None:
@@ -310,7 +312,7 @@ def _foretold(model: SharedModel, variant: Variant) -> Linear | None:
 
 def variant_of(model: SharedModel, draw: Draw) -> Variant:
     """Channels, loads and, where its damping is another, the System of a draw."""
-    setup = started(drawn_setup(model.setup, draw), model.reference, silent)
+    setup = at_start(model.setup, model.reference, draw)
     place = {name: k for k, name in enumerate(setup.contacts.names)}
     kept = [place[name] for name in model.gaps.names if name in place]
     gaps = join([setup.contacts.select(np.array(kept, dtype=np.int64)), setup.connectors])

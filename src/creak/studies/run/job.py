@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -19,6 +19,7 @@ from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.prepare.marching import Marching, Observed, Scope
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import never_closed
 from creak.studies.prepare.watched import motion_warnings
@@ -56,8 +57,10 @@ ReferenceRun = Callable[[Marching, Observed, ReferenceModel, GapOperator, Progre
 class ReducedRun:
     """A reduced model with its run, and how its f_max was found."""
 
-    setup: Setup
+    reduction: Reduction
     """Raised as often as it took."""
+    marching: Marching
+    scope: Scope
     gaps: GapOperator
     """Channels of the run."""
     reduced: ReducedModel
@@ -70,11 +73,6 @@ class ReducedRun:
     """Why no further stage was made although the answer has not settled, and what it would cost."""
     structure: Structure | None = None
     """What the unreduced model says of the run; None: it was not asked yet."""
-
-    @property
-    def scope(self) -> Scope:
-        """What is told of the run."""
-        return Scope(self.setup.model, self.setup.study.config.verification, self.setup.marching.window)
 
 
 March = Callable[[ReducedModel], Run]
@@ -163,6 +161,7 @@ def run_study(
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
         setup, reference, gaps, notes = ready(setup, progress, store.folder, compiled)
         marching, kept, nodes = setup.marching, gaps.m, setup.model.nodes
+        scope = Scope(setup.model, c.verification, marching.window)
         limit = partial(limited, marching, nodes.coords, reference.system)
         closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
         observed = partial(setup.observed, lines=True, record=record)
@@ -184,14 +183,15 @@ def run_study(
                     compiled(progress)
                     return march_run("reduced", marching, observed(gaps), model, gaps, progress)
 
-                found = ReducedRun(setup, gaps, model, march(model))
+                found = ReducedRun(setup.reduction, marching, scope, gaps, model, march(model))
                 settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
                 if settled and settles is not None and gaps.presses:
                     found = settles(found, reference, march, progress)
                 return found, found.run
 
             gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
-            band, setup, reduced, runs["reduced"] = found, found.setup, found.reduced, found.run
+            band, reduced, runs["reduced"] = found, found.reduced, found.run
+            setup = replace(setup, raised=found.reduction.band.raised)
             from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
             notes += [*more, *reduced.notes]
@@ -266,7 +266,7 @@ def run_study(
         window,
         [*setup.notes, *notes],
         health,
-        new_identity(setup.study, setup.deck_sha256, setup.files_sha256),
+        new_identity(setup.study.text, setup.digests),
         stopped,
         gaps.m - kept,
         lines,

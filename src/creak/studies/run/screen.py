@@ -23,7 +23,7 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
     InputError : there are no lines; only contact holds the structure.
     """
     study = setup.study
-    if not setup.elines.points.m:
+    if not setup.watch.lines.points.m:
         raise InputError(
             "there is nothing to screen: the study has neither a contact nor an [eline.NAME]",
             where=study.path,
@@ -41,10 +41,10 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
             fix="Run it with contact: creak run.",
         )
     bare = replace(setup, contacts=setup.contacts.select(NO_STEPS), connectors=setup.connectors.select(NO_STEPS))
-    setup = replace(setup, elines=started(bare, reference, progress).elines)
+    setup = replace(setup, watch=started(bare, reference, progress).watch)
     marching = setup.marching
     whole = replace(marching, course=replace(marching.course, repeats=None, until=None))
-    linear = modal_measures(whole, setup.elines, setup.reduction, reference, progress)
+    linear = modal_measures(whole, setup.watch.lines, setup.reduction, reference, progress)
     highest = reference.modes.frequencies.max(initial=0.0)
     if linear is None:
         raise InputError(
@@ -52,4 +52,4 @@ def screen(setup: Setup, progress: Progress) -> LineFindings:
             where=study.places.where("time"),
             fix="Shorten the run.",
         )
-    return findings(setup.elines, linear, None, None, f"modes up to {highest:.4g} Hz", "")
+    return findings(setup.watch.lines, linear, None, None, f"modes up to {highest:.4g} Hz", "")

@@ -59,18 +59,18 @@ def started(setup: Setup, reference: ReferenceModel, progress: Progress) -> Setu
         reference.stiffness,
         gaps,
         _load(setup.structure, setup.study.driving, reference),
-        static_supports(setup.model, setup.study.driving, setup.driven),
+        static_supports(setup.model, setup.study.driving, setup.structure.driven),
     )
     progress(STAGE, 1, 1)
     system = reference.system
     start = StaticStart(found, system.labels, system.recover(found.q, found.support), gaps.names, given)
     now, m = found.on(gaps), setup.contacts.m
     contacts, connectors = (now.select(np.arange(a, b)) for a, b in ((0, m), (m, gaps.m)))
-    lines, s = setup.elines, found.support[:, None]
+    lines, s = setup.watch.lines, found.support[:, None]
     shares = (relative_motion(system, lines.points, q[:, None], s)[0] for q in (found.q, found.free))
     lines = replace(lines, static=tuple(shares)) if lines.points.m else lines
-    notes = [*setup.notes, _note(found)]
-    return replace(setup, contacts=contacts, connectors=connectors, static=start, elines=lines, notes=notes)
+    watch, notes = replace(setup.watch, lines=lines), [*setup.notes, _note(found)]
+    return replace(setup, contacts=contacts, connectors=connectors, static=start, watch=watch, notes=notes)
 
 
 def _load(structure: Structure, driving: Driving, reference: ReferenceModel) -> FloatArray:

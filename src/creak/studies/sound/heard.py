@@ -13,8 +13,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.dynamics.diagonal import is_modal
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.mesh import Part
-from creak.model.skin import Skin, skin_of
-from creak.model.units import METRES
+from creak.model.skin import skin_of
 from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
 from creak.sound.carriers import Noise, Span
@@ -22,9 +21,12 @@ from creak.sound.forced import LOWEST, without_clicks
 from creak.sound.room import Room
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES, a_weighted_sum
 from creak.sound.zwicker_tables import RATE
+from creak.studies.file.case import Listening
 from creak.studies.file.quantities import in_base
-from creak.studies.run.compared import main_run
-from creak.studies.run.job import StudyResult
+from creak.studies.models.reduced import ReducedModel
+from creak.studies.models.reference import ReferenceModel
+from creak.studies.prepare.marching import Marching
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.band import Band, band_of
@@ -36,7 +38,7 @@ from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.radiation import LARGE
 from creak.studies.sound.road import road_levels, sum_of_levels
 from creak.studies.sound.rooms import cabin_of, room_of
-from creak.studies.sound.source import Source, source_of
+from creak.studies.sound.source import source_of
 from creak.studies.sound.statistics import END, Statistics, statistics_of
 from creak.studies.sound.transfers import words_of
 from creak.words import listed, percent
@@ -99,42 +101,64 @@ class Sound:
         return full_scale_level(self.full_scale)
 
 
-def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
+def hear(
+    listening: Listening,
+    marching: Marching,
+    reduction: Reduction,
+    reference: ReferenceModel,
+    reduced: ReducedModel | None,
+    run: Run | None,
+    places: Sequence[IntArray],
+) -> Sound | str:
     """The sound of the reduced run, or why there is none.
 
     Parameters
     ----------
-    places : channels of each place.
+    run : None: it ended early. places : channels of each place.
 
     Raises
     ------
     InputError : of listeners and background that the study gives, as `listeners_of` and `background_of`.
     """
     wall, cpu = clock.perf_counter(), clock.process_time()
-    run, setup = main_run(result.runs), result.setup
-    c, where = setup.study.config, setup.study.places
-    metre, skin = METRES[c.model.units], skin_of(setup.model)
-    given = listeners_of(setup.model, c.listener, where, metre)
-    background, room = background_of(c.background, where), room_of(c.room, where)
-    why_not = _why_not(result, run, bool(given), places)
-    if why_not or run is None or result.reduced is None:
-        return why_not
-    source = source_of(run.system, result.gaps, run.history)
+    model, metre, window = reduction.structure.model, listening.metre, marching.window
+    skin, given = skin_of(model), listeners_of(model, listening.listeners, listening.places, metre)
+    background = background_of(listening.background, listening.places)
+    room = room_of(listening.room, listening.places)
+    if run is None:
+        return "none: the run ended early"
+    if reduced is None or run.name != "reduced":
+        return "none: only a reduced model carries sound"
+    if not is_modal(run.system):
+        return "none: damping couples the modes of the reduced model"
+    if float(run.history.time[-1]) < SHORTEST:
+        return f"none: the run is shorter than {SHORTEST:g} s"
+    if not given and not places:
+        return "none: nothing touches in the window"
+    source = source_of(run.system, run.gaps, run.history)
     offline = clock.process_time()
     faces = faces_of_parts(run.system, skin, metre)
     offline = clock.process_time() - offline
-    band = band_of(setup.model, result.reduced, setup.band.f_max, run, skin, moved(source, faces, skin), metre)
+    band = band_of(model, reduced, reduction.band.f_max, run, skin, moved(source, faces, skin), metre)
     if band.high <= 2.0 * LOWEST:
         return f"none: nothing above {band.high:.0f} Hz can be believed ({band.limit})"
-    levels = equivalent_levels(source, faces, band.high, result.window)
-    listeners = given or tuple(ear_off(setup.model, skin, part, c.model.units) for part in [*levels][:1])
+    levels = equivalent_levels(source, faces, band.high, window)
+    listeners = given or tuple(ear_off(model, skin, part, listening.units) for part in [*levels][:1])
     if not listeners:
         return "none: no part with shells or solids moves"
     before = clock.process_time()
-    further = _further(result, source, listeners, band, metre)
+    further: Beyond | str = ""
+    more: Statistics | str = ""
+    zeta = one_share(reduction.structure.modal)
+    ends = band.modes, replace(band, modes=np.inf).computed
+    if source.channel.size and ends[1] >= WORTH * ends[0]:
+        most = SHARE * reduced.solves
+        further = beyond_modes(reference, zeta, source, run.gaps, listeners, metre, ends, most)
     beyond = further if isinstance(further, Beyond) else None
     near, band = band.computed, band if beyond is None else replace(band, beyond=beyond.high)
-    more = _statistics(result, source, band, skin, metre)
+    if source.channel.size:
+        losses, ends = losses_of(reference.system.damping, zeta), (band.computed, min(END, band.step))
+        more = statistics_of(model, skin, run.gaps, source.row, losses, ends, metre)
     known = more if isinstance(more, Statistics) else None
     band = band if known is None else replace(band, statistics=known.span.high)
 
@@ -145,9 +169,9 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         plain = Ear(replace(one, side=0), near, metre, beyond, known)
         ear = replace(plain, listener=one, cabin=cabin, background=background, known={})
         ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
-        if c.background is None or not c.background.linear:
+        if listening.background is None or not listening.background.linear:
             return ear
-        road = road_levels(run.system, setup.marching.loads, ear, result.window, setup.marching.course.repeats)
+        road = road_levels(run.system, marching.loads, ear, window, marching.course.repeats)
         return replace(ear, background=sum_of_levels(background, road), road=a_weighted_sum(road))
 
     both = [[ear_of(one) for one in listener.ears] for listener in listeners]
@@ -155,13 +179,13 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     if beyond is not None:
         to += [[ear.hears(beyond.system) for ear in ears] for ears in both]
     offline += clock.process_time() - before
-    groups, sharp = source.groups(places), in_base(c.limit.sharpness_above)
+    groups, sharp = source.groups(places), in_base(listening.sharp)
 
     def at(ears: Sequence[Ear]) -> list[tuple[Ear, Records, list[Heard]]]:
-        to_all, middle = (source, result.gaps, groups), ears[0].middle
+        to_all, middle = (source, run.gaps, groups), ears[0].middle
         fed = None if middle is None else records_of(*to_all, middle, run.system, alike=True)
         found = [(ear, together(records_of(*to_all, ear, run.system, fed=fed))) for ear in ears]
-        figures = [(ear, r, figures_of(r, ear, result.window, band.high, sharp)) for ear, r in found]
+        figures = [(ear, r, figures_of(r, ear, window, band.high, sharp)) for ear, r in found]
         return sorted(figures, key=lambda one: one[2][-1].rank, reverse=True)
 
     every = [at(ears) for ears in both]
@@ -169,9 +193,9 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     ear, records, figures = louder[0]
     ways: tuple[float, ...] = ()
     if beyond is not None:
-        sooner = [heard_of(x, result.window, ear.background, ear.start, band.high).rank[0] for x in records.sooner]
+        sooner = [heard_of(x, window, ear.background, ear.start, band.high).rank[0] for x in records.sooner]
         ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(figures, sooner, strict=True))
-    scatter = scatter_of(figures, records, ear, result.window)
+    scatter = scatter_of(figures, records, ear, window)
     order = sorted(range(len(places)), key=lambda k: figures[k].rank, reverse=True)
 
     def told(records: Records) -> FloatArray:
@@ -181,9 +205,9 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     pressure = np.stack([told(records) for _, records, _ in louder])
     other = {k: told(one[1][1]) for k, one in enumerate(every) if len(one) > 1}
     largest = max(float(np.abs(x).max(initial=0.0)) for x in [pressure, *other.values()])
-    power = {setup.model.parts[part].name: level for part, level in levels.items()}
-    compact = tuple(tuple(setup.model.parts[b.part].name for b in one[0].bodies) for one in to[: len(both)])
-    small = {setup.model.parts[b.part].name: b.highest for ears in to for one in ears for b in one.bodies}
+    power = {model.parts[part].name: level for part, level in levels.items()}
+    compact = tuple(tuple(model.parts[b.part].name for b in one[0].bodies) for one in to[: len(both)])
+    small = {model.parts[b.part].name: b.highest for ears in to for one in ears for b in one.bodies}
     ears = [one[0] for one in louder]
     return Sound(
         run.name,
@@ -198,7 +222,7 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         offline,
         power,
         compact,
-        tuple(_notes(ears, band, heard, power, small, further, more, setup.model.parts)),
+        tuple(_notes(ears, band, heard, power, small, further, more, model.parts)),
         ear,
         tuple(ways[k] for k in order) if ways else (),
         tuple(scatter[k] for k in order) if scatter else (),
@@ -206,39 +230,6 @@ def hear(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
         room,
         tuple(one.background for one in ears),
     )
-
-
-def _further(
-    result: StudyResult, source: Source, listeners: Sequence[Listener], band: Band, metre: float
-) -> Beyond | str:
-    """What the unreduced model tells beyond the modes; why it is not asked, empty where there is nothing to ask."""
-    end = replace(band, modes=np.inf).computed
-    if result.reduced is None or not source.channel.size or end < WORTH * band.modes:
-        return ""
-    most, zeta = SHARE * result.reduced.solves, one_share(result.setup.structure.modal)
-    ends = band.modes, end
-    return beyond_modes(result.reference, zeta, source, result.gaps, listeners, metre, ends, most)
-
-
-def _statistics(result: StudyResult, source: Source, band: Band, skin: Skin, metre: float) -> Statistics | str:
-    """What statistical energy tells beyond what is computed; why it tells nothing, empty where nobody hears it."""
-    if not source.channel.size:
-        return ""
-    losses = losses_of(result.reference.system.damping, one_share(result.setup.structure.modal))
-    ends = band.computed, min(END, band.step)
-    return statistics_of(result.setup.model, skin, result.gaps, source.row, losses, ends, metre)
-
-
-def _why_not(result: StudyResult, run: Run | None, given: bool, places: Sequence[IntArray]) -> str:
-    if run is None or result.stopped is not None:
-        return "none: the run ended early"
-    if result.reduced is None or run.name != "reduced":
-        return "none: only a reduced model carries sound"
-    if not is_modal(run.system):
-        return "none: damping couples the modes of the reduced model"
-    if float(run.history.time[-1]) < SHORTEST:
-        return f"none: the run is shorter than {SHORTEST:g} s"
-    return "" if given or places else "none: nothing touches in the window"
 
 
 THIRD = 2.0 / 3.0

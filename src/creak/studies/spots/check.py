@@ -55,7 +55,7 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     taken = affordable(order, price, of.budget - price.once, FEWEST_EVENTS)
     taken = taken[:FEWEST_EVENTS] if found.reduced.complete else taken
     progress("spot checks", 0, 1)
-    marched = partial(_marched, of, found.setup.marching, near, price, progress)
+    marched = partial(_marched, of, found.marching, near, price, progress)
     spots, solves = marched(taken)
     solves += price.once
     if not found.reduced.complete:

@@ -135,34 +135,33 @@ class Handover:
 
 def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover | None, str]:
     """What the marches need, or why there are none."""
-    setup, run, reduced = found.setup, found.run, found.reduced
-    c = setup.study.config
-    if not c.time.exact:
+    structure, marching, run, reduced = found.reduction.structure, found.marching, found.run, found.reduced
+    if not marching.table.exact:
         return None, "a scheme was forced, which the unreduced model does not share"
     if run.stopped is not None:
         return None, "the run was stopped"
     system, why = flowing(reduced.system)
     if system is None:
         return None, f"the reduced model was not marched by exact flow{why}"
-    v = c.verification
-    if any((s.coordinates < 0).any() for s in setup.structure.superelements):
+    v, raised = found.scope.verification, found.reduction.band.raised > 0
+    if any((s.coordinates < 0).any() for s in structure.superelements):
         return None, "parts of the model are superelements from files, whose inside is not there"
     nearby, low, n = None, None, reference.free_dof
     if n > 2 * NEARBY or reference.of_parts is not None:
-        nearby, low = min(max(NEARBY, n // SHARES), n // 2), low_modes(setup.modal, system, reference)
+        nearby, low = min(max(NEARBY, n // SHARES), n // 2), low_modes(structure.modal, system, reference)
     if nearby is None:
-        unreduced = damped_alike(setup.modal, setup.raised > 0, reference, reduced)
+        unreduced = damped_alike(structure.modal, raised, reference, reduced)
     elif reference.of_parts is None:
         unreduced = without_modal_damping(reference.system, reference.support_shapes)
     elif fits(sum(ENTRY * (part.K.nnz + part.M.nnz) for part in reference.parts)):
-        joined = setup.structure.joined(reference.parts, reference.loose)
+        joined = structure.joined(reference.parts, reference.loose)
         unreduced = replace(joined, K=spared(joined.K), M=spared(joined.M))
     else:
         return None, "memory does not hold the matrices of the whole model"
-    fewest = fewest_parts(RESOLUTIONS[c.time.accuracy].stepped)
+    fewest = fewest_parts(RESOLUTIONS[marching.table.accuracy].stepped)
     budget = max(FEWEST / (unreduced.n + STEP), SHARE * BLOCKED * reduced.solves)
-    run_of = setup.loads, run.history, v.merge, v.f_max
-    positions = setup.structure.model.nodes.coords
+    run_of = marching.loads, run.history, v.merge, v.f_max
+    positions = structure.model.nodes.coords
     by_parts = reference.of_parts is not None
     return Handover(unreduced, system, found.gaps, *run_of, fewest, budget, positions, nearby, low, by_parts), ""
 

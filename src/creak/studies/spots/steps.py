@@ -35,7 +35,7 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     """
     if flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
-    step, longest = of.ends[1] - of.ends[0], run.setup.marching.resolution.stepped
+    step, longest = of.ends[1] - of.ends[0], run.marching.resolution.stepped
     parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
     half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
     if half != 2 * parts:
@@ -46,7 +46,7 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     near = near_channels(of.history, of.gaps, order, of.ends)
     if not order:
         return {}
-    states = states_at(run.setup.marching, of, order)
+    states = states_at(run.marching, of, order)
     found: dict[str, float] = {}
     runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [s.finer() for s in order]

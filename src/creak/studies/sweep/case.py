@@ -149,7 +149,7 @@ def _made(task: Task, start: float) -> dict[str, Any]:
 
     def write(folder: Path) -> None:
         if task.write is None:
-            save(result, case.findings, folder)
+            save(case.findings, case.records(), folder)
         else:
             task.write(case, folder)
         record.update(provenance(task, start))

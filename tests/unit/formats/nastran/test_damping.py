@@ -188,7 +188,7 @@ def test_damping_of_a_study_replaces_all_but_dashpots(tmp_path, table, alpha, be
     (tmp_path / "study.toml").write_text(STUDY.format("[damping]\n" + table), encoding="utf-8")
     setup = set_up(read_study(tmp_path / "study.toml"))
     K, M, B1 = own({})
-    found = computed(setup.model, setup.rayleigh, override=setup.override_damping)
+    found = computed(setup.model, setup.structure.rayleigh, override=setup.structure.override_damping)
     assert_same(found, [K, M, alpha * M + beta * K + B1])
 
 

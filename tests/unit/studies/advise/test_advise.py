@@ -17,7 +17,7 @@ from creak.model.skin import skin_of
 from creak.progress import silent
 from creak.sound.rayleigh import AIR
 from creak.studies.advise.advice import Advice, as_dict, changes_toml
-from creak.studies.advise.choice import choose, settings_of
+from creak.studies.advise.choice import choose
 from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
 from creak.studies.advise.evidence import measured, points, rule_of_thumb
 from creak.studies.advise.facts import Facts, gather
@@ -29,6 +29,7 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.excitation import excitation_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.sound.band import finer_mesh
+from helpers_advise import advice_on, settings_of
 from helpers_core import chain, channels, system_of
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -187,8 +188,7 @@ def other(tmp_path: Any, study: str, deck: str | None = None) -> Setup:
 
 
 def warnings_of(setup: Setup) -> str:
-    found = gather(setup, silent)
-    return "\n".join(choose(settings_of(setup), found).warnings)
+    return "\n".join(advice_on(setup).choice.warnings)
 
 
 def test_a_load_that_closes_nothing_is_told(tmp_path):

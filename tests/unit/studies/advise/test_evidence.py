@@ -19,6 +19,7 @@ from creak.studies.advise.facts import Facts, gather
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
 from creak_thesis.door import LOADS, build_door
+from helpers_advise import settings_of
 from helpers_decks import STUDY, write_strips
 
 SETTLED = 0.05
@@ -63,7 +64,7 @@ def scaled(value: Any, by: float) -> Any:
 
 
 def said(setup: Setup, facts: Facts) -> str:
-    return "\n".join(choice.choose(choice.settings_of(setup), facts).because)
+    return "\n".join(choice.choose(settings_of(setup), facts).because)
 
 
 def test_each_part_of_the_record_says_where_it_comes_from():

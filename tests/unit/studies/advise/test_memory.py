@@ -13,8 +13,6 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pencil import Pencil
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
-from creak.progress import silent
-from creak.studies.advise.advice import advise as look
 from creak.studies.advise.advice import as_dict
 from creak.studies.advise.memory import Memory, _reduction, memory, modes_below, runs_of
 from creak.studies.advise.size import Counted, PartSize, sturm_counts
@@ -22,6 +20,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.of_parts import Room
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.setup import Setup, set_up
+from helpers_advise import advice_on
 from helpers_decks import STUDY, write_strips
 
 WHOLE = Counted({3000.0: 12}, 0.1, 0.001, 40e6)
@@ -41,7 +40,7 @@ def study(tmp_path_factory) -> tuple[Setup, ReferenceModel]:
 
 
 def told_of(setup: Setup, reference: ReferenceModel, whole: Counted, parts, unknowns: int, rows: int) -> Memory:
-    runs = runs_of(setup.marching, setup.watched.size, rows, unreduced=setup.study.config.runs_unreduced)
+    runs = runs_of(setup.marching, setup.watch.nodes.size, rows, unreduced=setup.study.config.runs_unreduced)
     return memory(setup.reduction, reference, whole, parts, unknowns, runs)
 
 
@@ -132,12 +131,12 @@ def test_answers_that_are_not_kept_are_not_counted(study):
 
 def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
     setup, _ = study
-    assert not any(w.startswith("memory") for w in look(setup, lambda *_: None).choice.warnings)
+    assert not any(w.startswith("memory") for w in advice_on(setup).choice.warnings)
     monkeypatch.setenv(OVERRIDE, "0.0005")
     monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
     monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
     monkeypatch.setattr("creak.studies.models.of_parts.only_parts_fit", lambda *_: False)
-    advice = look(setup, lambda *_: None)
+    advice = advice_on(setup)
     said = next(w for w in advice.choice.warnings if w.startswith("memory"))
     assert "0.0005 GB are free: lower f_max" in said
     data = as_dict(advice)["memory"]
@@ -156,17 +155,17 @@ def test_bounces_are_not_looked_at_where_no_step_is_forced(study, alone, monkeyp
     forced, _ = study
     asked = []
     monkeypatch.setattr("creak.studies.advise.facts.bounces", lambda *_: asked.append(1) or (None, None))
-    assert as_dict(look(alone, silent))["advice"]["step"] is None
+    assert as_dict(advice_on(alone))["advice"]["step"] is None
     assert not asked
-    look(forced, silent)
+    advice_on(forced)
     assert asked
 
 
 def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
     """Same channels, retained dofs and modes of the parts; nothing is said of what takes the whole model."""
-    whole = look(alone, silent)
+    whole = advice_on(alone)
     monkeypatch.setattr("creak.studies.models.of_parts.only_parts_fit", lambda *_: True)
-    found = look(alone, silent)
+    found = advice_on(alone)
     assert found.facts.channels.kept == whole.facts.channels.kept
     assert found.facts.sizes.unknowns(3000.0) == whole.facts.sizes.unknowns(3000.0)
     assert {o.method for o in found.facts.options} == {"craig-bampton"}
@@ -201,7 +200,7 @@ def test_what_takes_the_whole_is_advised_away(change, advised, alone, monkeypatc
     monkeypatch.setattr("creak.studies.models.of_parts.room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "2.5")
     tables = {name: getattr(alone.study.config, name).model_copy(update=new) for name, new in change.items()}
-    found = look(alone.with_tables(**tables), silent)
+    found = advice_on(alone.with_tables(**tables))
     assert {c.key: c.new for c in found.choice.changes}.items() >= advised.items()
     assert found.facts.unreduced is None
 
@@ -211,7 +210,7 @@ def test_an_unreduced_run_that_the_study_ends_early_is_left_alone(alone, monkeyp
     """`until` beside other proofs is refused: advice that leads to a refusal is none."""
     monkeypatch.setattr("creak.studies.advise.choice.LONG_S", 0.0)
     reference = alone.study.config.reference.model_copy(update={"run": "whole", "until": until})
-    found = look(alone.with_tables(reference=reference), silent)
+    found = advice_on(alone.with_tables(reference=reference))
     assert found.facts.unreduced is not None
     assert {c.new for c in found.choice.changes if c.key == "reference.run"} == advised
 
@@ -220,7 +219,7 @@ def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):
     monkeypatch.setattr("creak.studies.models.of_parts.room", lambda *_: Room(3e9, 2e9, "UPPER"))
     monkeypatch.setenv(OVERRIDE, "1.5")
     with pytest.raises(OutOfMemory, match=r"does not hold the reduction of part UPPER: at least 2 GB are needed"):
-        look(alone, silent)
+        advice_on(alone)
 
 
 def test_less_memory_takes_one_factor_files_and_pieces(study, monkeypatch):

@@ -86,7 +86,8 @@ def _cause(folder, study):
     (folder / "mass.inp").write_text(DECK, encoding="utf-8")
     (folder / "study.toml").write_text(study, encoding="utf-8")
     run = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
-    cause = find_causes(run.found, heard_places(run.found.scope, run.main, run.sound))[0]
+    found, places = run.found, heard_places(run.found.scope, run.main, run.sound)
+    cause = find_causes(found.setup.marching, found.setup.reduction, run.main, places)[0]
     return run, cause, cause_dict(cause, run.found.setup.loads, run.found.gaps, "mm")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,9 +12,8 @@ import creak
 from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
 from creak.studies.cause import decompose
-from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
-from creak.studies.cause.effects import causes_of, checked_by_run, effect_of, find_changes, predicted
+from creak.studies.cause.effects import causes_of, checked_by_run, find_changes, try_changes
 from creak.studies.cause.told import cause_dict, driven_level
 from creak.studies.findings.sound import heard_places
 from helpers_decks import STUDY, two_strips, write_strips
@@ -50,9 +50,13 @@ def places(result):
     return heard_places(result.found.scope, result.main, result.sound)
 
 
+def causes_in(result, places):
+    return find_causes(result.found.setup.marching, result.found.setup.reduction, result.main, places)
+
+
 @pytest.fixture(scope="module")
 def causes(result, places):
-    return find_causes(result.found, places)
+    return causes_in(result, places)
 
 
 def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
@@ -83,7 +87,7 @@ def test_what_the_run_kept_of_its_motion_is_not_marched_again(causes, folder, mo
         return march(marching, system, gaps, loads, steps)
 
     monkeypatch.setattr(decompose, "marched", free_alone)
-    again = find_causes(kept.found, heard_places(kept.found.scope, kept.main, kept.sound))
+    again = causes_in(kept, heard_places(kept.found.scope, kept.main, kept.sound))
     assert [c.gap for c in again] == [c.gap for c in causes]
     for a, b in zip(again, causes, strict=True):
         np.testing.assert_allclose(a.modes, b.modes, rtol=1e-12, atol=1e-12 * np.abs(b.modes).max())
@@ -132,13 +136,12 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
     """Mass and fastener change the modes: the reduced model with a low-rank change against one reduced anew."""
     found = result.found
     place, cause = next((p, c) for p, c in zip(places, causes, strict=True) if p.contact == "tip")
-    every = list(candidates(found, place, cause))
-    assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
-    now = effect_of(found.scope, place, result.main.system, found.gaps, result.history, None)
+    now, every = try_changes(found, None, place, cause)
+    assert [c.kind for c, _ in every][:4] == ["gap", "stiffness", "damping", "mass"]
     worst = 0.0
-    for change in (next(c for c in every if c.kind == kind) for kind in ("mass", "fastener", "damping")):
-        effect = predicted(found, place, change, result.main.system, None)
-        checked = checked_by_run(found, place, change, None, lambda *_: None)
+    for wanted in ("mass", "fastener", "damping"):
+        change, effect = next((c, e) for c, e in every if c.kind == wanted)
+        checked = checked_by_run(found.setup, None, lambda *_: None, place, change)
         worst = max(worst, abs(effect.total_impulse - checked.total_impulse) / now.total_impulse)
         # Motion with more mass is chaotic: round-off alone moves the impulse of one place by .2 of that now.
         assert effect.impulse == pytest.approx(checked.impulse, abs=0.4 * now.impulse)
@@ -154,7 +157,8 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
 
 
 def test_the_best_changes_are_told(result, places, causes):
-    told = find_changes(result.found, None, places[:1], causes[:1], lambda *_: None)
+    tried = partial(try_changes, result.found, None)
+    told = find_changes(places[:1], causes[:1], tried, None, lambda *_: None)
     some = told[places[0].number]
     assert 0 < len(some) <= 3
     assert len({c["change"] for c in some}) == len(some)
@@ -177,7 +181,10 @@ def test_summary_and_terminal_have_them(result, places):
 
 
 def test_a_run_without_modes_says_why(result):
-    causes, notes = causes_of(replace(result.found, reduced=None), result.sound, lambda *_: None, "predicted")
+    unreduced = {"reference": replace(result.main, name="reference")}
+    causes, notes = causes_of(
+        replace(result.found, reduced=None, runs=unreduced), result.sound, lambda *_: None, "predicted"
+    )
     assert causes == {}
     assert notes == ["no cause is told of the places: only a reduced model has few enough modes"]
 
@@ -198,13 +205,10 @@ def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
     write_strips(tmp_path, two_strips() + JOINED, BASE + weight)
     result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
     found, place = result.found, heard_places(result.found.scope, result.main, result.sound)[0]
-    cause = find_causes(found, [place])[0]
-    every = list(candidates(found, place, cause))
-    assert [c.kind for c in every][:4] == ["gap", "stiffness", "damping", "mass"]
-    assert "moved to" in next(c.words for c in every if c.kind == "moved")
-    now = effect_of(found.scope, place, result.main.system, found.gaps, result.history, None)
-    for change in (c for c in every if c.kind in ("gap", "mass", "moved")):
-        effect = predicted(found, place, change, result.main.system, None)
-        checked = checked_by_run(found, place, change, None, lambda *_: None)
+    now, every = try_changes(found, None, place, causes_in(result, [place])[0])
+    assert [c.kind for c, _ in every][:4] == ["gap", "stiffness", "damping", "mass"]
+    assert "moved to" in next(c.words for c, _ in every if c.kind == "moved")
+    for change, effect in ((c, e) for c, e in every if c.kind in ("gap", "mass", "moved")):
+        checked = checked_by_run(found.setup, None, lambda *_: None, place, change)
         assert effect.total_impulse == pytest.approx(checked.total_impulse, abs=0.03 * now.total_impulse), change.words
         assert effect.total_impulse != pytest.approx(now.total_impulse, rel=1e-3), change.words

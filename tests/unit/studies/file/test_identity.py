@@ -6,7 +6,7 @@ import hashlib
 
 import pytest
 
-from creak.studies.file.identity import other_files_sha256
+from creak.studies.file.identity import digests_of
 from creak.studies.file.paths import Contents
 from creak.studies.file.reader import read_study
 from helpers_decks import STUDY, write_strips
@@ -27,12 +27,12 @@ def test_matrices_that_come_as_several_files_all_count(changed, named, tmp_path)
         (tmp_path / name).write_bytes(content)
     (tmp_path / "OTHER_K.mtx").write_bytes(b"of another part")
     study = read_study(write_strips(tmp_path, study=f'{STUDY}\n[superelement.BEAM]\nfile = "{named}"\n'))
-    found, of_sweep = other_files_sha256(study), Contents().of(PLACE, tmp_path / named)
+    found, of_sweep = digests_of(study)[1], Contents().of(PLACE, tmp_path / named)
     assert found == sha256("".join(f"{sha256(content)}\n" for content in files.values()).encode())
     (tmp_path / "OTHER_K.mtx").write_bytes(b"changed")
-    assert other_files_sha256(study) == found
+    assert digests_of(study)[1] == found
     (tmp_path / changed).write_bytes(b"changed")
-    assert other_files_sha256(study) != found
+    assert digests_of(study)[1] != found
     assert Contents().of(PLACE, tmp_path / named) != of_sweep
 
 
@@ -41,4 +41,4 @@ def test_a_file_alone_has_its_own_digest(tmp_path):
     (tmp_path / "clips.toml").write_bytes(b"x = 1\n")
     (tmp_path / "clips_b.toml").write_bytes(b"x = 2\n")
     (tmp_path / "clips.csv").write_bytes(b"of something else")
-    assert other_files_sha256(study) == sha256(b"x = 1\n")
+    assert digests_of(study)[1] == sha256(b"x = 1\n")

@@ -94,7 +94,7 @@ def test_study_as_it_is_can_be_set_up(tmp_path):
     setup = set_up(read_study(written(tmp_path, STUDY)))
     assert setup.connectors.m == 2
     assert setup.loads.n_step == 200
-    assert setup.driven.names == ("base",)
+    assert setup.structure.driven.names == ("base",)
 
 
 MISTAKES = {

@@ -13,9 +13,10 @@ from creak.studies.file.eline_tables import LimitTable
 from creak.studies.findings.limits import judged, limit_words
 from creak.studies.findings.places import find_places, ranked
 from creak.studies.sound.background import NOTHING, background_of
-from creak.studies.sound.heard import Sound, hear
+from creak.studies.sound.heard import Sound
 from helpers_cli import caller, empty_reports
 from helpers_decks import STUDY, write_strips
+from helpers_findings import sound_of
 
 pytestmark = pytest.mark.once
 
@@ -89,10 +90,10 @@ def test_places_are_ranked_by_what_is_heard(result):
     order = np.argsort(impulse)
     touched = order[impulse[order] > 0.0]
     quiet, loud = touched[:1], touched[1:]
-    sound = hear(found, [quiet, loud])
+    sound = sound_of(found, [quiet, loud])
     assert isinstance(sound, Sound)
     assert sound.order == (1, 0)
-    alone = hear(found, [loud, quiet])
+    alone = sound_of(found, [loud, quiet])
     np.testing.assert_allclose(sound.pressure, alone.pressure, atol=1e-9)
     n5 = [h.n5_added for h in sound.heard[0][:-1]]
     assert n5[0] > n5[1]

@@ -111,7 +111,7 @@ file = "mic.csv"
 
 def dense_functions(result):
     """Receptance of two nodes along z by the dense matrices of the unreduced model, m/N."""
-    reference, model, zeta = result.found.reference, result.found.setup.model, result.found.setup.modal
+    reference, model, zeta = result.found.reference, result.found.setup.model, result.found.setup.structure.modal
     system = reference.system
     every = np.asarray(abs(system.rows(node_dofs(np.arange(model.nodes.count), np.array([3])))[0]).sum(axis=1))
     nodes = np.flatnonzero(every.ravel() > 0.0)[[6, 9]].tolist()
@@ -139,7 +139,7 @@ def test_modes_are_those_of_the_structure_three_per_cent_off(found):
     assert [p.test for p in fit.pairs] == [0, 1, 2, 3]
     assert [p.mac for p in fit.pairs] == pytest.approx([1.0] * 4, abs=1e-9)
     assert [p.difference for p in fit.pairs] == pytest.approx([HIGH - 1.0] * 4, abs=1e-9)
-    assert [p.damping_model for p in fit.pairs] == pytest.approx([found[0].found.setup.modal] * 4)
+    assert [p.damping_model for p in fit.pairs] == pytest.approx([found[0].found.setup.structure.modal] * 4)
 
 
 def test_records_lie_over_the_run_at_their_shift(found, run):

@@ -19,7 +19,7 @@ from creak.errors import WriteError
 from creak.formats.measured.histories import read_histories
 from creak.formats.measured.motion_series import motion_field
 from creak.formats.partials import partial_name
-from creak.studies.file.identity import decks_sha256, files_sha256
+from creak.studies.file.identity import digests_of, files_sha256
 from creak.studies.file.reader import read_study
 from creak.studies.findings.save import save, save_convergence
 from helpers_decks import STUDY, two_strips, write_strips
@@ -91,15 +91,15 @@ def test_the_same_input_twice_is_two_runs_with_the_same_digests(result, other):
 
 def test_includes_count(tmp_path):
     study = write_strips(tmp_path, study=SHORT)
-    plain = decks_sha256(read_study(study))
+    plain = digests_of(read_study(study))[0]
     head, tail = two_strips().split("*MATERIAL", 1)
     (tmp_path / "strips.inp").write_text(head + "*INCLUDE, INPUT=rest.inp\n")
     (tmp_path / "rest.inp").write_text("*MATERIAL" + tail)
-    split = decks_sha256(read_study(study))
+    split = digests_of(read_study(study))[0]
     digests = [hashlib.sha256((tmp_path / name).read_bytes()).hexdigest() for name in ("strips.inp", "rest.inp")]
     assert split == hashlib.sha256("".join(f"{d}\n" for d in digests).encode()).hexdigest() != plain
     (tmp_path / "rest.inp").write_text("*MATERIAL" + tail + "** a word\n")
-    assert decks_sha256(read_study(study)) != split
+    assert digests_of(read_study(study))[0] != split
     assert files_sha256([]) == ""
 
 

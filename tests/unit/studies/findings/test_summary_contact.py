@@ -15,15 +15,13 @@ from scipy import integrate
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.history import ENERGIES
 from creak.studies.file.reader import read_study
-from creak.studies.findings.gather import findings_of
 from creak.studies.findings.histories import MARGIN
 from creak.studies.findings.places import find_places
-from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
 from creak.verify.slips import find_slips
 from helpers_decks import STUDY, write_strips
-from helpers_findings import summarised
+from helpers_findings import save_plain, summarised
 
 EVERY = 4
 SPARSE = (
@@ -64,7 +62,7 @@ def rubbed(plain) -> StudyResult:
 @pytest.fixture(scope="module")
 def written(rubbed, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("out")
-    save(rubbed, findings_of(rubbed), folder)
+    save_plain(rubbed, folder)
     return folder / "results.h5"
 
 
@@ -173,7 +171,7 @@ def test_output_means_keep_the_impulse(rubbed, written):
 
 
 def test_contact_is_stored_at_full_resolution(plain, tmp_path):
-    save(plain, findings_of(plain), tmp_path)
+    save_plain(plain, tmp_path)
     h = plain.runs["reduced"].history
     pressed = np.flatnonzero(h.force.any(axis=1))
     with h5py.File(tmp_path / "results.h5") as file:
@@ -220,7 +218,7 @@ def test_uneven_steps_keep_output_and_impulse(plain, tmp_path):
     assert summary["runs"]["reduced"]["impulse_total"] == pytest.approx(
         summarised(plain)["runs"]["reduced"]["impulse_total"], rel=1e-12
     )
-    save(result, findings_of(result), tmp_path)
+    save_plain(result, tmp_path)
     with h5py.File(tmp_path / "results.h5") as file:
         np.testing.assert_array_equal(file["runs/reduced/time"][:], h.time[::EVERY])
         total = trapezoid(file, "runs/reduced/normal_force").sum()

@@ -59,7 +59,7 @@ def test_every_mode_has_its_share_of_critical(setup, complete):
     def shares(system):
         return np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * omega)
 
-    like = damped_alike(setup.modal, True, reference, reduced)
+    like = damped_alike(setup.structure.modal, True, reference, reduced)
     np.testing.assert_allclose(shares(like), ZETA, rtol=1e-6)
     own = phi.T @ damping(like) @ phi
     scale = np.sqrt(np.outer(omega, omega)) * 2.0 * ZETA
@@ -81,7 +81,7 @@ def test_shapes_that_are_not_orthonormal_do_not_damp_low_modes(setup, complete, 
         return shapes
 
     monkeypatch.setattr(alike, "recovered_on", mixed)
-    system = damped_alike(setup.modal, True, reference, reduced)
+    system = damped_alike(setup.structure.modal, True, reference, reduced)
     omega2, phi = sla.eigh(to_dense(reference.system.K), to_dense(reference.system.M))
     shares = np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * np.sqrt(omega2))
     np.testing.assert_allclose(shares, ZETA, rtol=1e-5)
@@ -90,7 +90,7 @@ def test_shapes_that_are_not_orthonormal_do_not_damp_low_modes(setup, complete, 
 def test_a_structure_that_its_supports_carry_along_is_not_damped(setup, complete):
     """C R s' + C_qs s' = 0 for the motion R without inertia, which has no deformation rate of its own."""
     reduced, reference = complete
-    system = damped_alike(setup.modal, True, reference, reduced)
+    system = damped_alike(setup.structure.modal, True, reference, reduced)
     R, d = reference.support_shapes, system.damping
     sides = d.alpha * to_dense(system.supports.M_qs) + d.beta * to_dense(system.supports.K_qs) + system.supports.C_qs
     force = damping(system) @ R
@@ -113,7 +113,7 @@ def test_other_damping_and_a_band_that_was_not_raised_stay(setup, complete):
     assert damped_alike(None, True, reference, reduced) is reference.system
     few = run_study(setup, silent).reduced
     assert not few.complete
-    assert damped_alike(setup.modal, False, reference, few) is reference.system
+    assert damped_alike(setup.structure.modal, False, reference, few) is reference.system
 
 
 def test_every_mode_of_gap_modes_has_its_share_whatever_is_known_of_the_whole(setup, complete):

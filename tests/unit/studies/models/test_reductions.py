@@ -7,12 +7,10 @@ import numpy as np
 import pytest
 
 from creak.studies.file.reader import read_study
-from creak.studies.findings.gather import findings_of
-from creak.studies.findings.save import save
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
 from helpers_decks import STUDY, two_strips, write_strips
-from helpers_findings import summarised
+from helpers_findings import save_plain, summarised
 from helpers_nastran_strips import strips
 
 TIPS = "*SURFACE, NAME=TIPS\n12, SNEG\n24, SNEG\n*ELSET, ELSET=HALF, GENERATE\n1001, 1006, 1\n1013, 1018, 1\n"
@@ -66,7 +64,7 @@ def test_guyan_and_spacing_keep_fewer_dofs_and_run(tmp_path):
 
 def test_whole_field_is_recovered_and_agrees_with_the_watched_nodes(tmp_path):
     result = run(tmp_path, "[reduction]\nf_max = 6000\n", "\n[output]\nfield_interval = 0.01\nfield_start = 0.05\n")
-    save(result, findings_of(result), tmp_path / "out")
+    save_plain(result, tmp_path / "out")
     with h5py.File(tmp_path / "out" / "results.h5") as file:
         for name in ("reduced", "reference"):
             field, own = file[f"runs/{name}/field"], file[f"runs/{name}"]

@@ -26,7 +26,7 @@ def folder(tmp_path_factory):
 def made(folder, data, more=LINE):
     (folder / "lines.csv").write_bytes(data if isinstance(data, bytes) else data.encode())
     (folder / "study.toml").write_text(STUDY + more)
-    e = set_up(read_study(folder / "study.toml")).elines
+    e = set_up(read_study(folder / "study.toml")).watch.lines
     mine = e.line_of == [line.name for line in e.lines].index("a")
     keep = np.flatnonzero(mine)
     return e.points.select(keep), e.frames[keep]
@@ -159,6 +159,6 @@ def test_nodes_in_one_place_are_told_apart_by_the_sides(tmp_path):
         with pytest.raises(InputError, match=rf"lines\.csv:2: .*{words}"):
             set_up(read_study(tmp_path / "study.toml"))
     (tmp_path / "study.toml").write_text(f"{text}{SIDES}normal = [0, 0, 1]\nclearance = 0.3\n")
-    e = set_up(read_study(tmp_path / "study.toml")).elines
+    e = set_up(read_study(tmp_path / "study.toml")).watch.lines
     assert [name for name in e.points.names if name.startswith("a:")] == ["a:13"]
     assert e.points.gap0[-1] == 0.3

@@ -183,7 +183,7 @@ points = "places.csv"
 [eline.named]
 points = "nodes.csv"
 """
-    e = made(tmp_path, more=more).elines
+    e = made(tmp_path, more=more).watch.lines
     nodes = {line.name: e.points.nodes_idx[e.line_of == k].tolist() for k, line in enumerate(e.lines)}
     ids = {13: 12, 39: 38, 1: 0, 20: 19}
     assert nodes["placed"] == [ids[13], ids[39]]  # two of the places have the same nearest node
@@ -288,7 +288,7 @@ def test_material_pairs_of_a_file(tmp_path):
     (tmp_path / "pairs.toml").write_text(pair)
     study = 'material_pairs = "pairs.toml"\n' + EXACT
     setup = made(tmp_path, more='\n[eline.tip]\nmaterial = "pvc"\n', study=study)
-    assert setup.elines.lines[0].pair.impulse_rate_max == 2.0
+    assert setup.watch.lines.lines[0].pair.impulse_rate_max == 2.0
     with pytest.raises(InputError, match=r"in the study and in pairs\.toml"):
         made(tmp_path, more="\n" + pair, study=study)
     (tmp_path / "pairs.toml").write_text(pair.replace("source", "sauce"))

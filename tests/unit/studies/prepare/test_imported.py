@@ -80,7 +80,7 @@ def damping_of(system: System) -> np.ndarray:
 )
 def test_damping_of_a_study_replaces_that_of_a_superelement(tmp_path, damping, alpha, expected):
     setup = ready(tmp_path, DECK.format(alpha=alpha), STUDY.format(damping=damping, more=""))
-    np.testing.assert_allclose(damping_of(setup.superelements[0]), expected, rtol=1e-14, atol=1e-14)
+    np.testing.assert_allclose(damping_of(setup.structure.superelements[0]), expected, rtol=1e-14, atol=1e-14)
     said = [note for note in setup.notes if "superelement S: its own damping is left out" in note]
     assert len(said) == (1 if damping else 0)
 
@@ -124,7 +124,7 @@ def joined(folder, place: list[float] | None, more: str = "", apart: float = 2.0
     """The node of a deck with two instances that a superelement of node 2 joins."""
     text = STUDY.format(damping="", more=more).replace("[nodes.P]\nlabels = [2]\n", "")
     setup = ready(folder, INSTANCES.format(apart=apart), text, place)
-    return setup.model.nodes.label(int(setup.superelements[0].coordinates[0]) // 6)
+    return setup.model.nodes.label(int(setup.structure.superelements[0].coordinates[0]) // 6)
 
 
 def test_a_superelement_joins_the_instance_where_it_lies(tmp_path):
@@ -209,7 +209,7 @@ def test_rows_are_along_the_frame_of_the_grid_where_the_file_gives_none(tmp_path
     study = STUDY.format(damping="", more="").replace("deck.inp", "deck.bdf").replace("s.npz", file)
     (tmp_path / "study.toml").write_text(study)
     setup = set_up(read_study(tmp_path / "study.toml"))
-    system = setup.superelements[0]
+    system = setup.structure.superelements[0]
     row = 6 * setup.model.nodes.ids.tolist().index(2)
     order = [system.coordinates.tolist().index(row + k) if row + k in system.coordinates else -1 for k in range(3)]
     order = [k for k in order if k >= 0] + np.flatnonzero(system.coordinates < 0).tolist()

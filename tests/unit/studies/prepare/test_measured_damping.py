@@ -33,7 +33,7 @@ def study_of(folder, damping: str):
 def strips_test(folder, rows=MEASURED) -> Test:
     """Some modes of the strips as the study moves and holds them, measured at every third node."""
     setup = set_up(study_of(folder, ""))
-    system, found = model_modes(setup.model, setup.driven, count=8)
+    system, found = model_modes(setup.model, setup.structure.driven, count=8)
     nodes = setup.model.nodes
     kept = np.arange(0, nodes.count, 3)
     labels = (6 * kept[:, None] + np.arange(3)).ravel()
@@ -123,8 +123,8 @@ def test_what_does_not_fit_is_told(tmp_path):
 def test_a_table_is_read_too(tmp_path):
     (tmp_path / "modes.csv").write_text(csv_text(strips_test(tmp_path)))
     setup = set_up(study_of(tmp_path, 'damping.from_test = "modes.csv"'))
-    assert isinstance(setup.modal, ModalShares)
-    assert setup.modal.zeta == pytest.approx([*MEASURED.values()])
+    assert isinstance(setup.structure.modal, ModalShares)
+    assert setup.structure.modal.zeta == pytest.approx([*MEASURED.values()])
 
 
 def test_each_frequency_gives_its_damping_once():

@@ -11,6 +11,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.findings.elines import line_rows, point_csv
 from creak.studies.findings.limits import judged, limit_words
 from creak.studies.prepare.setup import set_up
+from creak.studies.prepare.tolerances import points_of
 from creak.studies.robust.draws import make_causes
 from creak.studies.robust.job import deviations_of, fields_of
 from creak.studies.run.job import run_study
@@ -44,13 +45,19 @@ def made(folder, table, more=LINE, study=STUDY):
 
 
 def of_line(setup, name="a"):
-    e = setup.elines
+    e = setup.watch.lines
     return e.tolerance[e.line_of == [line.name for line in e.lines].index(name)].tolist()
 
 
 def height(folder):
     nodes = made(folder, "point,minus\na,0\n").model.nodes
     return float(nodes.coords[nodes.ids.tolist().index(13), 2])
+
+
+def spread_of(setup):
+    """Key of a field whose tolerances a table has -> standard deviations."""
+    c, points = setup.study.config, points_of(setup.watch.lines.points, setup.model)
+    return deviations_of(points, c.scatter.vary, setup.study.places, c.model.units)
 
 
 def test_a_row_holds_at_its_point_and_the_minus_side_counts(folder):
@@ -87,7 +94,7 @@ def test_places_find_the_nearest_point_and_the_others_follow(folder):
     more = '\n[eline.a]\nmain = "OVER"\nsecondary = "UPPER"\ntolerance = "gaps.csv"\n'
     text = f"Feature,X [m],Y [m],Z [m],Minus [mm]\nF1,0.12,0,{z / 1e3},0.2\nF2,0,0.01,{z / 1e3},0.5\n"
     setup = made(folder, text, more)
-    e = setup.elines
+    e = setup.watch.lines
     mine = e.line_of == [line.name for line in e.lines].index("a")
     near = np.linalg.norm(e.positions[mine] - [120.0, 0.0, z], axis=1)
     far = np.linalg.norm(e.positions[mine] - [0.0, 10.0, z], axis=1)
@@ -103,21 +110,21 @@ def test_the_table_of_the_limit_holds_for_every_line_but_those_with_their_own(fo
     setup = made(folder, "point,minus\ntip,0.2\na:lock,0.1\nhinge,0.15\nb,9\n", lines)
     assert (of_line(setup), of_line(setup, "b")) == ([0.1, 0.15], [0.001, 0.001])
     assert set(of_line(setup, "tip")) == {0.2}
-    assert [line.tolerance for line in setup.elines.lines] == ["gaps.csv, minus", "gaps.csv, minus", ""]
-    assert not setup.elines.notes
+    assert [line.tolerance for line in setup.watch.lines.lines] == ["gaps.csv, minus", "gaps.csv, minus", ""]
+    assert not setup.watch.lines.notes
     setup = made(folder, "point,sigma\na,0.1\n", lines)
     assert of_line(setup, "tip") == [0.0] * 39
-    assert [line.tolerance for line in setup.elines.lines] == ["", "gaps.csv, 3 sigma", ""]
-    (said,) = setup.elines.notes
+    assert [line.tolerance for line in setup.watch.lines.lines] == ["", "gaps.csv, 3 sigma", ""]
+    (said,) = setup.watch.lines.notes
     assert "no row for tip" in said
 
 
 def test_a_nominal_gap_that_the_model_does_not_have_is_told(folder):
-    gap = made(folder, "point,minus\na,0\n").elines.points.gap0[-1]
+    gap = made(folder, "point,minus\na,0\n").watch.lines.points.gap0[-1]
     within = f"point,nominal,plus,minus\nlock,{gap - 0.05},0.1,0.2\nhinge,{gap + 0.15},0.1,0.2\n"
-    assert not made(folder, within).elines.notes
+    assert not made(folder, within).watch.lines.notes
     setup = made(folder, f"point,nominal,plus,minus\nlock,{gap - 0.15},0.1,0.2\nhinge,{gap + 0.3},0.1,0.2\n")
-    (said,) = setup.elines.notes
+    (said,) = setup.watch.lines.notes
     assert said in warnings_of(setup.notes)
     for word in ("'hinge'", "a:hinge", "gaps.csv:3", "-0.2 +0.1", "1 more"):
         assert word in said
@@ -156,7 +163,7 @@ def test_a_field_of_gaps_scatters_by_the_table(folder):
     """`creak robust` draws each channel with its own sigma: a third of minus, correlated along the contact."""
     field = '[scatter.vary]\n"contact.tip.clearance" = { type = "field", tolerance = "gaps.csv", length = 50 }\n'
     setup = made(folder, "point,minus\ntip,0.24\ntip:13,0.12\n", field)
-    spread = deviations_of(setup)
+    spread = spread_of(setup)
     config = setup.study.config
     fields = fields_of(setup.contacts, setup.model.nodes)
     (cause,) = make_causes(config.scatter, {}, {}, fields, setup.study.places, spread)
@@ -166,12 +173,12 @@ def test_a_field_of_gaps_scatters_by_the_table(folder):
     np.testing.assert_allclose(np.linalg.norm(cause.shapes, axis=1), expected)
     np.testing.assert_array_equal(cause.mean, gaps)
     setup = made(folder, f"point,minus\ntip,{gaps.min():.17g}\n", field)  # as large as the gap: it may close
-    make_causes(config.scatter, {}, {}, fields, setup.study.places, deviations_of(setup))
+    make_causes(config.scatter, {}, {}, fields, setup.study.places, spread_of(setup))
     setup = made(folder, f"point,minus\ntip,{GAP + 0.1}\n", field)
     with pytest.raises(InputError, match="negative gaps"):
-        make_causes(config.scatter, {}, {}, fields, setup.study.places, deviations_of(setup))
+        make_causes(config.scatter, {}, {}, fields, setup.study.places, spread_of(setup))
     with pytest.raises(InputError, match=r"no point or line 'tap'.*'tip'"):
-        deviations_of(made(folder, "point,minus\ntap,0.3\n", field))
+        spread_of(made(folder, "point,minus\ntap,0.3\n", field))
     with pytest.raises(InputError, match="for the gaps of a contact"):
         made(folder, "point,minus\ntip,0.3\n", field.replace('"field"', '"normal"').replace(", length = 50", ""))
     with pytest.raises(InputError, match="no number and no name of a table"):

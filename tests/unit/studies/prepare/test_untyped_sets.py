@@ -75,7 +75,7 @@ def test_nodes_are_taken_where_the_method_takes_nodes(tmp_path, name):
     assert "its nodes are taken" in note
     (note,) = said(setup, "[contact.c]", "main")
     assert "its elements are taken" in note
-    points = setup.elines.points.nodes_idx[[group == "l" for group in setup.elines.points.group]]
+    points = setup.watch.lines.points.nodes_idx[[group == "l" for group in setup.watch.lines.points.group]]
     assert setup.model.nodes.ids[points].tolist() == [11, 12]
     assert len(said(setup, "[eline.l]", "secondary")) == 1
 

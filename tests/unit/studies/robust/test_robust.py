@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import pickle
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -29,7 +30,7 @@ from creak.studies.prepare.varied import varied
 from creak.studies.robust import job
 from creak.studies.robust import shared_model as shared_model_room
 from creak.studies.robust.batches import batches
-from creak.studies.robust.changes import drawn_setup, tables_of
+from creak.studies.robust.changes import TABLES, at_start, drawn_setup
 from creak.studies.robust.draws import Draw, field_shapes
 from creak.studies.robust.linear import FACTORS, Linear, closes, multiple
 from creak.studies.robust.plain import plain_of
@@ -199,7 +200,7 @@ def test_every_number_that_keeps_the_model_changes_it_as_the_study_does(tmp_path
         "excitation.root.signal.seed": 11,
     }
     study = with_changes(setup.study, changes)
-    again, made = varied(setup, tables_of(study)), set_up(study)
+    again, made = varied(setup, study.tables(TABLES)), set_up(study)
     assert again.contacts.names == made.contacts.names
     for key in ("gap0", "stiffness", "damping"):
         assert getattr(again.contacts, key) == pytest.approx(getattr(made.contacts, key), rel=1e-14)
@@ -216,7 +217,7 @@ def test_friction_that_a_draw_alone_has_acts_on_the_sides_as_in_its_study(tmp_pa
     """Without friction no channel takes the rotations of its nodes."""
     setup = set_up(read_study(write_strips(tmp_path, None, STUDY)))
     study = with_changes(setup.study, {"contact.tip.friction": 0.3})
-    again, made = varied(setup, tables_of(study)).contacts, set_up(study).contacts
+    again, made = varied(setup, study.tables(TABLES)).contacts, set_up(study).contacts
     assert again.names == made.names
     assert np.array_equal(again.labels, made.labels)
     assert again.labels.size > setup.contacts.labels.size
@@ -526,7 +527,8 @@ def test_draws_that_differ_in_more_are_not_foretold(tmp_path):
         path.write_text(text, encoding="utf-8")
         setup = set_up(read_study(path))
         found = creak.robust(setup.study, 4, indices=False, threads=1).draws
-        return plain_of(setup, build_reference(setup.structure, setup.band, lambda *_: None), found.drawn)
+        reference = build_reference(setup.structure, setup.band, lambda *_: None)
+        return plain_of(partial(at_start, setup, reference), found.drawn)
 
     key = '"connector.0.upper" = { type = "normal", sigma = 1.5 }'
     assert plain() is not None

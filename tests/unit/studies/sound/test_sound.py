@@ -28,12 +28,13 @@ from creak.sound.zwicker_tables import BANDS
 from creak.studies.findings.places import find_places
 from creak.studies.sound import beyond as module
 from creak.studies.sound.ear import n5_of
-from creak.studies.sound.heard import Sound, hear
+from creak.studies.sound.heard import Sound
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_core import STEEL, block
 from helpers_decks import STUDY, strip, two_strips, write_strips
+from helpers_findings import sound_of
 from helpers_solids import solid_mesh
 
 LISTENER = '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
@@ -200,7 +201,7 @@ def test_without_a_listener_an_ear_off_the_loudest_panel(result):
     none = replace(study, config=study.config.model_copy(update={"listener": {}}))
     found = replace(result.found, setup=replace(result.found.setup, study=none))
     places = [p.channels for p in find_places(found.scope, result.main)]
-    sound = hear(found, places)
+    sound = sound_of(found, places)
     assert isinstance(sound, Sound)
     ear = sound.listeners[0]
     assert not ear.given
@@ -220,7 +221,7 @@ def test_a_listener_in_the_plane_of_a_strip_hears_it(result, parts):
     }
     study = replace(setup.study, config=setup.study.config.model_copy(update={"listener": tables}))
     found = replace(result.found, setup=replace(setup, study=study))
-    sound = hear(found, [p.channels for p in find_places(found.scope, result.main)])
+    sound = sound_of(found, [p.channels for p in find_places(found.scope, result.main)])
     assert isinstance(sound, Sound)
     levels = [one[-1].level for one in sound.heard]
     assert levels[2] > 60.0
@@ -230,7 +231,8 @@ def test_a_listener_in_the_plane_of_a_strip_hears_it(result, parts):
 
 def test_a_compact_part_is_told_and_is_no_panel(result):
     """A cube beside the strips that nothing moves: named, and all else sounds as it did."""
-    model = result.found.setup.model
+    setup = result.found.setup
+    model = setup.model
     coords, elements = solid_mesh((1, 1, 1), (8.0, 8.0, 8.0))
     first = model.nodes.count
     nodes = Nodes(np.arange(1, first + 9), np.vstack([model.nodes.coords, coords + [300.0, 0.0, 0.0]]))
@@ -241,7 +243,10 @@ def test_a_compact_part_is_told_and_is_no_panel(result):
     study = replace(result.found.setup.study, config=tables)
     places = [p.channels for p in find_places(result.found.scope, result.main)]
     alone, beside = (
-        hear(replace(result.found, setup=replace(result.found.setup, model=m, study=study)), places)
+        sound_of(
+            replace(result.found, setup=replace(setup, structure=replace(setup.structure, model=m), study=study)),
+            places,
+        )
         for m in (model, more)
     )
     assert isinstance(alone, Sound)
@@ -372,12 +377,12 @@ def test_where_the_share_of_the_cost_is_used_up_the_band_ends_there(beyond, monk
     """With few frequencies it goes as far as these, with fewer not at all, and says what it would take."""
     places = [p.channels for p in find_places(beyond.found.scope, beyond.main)]
     monkeypatch.setattr(module, "FLOOR", 14)
-    less = hear(beyond.found, places)
+    less = sound_of(beyond.found, places)
     assert isinstance(less, Sound)
     assert 1.1 * 1500.0 < less.band.high < beyond.sound.band.high
     assert less.band.limit == "unreduced"
     monkeypatch.setattr(module, "FLOOR", 3)
-    none = hear(beyond.found, places)
+    none = sound_of(beyond.found, places)
     assert isinstance(none, Sound)
     assert (none.band.high, none.band.limit, none.band.handover) == (1500.0, "modes", None)
     assert "no further than the modes: to 2732 Hz it would take" in " ".join(none.notes)

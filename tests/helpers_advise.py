@@ -1,0 +1,19 @@
+"""Advice on a study that is set up, as `creak advise` gives it."""
+
+from __future__ import annotations
+
+from creak.studies.advise.advice import Advice
+from creak.studies.advise.choice import Settings, choose
+from creak.studies.advise.facts import gather
+from creak.studies.prepare.setup import Setup
+
+
+def settings_of(setup: Setup) -> Settings:
+    """What its study says already."""
+    c = setup.study.config
+    return Settings(setup.reduction, c.time, c.precheck, c.proof, c.reference.until, c.contact)
+
+
+def advice_on(setup: Setup) -> Advice:
+    facts = gather(setup, lambda *_: None)
+    return Advice(facts, choose(settings_of(setup), facts))
