@@ -165,12 +165,14 @@ def heard(plate: Plate, size: float) -> tuple[Heard, float]:
         triplets, gap0=zero, stiffness=one, damping=zero, area=one, names=["at"], nodes_idx=np.array([node]), group="at"
     )
     rows = np.asarray(channel_matrices(small, gaps).rows)
-    source = Source(Modes(*modal_matrices(small), rows), force()[: int(0.3 * RATE), None], np.array([0]), np.array([0]))
+    source = Source(
+        Modes(*modal_matrices(small), rows), force()[: int(0.3 * RATE), None], np.array([0]), np.array([0]), gaps
+    )
     known = statistics_of(model, skin, gaps, source.row, Losses(zeta=plate.zeta), (band, END), 1.0)
     if not isinstance(known, Statistics):
         raise SystemExit(known)
     ear = Ear(Listener("ear", plate.ear, skin, ("PLATE",), True), band, 1.0, statistics=known)
-    records = records_of(source, gaps, [np.array([0])], ear, small)
+    records = records_of(source, [np.array([0])], ear, small)
     found = heard_of(records.whole[0], WINDOW, None, ear.start, END)
     ends = records.fainter[0], records.louder[0]
     return with_bar(found, records.computed[0], ends, records.ties[0], WINDOW, ear.start), band

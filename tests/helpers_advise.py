@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from creak.studies.advise.advice import Advice
-from creak.studies.advise.choice import Settings, choose
+from creak.studies.advise.choice import Choice, Settings, choose
 from creak.studies.advise.facts import gather
 from creak.studies.prepare.setup import Setup
 
@@ -14,6 +13,5 @@ def settings_of(setup: Setup) -> Settings:
     return Settings(setup.reduction, c.time, c.precheck, c.proof, c.reference.until, c.contact)
 
 
-def advice_on(setup: Setup) -> Advice:
-    facts = gather(setup, lambda *_: None)
-    return Advice(facts, choose(settings_of(setup), facts))
+def advice_on(setup: Setup) -> Choice:
+    return choose(settings_of(setup), gather(setup, lambda *_: None))

@@ -20,7 +20,6 @@ from typing import Any
 
 import typer
 
-import creak_thesis.bench
 import creak_thesis.doors
 import creak_thesis.record
 import creak_thesis.run
@@ -222,7 +221,7 @@ def shorten_thesis(monkeypatch: Any) -> None:
     one = [replace(c, loads=(), newton=False) for c in whole if c.name == "F300"]
     monkeypatch.setattr(creak_thesis.run, "plan", lambda: one)
     monkeypatch.setattr(creak_thesis.record, "study_record", lambda: record(1, duration=4.0, rate=4800.0))
-    for module in (creak_thesis.bench, creak_thesis.doors):
+    for module in (creak_thesis.doors, creak_thesis.doors):
         monkeypatch.setattr(module, "write_door", quick_door)
 
 

@@ -1,21 +1,25 @@
-"""The doors behind the outcomes: their size, and which elements and channels the configurations concern."""
+"""The doors of the thesis, set up once: model, channels, size, and what of them the configurations concern."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from creak import Model, Setup, read_study, set_up
+from creak import Bench, Model, Setup, change_study, make_bench, make_study, read_study, set_up
 from creak_thesis.arrays import FloatArray, IntArray
-from creak_thesis.door import build_door, write_door
+from creak_thesis.door import LOADS, build_door, write_door
 from creak_thesis.door.deck import SHEETS, mass
+from creak_thesis.plan import CHECKED_BY, SCHEME, Setting
 
 POINTS = "ABCDEFG"
 """Supports of table 3.3."""
 DOF_NAMES = ("x", "y", "z", "rx", "ry", "rz")
+Progress = Callable[[str, int, int], None]
+AMPLITUDE = "excitation.hinge.signal.amplitude"
 
 
 @dataclass(frozen=True)
@@ -86,3 +90,33 @@ def _held(setup: Setup, point: str) -> str:
 def middle_of(points: FloatArray) -> FloatArray:
     """The point (3,) among (n, 3) with the shortest way to the others."""
     return np.asarray(points[int(np.linalg.norm(points - np.median(points, axis=0), axis=1).argmin())])
+
+
+class Benches:
+    """Doors of one mesh size; a variant is set up when it is first asked for."""
+
+    def __init__(self, mesh_size: float, folder: Path, progress: Progress) -> None:
+        self.mesh_size, self._folder, self._progress = mesh_size, folder, progress
+        self._made: dict[str, Bench] = {}
+
+    def of(self, variant: Setting, others: Mapping[str, Setting]) -> Bench:
+        """The variant set up; `others` by name, for those whose pre-check is taken over."""
+        if variant.name not in self._made:
+            source = self.of(others[variant.channels_of], others) if variant.channels_of else None
+            self._made[variant.name] = self._set_up(variant, source)
+        return self._made[variant.name]
+
+    def _set_up(self, variant: Setting, source: Bench | None) -> Bench:
+        hooks = "" if variant.hook_play is None else "_play"
+        folder = self._folder / f"door_{self.mesh_size:g}mm_{variant.coarsen}{hooks}"
+        write_door(self.mesh_size, folder, variant.coarsen, hook_play=variant.hook_play)
+        own = {AMPLITUDE: LOADS[CHECKED_BY], **SCHEME, **variant.changes}
+        tables = tomllib.loads((folder / "door.toml").read_text(encoding="utf-8"))
+        tables["time"].pop("accuracy", None)  # the thesis forces its own step
+        study = change_study(make_study(tables, folder), own)
+        return make_bench(study, self._progress, at=None if source is None else source.positions)
+
+
+def under(bench: Bench, load: str) -> Bench:
+    """The bench with another load."""
+    return bench.under({AMPLITUDE: LOADS[load]})

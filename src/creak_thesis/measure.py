@@ -13,7 +13,7 @@ import numpy as np
 
 from creak import Bench, Run, System, match_events, nrmse_by_axis
 from creak_thesis.arrays import FloatArray
-from creak_thesis.bench import Benches, under
+from creak_thesis.doors import Benches, under
 from creak_thesis.newton_cost import newton_cost
 from creak_thesis.outcome import EventRow, LoadOutcome, Outcome
 from creak_thesis.plan import Case, Setting

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import creak
 from creak import CreakError
-from creak_thesis.bench import Benches
+from creak_thesis.doors import Benches
 from creak_thesis.measure import Bay, measure
 from creak_thesis.outcome import Outcome, load_outcome, save_outcome
 from creak_thesis.plan import Case, plan

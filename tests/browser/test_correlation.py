@@ -5,8 +5,7 @@ import pytest
 
 import creak
 from creak.formats.measured.histories import read_histories
-from creak.report.correlation_page import write_correlation
-from creak.report.records_page import write_records
+from creak.report.correlation_page import write_correlation, write_records
 from creak.studies.models.beside_test import deck_beside_test
 from helpers_decks import STUDY, write_strips
 from helpers_frfs import function

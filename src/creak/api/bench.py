@@ -26,7 +26,7 @@ from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.output_steps import excitation_window
-from creak.studies.prepare.reduction_sets import check_reduction
+from creak.studies.prepare.reduction import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.prepare.varied import OF_LOADS, varied
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra

@@ -15,9 +15,36 @@ from creak.errors import InputError
 from creak.words import duration, percent
 
 if TYPE_CHECKING:
-    from creak.studies.advise.advice import Advice
+    from creak.studies.advise.choice import Choice
     from creak.studies.advise.contact import StepAdvice
     from creak.studies.advise.facts import Facts, Option, SoundCost
+
+OPTION_HEAD = [
+    "",
+    "f_max, Hz",
+    "x exc.",
+    "retained + modes",
+    "unknowns",
+    "offline",
+    "a step",
+    "frequency",
+    "at most",
+    "force",
+    "impulse",
+]
+STEP_HEAD = [
+    "step, s",
+    "a period",
+    "steps",
+    "period error",
+    "damping",
+    "stiffness",
+    "bounce, s",
+    "in steps",
+    "reduced run",
+    "unreduced run",
+    "on the door",
+]
 
 
 def advise(
@@ -47,8 +74,7 @@ def advise(
     from creak.sound.forced import LOWEST
     from creak.sound.rayleigh import HIGHEST
     from creak.sound.zwicker_tables import RATE
-    from creak.studies.advise.advice import Advice, as_dict
-    from creak.studies.advise.choice import Settings, choose
+    from creak.studies.advise.choice import Settings, as_dict, choose
     from creak.studies.advise.facts import gather
     from creak.studies.prepare.setup import set_up
     from creak.studies.warned import warnings_of
@@ -68,29 +94,31 @@ def advise(
             tell_setup(output, setup.no_contact, setup.notes, told)
             facts, c = gather(setup, progress, band), setup.study.config
             own = Settings(setup.reduction, c.time, c.precheck, c.proof, c.reference.until, c.contact)
-            advice = Advice(facts, choose(own, facts))
+            advice = choose(own, facts)
         _draw(output, advice)
         tell_notes(output, setup.notes, told)
-        for text in advice.choice.warnings:
+        for text in advice.warnings:
             output.warn(text)
         if not as_json:
             typer.echo(printable(_lines(advice)))
         output.result(
             {
                 **as_dict(advice),
-                "warnings": [*filter(None, [setup.no_contact]), *warnings_of(setup.notes), *advice.choice.warnings],
+                "warnings": [*filter(None, [setup.no_contact]), *warnings_of(setup.notes), *advice.warnings],
             }
         )
 
 
-def _lines(advice: Advice) -> str:
-    if not advice.choice.changes:
+def _lines(advice: Choice) -> str:
+    from creak.studies.advise.choice import changes_toml
+
+    if not advice.changes:
         return "the study file can stay as it is"
-    return "lines of the study file to change:\n\n" + advice.toml
+    return "lines of the study file to change:\n\n" + changes_toml(advice.changes)
 
 
-def _draw(output: Output, advice: Advice) -> None:
-    facts, choice = advice.facts, advice.choice
+def _draw(output: Output, choice: Choice) -> None:
+    facts = choice.facts
     output.say(_head(facts))
     output.table("Parts with Craig-Bampton: retained dofs and modes below f_max", _part_rows(facts))
     options = [OPTION_HEAD, *(_option_row(o, o is choice.option) for o in facts.options)]
@@ -162,21 +190,6 @@ def _beyond_rows(s: SoundCost) -> list[list[str]]:
     ]
 
 
-OPTION_HEAD = [
-    "",
-    "f_max, Hz",
-    "x exc.",
-    "retained + modes",
-    "unknowns",
-    "offline",
-    "a step",
-    "frequency",
-    "at most",
-    "force",
-    "impulse",
-]
-
-
 def _option_row(o: Option, chosen: bool) -> list[str]:
     door = (
         ["-", "-", "-"]
@@ -197,21 +210,6 @@ def _option_row(o: Option, chosen: bool) -> list[str]:
         door[1],
         door[2],
     ]
-
-
-STEP_HEAD = [
-    "step, s",
-    "a period",
-    "steps",
-    "period error",
-    "damping",
-    "stiffness",
-    "bounce, s",
-    "in steps",
-    "reduced run",
-    "unreduced run",
-    "on the door",
-]
 
 
 def _step_row(s: StepAdvice, chosen: bool) -> list[str]:

@@ -83,7 +83,7 @@ def _with_test(results: Path, test: Path, page: Path, output: Output) -> None:
     if missing_for_report():
         output.warn(no_report_text())
     else:
-        from creak.report.records_page import write_records
+        from creak.report.correlation_page import write_records
 
         write_records(found, page)
         output.wrote(page)

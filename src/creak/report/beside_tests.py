@@ -7,12 +7,17 @@ from dataclasses import dataclass
 
 from creak.report.figures.beside_test import auto_figure, frf_figure, mac_figure, records_figure
 from creak.report.figures.run import Figure
-from creak.report.tables.beside_test import frf_table, pair_table, record_table
 from creak.report.tables.run import Table
-from creak.report.words.correlation import frf_sentence, sentence
-from creak.report.words.records import record_sentence
+from creak.report.words.correlation import frf_fits, frf_rows, frf_sentence, pair_rows, sentence
+from creak.report.words.records import record_rows, record_sentence
 from creak.report.words.text import as_sentence
+from creak.studies.findings.beside_records import RecordFits
 from creak.studies.findings.tree import Findings, FoundTest
+from creak.studies.models.frfs import FrfFit
+from creak.verify.mode_fit import ModeFit
+
+OFF = "missed"
+"""Mark of a row that does not fit."""
 
 
 @dataclass(frozen=True)
@@ -71,3 +76,21 @@ def _plots(k: int, test: FoundTest) -> Iterator[MeasuredPlot]:
     if test.records is not None:
         figure, choices = records_figure(test.records)
         yield MeasuredPlot(f"test{k}-records", figure, tuple(choices), "channel")
+
+
+def pair_table(found: ModeFit) -> Table:
+    """A row for each measured mode."""
+    rows, good = pair_rows(found), {p.test for p in found.pairs if p.fits}
+    return Table(rows[0], rows[1:], flags=["" if k in good else OFF for k in range(len(rows) - 1)])
+
+
+def frf_table(found: FrfFit) -> Table:
+    """A row for each function."""
+    rows = frf_rows(found)
+    return Table(rows[0], rows[1:], flags=["" if frf_fits(p) else OFF for p in found.pairs])
+
+
+def record_table(found: RecordFits) -> Table:
+    """A row for each channel."""
+    rows = record_rows(found)
+    return Table(rows[0], rows[1:])

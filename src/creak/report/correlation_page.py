@@ -1,4 +1,4 @@
-"""The page of `creak modes --test` and `creak update`: MAC, pairs over one another in 3-D, functions, tables."""
+"""Pages of what was measured over what was computed: modes and functions of a deck, and courses of a run."""
 
 from __future__ import annotations
 
@@ -6,15 +6,18 @@ from pathlib import Path
 
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
+from creak.report.beside_tests import frf_table, pair_table, record_table
 from creak.report.figures import beside_test as beside
+from creak.report.figures.beside_test import records_figure
 from creak.report.figures.correlated import correlated_scene
 from creak.report.html import file_parts, script_json
-from creak.report.tables.beside_test import frf_table, pair_table
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.correlation import frf_sentence, sentence
+from creak.report.words.records import record_sentence
 from creak.report.words.text import as_sentence, number
 from creak.report.words.update import gained_note, mode_rows, parameter_rows, update_notes, update_sentence
+from creak.studies.findings.beside_records import RecordComparison
 from creak.studies.models.beside_test import BesideTest
 from creak.studies.models.update import ModelUpdate
 from creak.studies.warned import plain_notes, warnings_of
@@ -76,6 +79,28 @@ def write_correlation(found: BesideTest, path: Path, units: str = "mm-t-s", upda
             motions=script_json(motions),
             motion_labels=[m["label"] for m in motions],
             units=UNITS[units],
+        )
+    )
+    write_text(path, text)
+
+
+def write_records(found: RecordComparison, path: Path) -> None:
+    """Write the page as one self-contained HTML file; it appears whole or not at all."""
+    figure, choices = records_figure(found)
+    drawn = {"records": figure}
+    text = (
+        page_templates("creak.report")
+        .get_template("records.html.j2")
+        .render(
+            **file_parts(),
+            version=version(),
+            title=f"{found.results.name} beside {found.test.name}",
+            sentence=record_sentence(found),
+            channels=record_table(found),
+            choices=choices,
+            notes=[as_sentence(note) for note in found.notes],
+            figures=drawn,
+            specs=script_json({name: figure.spec for name, figure in drawn.items()}),
         )
     )
     write_text(path, text)

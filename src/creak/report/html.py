@@ -27,7 +27,7 @@ from creak.report.figures.picture import Loaded, contact_picture, data_uri, mode
 from creak.report.figures.spots import spots_figure
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import outward
-from creak.report.sound_parts import loudness_figure
+from creak.report.sound_parts import loudness_figure, sound_tables
 from creak.report.tables import checks
 from creak.report.tables import events as event_tables
 from creak.report.tables import run as tables
@@ -35,7 +35,6 @@ from creak.report.tables.convergence import convergence_parts
 from creak.report.tables.elines import eline_table, eline_words, material_table
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
-from creak.report.tables.sounds import sound_tables
 from creak.report.templates import page_templates
 from creak.report.words import answer, method, verdict
 from creak.studies.findings.elines import line_rows, point_csv

@@ -1,5 +1,5 @@
 """A piece of an instrument panel with several places that rattle or squeak: the example with something to rank."""
 
-from creak_thesis.cockpit.writer import FILES, write_cockpit
+from creak_thesis.cockpit.study import FILES, write_cockpit
 
 __all__ = ["FILES", "write_cockpit"]

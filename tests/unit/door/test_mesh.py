@@ -8,10 +8,9 @@ import pytest
 from creak.arrays import FloatArray, IntArray
 from creak_thesis.door import FINEST_MESH_SIZE, Door, build_door
 from creak_thesis.door import geometry as geo
-from creak_thesis.door.assembly import checked_mesh_size
+from creak_thesis.door.assembly import carrier_mesh, checked_mesh_size
 from creak_thesis.door.deck import mass
 from creak_thesis.door.mesh import PartMesh
-from creak_thesis.door.plastics import carrier_mesh
 from helpers_door import door
 
 pytestmark = pytest.mark.once

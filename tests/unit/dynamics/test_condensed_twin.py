@@ -19,7 +19,7 @@ from creak.dynamics.scheme import HHT, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
-from creak_thesis.plain_newton import simulate_plain_newton
+from creak_thesis.newton_cost import simulate_plain_newton
 from helpers_core import (
     NO_CHANNELS,
     assembled,

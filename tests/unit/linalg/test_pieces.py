@@ -13,10 +13,9 @@ from creak.linalg.memory import OVERRIDE, OutOfMemory
 from creak.linalg.mkl import has_pardiso
 from creak.linalg.modes import modes
 from creak.linalg.pieces import factor as module
-from creak.linalg.pieces import schur
+from creak.linalg.pieces import factor as schur
 from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
-from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted, cut_to_fit
-from creak.linalg.pieces.symmetric import SymmetricFactor
+from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted, SymmetricFactor, cut_to_fit
 
 SIDE = 40
 

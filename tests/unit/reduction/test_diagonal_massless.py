@@ -14,7 +14,7 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
 from creak.reduction.diagonal import diagonalise
-from creak_thesis.plain_newton import simulate_plain_newton
+from creak_thesis.newton_cost import simulate_plain_newton
 from helpers_core import chain, channels, forces_on, system_of, time_axis
 
 ALL = np.arange(8)

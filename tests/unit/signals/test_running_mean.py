@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.signals.running_mean import displacement_of, less_running_mean
+from creak.studies.findings.beside_records import displacement_of, less_running_mean
 
 
 def test_the_second_integral_of_a_sine_is_one():

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak_thesis import bench
+from creak_thesis import doors as bench
 from creak_thesis.plan import plan
 from creak_thesis.run import run_thesis
 

@@ -170,11 +170,7 @@ def _heat_load(
     points, weights = gauss_square(2)
     surface = evaluate(coords, points, weights)
     stiff = rigidity(section, surface.axes, own, shape(points))
-    N, M = heat_resultants(section, surface.axes, own, shape(points), rise)
-    free = np.linalg.solve(np.broadcast_to(stiff.A, (*N.shape, 3)), N[..., None])[..., 0]
-    m = (0.5 * surface.weights * (free[..., 0] + free[..., 1])).sum(axis=1) / surface.weights.sum(axis=1)
-    N = N - m[:, None, None] * (stiff.A @ DILATION)
-    M = M if stiff.B is None else M - m[:, None, None] * (stiff.B @ DILATION)
+    grown, N, M = dilation(coords, surface, stiff, heat_resultants(section, surface.axes, own, shape(points), rise))
     operator, bent = membrane_strains(coords, surface), curvature(coords, surface)
     if stiff.B is None:
         full, load = weighted_gram(operator, stiff.A, surface.weights), weighted_sum(operator, N, surface.weights)
@@ -183,10 +179,21 @@ def _heat_load(
         taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
         full = weighted_gram(both, replace(stiff, D=stiff.D - stiff.neutral).coupled, surface.weights)
         load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
-    grown = np.zeros((len(coords), 4, 6))
-    grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
-    dilated = (_stiffness(coords, section, own, softened=softened) @ grown.reshape(len(coords), 24, 1))[..., 0]
+    dilated = (_stiffness(coords, section, own, softened=softened) @ grown)[..., 0]
     return dilated + condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
+
+
+def dilation(
+    coords: FloatArray, surface: Surface, stiff: Rigidity, heat: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """(n, 6 k, 1) the mean dilation u = m x of resultants N, M (`heat`), and what is left of these."""
+    N, M = heat
+    free = np.linalg.solve(np.broadcast_to(stiff.A, (*N.shape, 3)), N[..., None])[..., 0]
+    m = (0.5 * surface.weights * (free[..., 0] + free[..., 1])).sum(axis=1) / surface.weights.sum(axis=1)
+    grown = np.zeros((*coords.shape[:2], 6))
+    grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
+    M = M if stiff.B is None else M - m[:, None, None] * (stiff.B @ DILATION)
+    return grown.reshape(len(coords), -1, 1), N - m[:, None, None] * (stiff.A @ DILATION), M
 
 
 def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity, bent: FloatArray) -> FloatArray:

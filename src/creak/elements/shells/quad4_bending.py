@@ -10,6 +10,7 @@ from creak.arrays import BoolArray, FloatArray
 from creak.elements.shells.quad4_geometry import (
     CENTRE,
     Surface,
+    bending_strains,
     directors,
     evaluate,
     inverse_2x2,
@@ -92,19 +93,7 @@ def sides_of(coords: FloatArray, surface: Surface, bending: FloatArray, stiff: R
 
 def curvature(coords: FloatArray, surface: Surface) -> FloatArray:
     """(n, n_point, 3, 24): the part of the strains that is linear in z."""
-    n = coords.shape[0]
-    slopes = shape_derivatives(surface.points)
-    normals = directors(coords)
-    v_r, v_s = np.einsum("gai,nic->angc", slopes, normals)[:, :, :, None]
-    x_r, x_s = surface.x_r[:, :, None], surface.x_s[:, :, None]
-    h_r, h_s = slopes[:, 0, :, None], slopes[:, 1, :, None]
-    turn_r, turn_s = np.cross(normals[:, None], x_r), np.cross(normals[:, None], x_s)
-    operator = np.empty((n, len(slopes), 3, 4, 6))
-    operator[:, :, 0, :, :3], operator[:, :, 0, :, 3:] = h_r * v_r, h_r * turn_r
-    operator[:, :, 1, :, :3], operator[:, :, 1, :, 3:] = h_s * v_s, h_s * turn_s
-    operator[:, :, 2, :, :3] = h_s * v_r + h_r * v_s
-    operator[:, :, 2, :, 3:] = h_s * turn_r + h_r * turn_s
-    return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 24), dtype=np.float64)
+    return bending_strains(directors(coords), shape_derivatives(surface.points), surface)
 
 
 def tied_shear(coords: FloatArray) -> TiedShear:

@@ -91,6 +91,22 @@ def evaluate(coords: FloatArray, points: FloatArray, weights: FloatArray) -> Sur
     return surface_of(points, weights, tangents(coords, points), (unit(first - second), unit(np.cross(first, second))))
 
 
+def bending_strains(normals: FloatArray, slopes: FloatArray, surface: Surface) -> FloatArray:
+    """(n, n_point, 3, 6 k): the part of the strains that is linear in z, of directors (n, k, 3); slopes (n_point, 2, k)
+    of the shape functions."""
+    n, k, _ = normals.shape
+    v_r, v_s = np.einsum("gai,nic->angc", slopes, normals)[:, :, :, None]
+    x_r, x_s = surface.x_r[:, :, None], surface.x_s[:, :, None]
+    h_r, h_s = slopes[:, 0, :, None], slopes[:, 1, :, None]
+    turn_r, turn_s = np.cross(normals[:, None], x_r), np.cross(normals[:, None], x_s)
+    operator = np.empty((n, len(slopes), 3, k, 6))
+    operator[:, :, 0, :, :3], operator[:, :, 0, :, 3:] = h_r * v_r, h_r * turn_r
+    operator[:, :, 1, :, :3], operator[:, :, 1, :, 3:] = h_s * v_s, h_s * turn_s
+    operator[:, :, 2, :, :3] = h_s * v_r + h_r * v_s
+    operator[:, :, 2, :, 3:] = h_s * turn_r + h_r * turn_s
+    return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 6 * k), dtype=np.float64)
+
+
 def surface_of(points: FloatArray, weights: FloatArray, base: Pair, mean: Pair) -> Surface:
     """As `evaluate`, of base vectors (n, n_point, 3), the axis 1 and the normal (n, 3) of the mean plane."""
     x_r, x_s = base

@@ -10,8 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements.geometry import DEGENERATE, in_chunks, require_sound, unit
 from creak.elements.shells.common import shell_mass, weighted_gram, weighted_sum
-from creak.elements.shells.quad4 import DILATION, DRILLING
-from creak.elements.shells.quad4_geometry import Surface, strain_transform, surface_of
+from creak.elements.shells.quad4 import DRILLING, dilation
+from creak.elements.shells.quad4_geometry import Surface, bending_strains, strain_transform, surface_of
 from creak.elements.shells.quad4_membrane import condensed
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.elements.solids.common import Reference
@@ -81,7 +81,8 @@ def stiffness(shape: Shape, coords: FloatArray, section: ShellSection | GeneralS
         stiff = rigidity(section, surface.axes, mine, shape.full.shapes)
         direct = membrane(piece, shape.full, surface)
         e = _sampled(shape, piece, surface)
-        k = np.concatenate([curvature(normals, shape.full, surface), _inner_curvature(shape, piece, surface)], axis=3)
+        bent = bending_strains(normals, shape.full.slopes, surface)
+        k = np.concatenate([bent, _inner_curvature(shape, piece, surface)], axis=3)
         if stiff.B is None:
             K = weighted_gram(k, stiff.D, surface.weights)
             K[:, :n_dof, :n_dof] += weighted_gram(e, stiff.A, surface.weights)
@@ -119,7 +120,7 @@ def geometric_stiffness(
     stiff = rigidity(section, surface.axes, own, shape.full.shapes)
     force = stiff.A @ (_sampled(shape, coords, surface) @ moved)
     if stiff.B is not None:
-        force = force + stiff.B @ (curvature(_directors(shape, coords), shape.full, surface) @ moved)
+        force = force + stiff.B @ (bending_strains(_directors(shape, coords), shape.full.slopes, surface) @ moved)
     slopes = surface.inverse @ shape.full.slopes
     pairs = weighted_gram(slopes, force[..., [[0, 2], [2, 1]], 0], surface.weights)
     out = np.zeros((n, k, 6, k, 6))
@@ -134,15 +135,9 @@ def heat_load(
     """N on the membrane strains, M on the curvature; the mean dilation u = m x as K u, as of the four-node shell."""
     surface = surface_at(coords, shape, shape.full)
     stiff = rigidity(section, surface.axes, own, shape.full.shapes)
-    N, M = heat_resultants(section, surface.axes, own, shape.full.shapes, rise)
-    free = np.linalg.solve(np.broadcast_to(stiff.A, (*N.shape, 3)), N[..., None])[..., 0]
-    m = (0.5 * surface.weights * (free[..., 0] + free[..., 1])).sum(axis=1) / surface.weights.sum(axis=1)
-    N = N - m[:, None, None] * (stiff.A @ DILATION)
-    M = M if stiff.B is None else M - m[:, None, None] * (stiff.B @ DILATION)
-    grown = np.zeros((*coords.shape[:2], 6))
-    grown[:, :, :3] = m[:, None, None] * (coords - coords.mean(axis=1, keepdims=True))
-    dilated = (stiffness(shape, coords, section, own) @ grown.reshape(len(coords), -1, 1))[..., 0]
-    bent = curvature(_directors(shape, coords), shape.full, surface)
+    grown, N, M = dilation(coords, surface, stiff, heat_resultants(section, surface.axes, own, shape.full.shapes, rise))
+    dilated = (stiffness(shape, coords, section, own) @ grown)[..., 0]
+    bent = bending_strains(_directors(shape, coords), shape.full.slopes, surface)
     load = weighted_sum(_sampled(shape, coords, surface), N, surface.weights)
     return np.asarray(dilated + load + weighted_sum(bent, M, surface.weights), dtype=np.float64)
 
@@ -166,21 +161,6 @@ def _covariant_membrane(coords: FloatArray, rule: Reference, x_r: FloatArray, x_
     operator[:, :, 0, :, :3], operator[:, :, 1, :, :3] = h_r * x_r[:, :, None], h_s * x_s[:, :, None]
     operator[:, :, 2, :, :3] = h_s * x_r[:, :, None] + h_r * x_s[:, :, None]
     return operator.reshape(n, -1, 3, 6 * k)
-
-
-def curvature(normals: FloatArray, rule: Reference, surface: Surface) -> FloatArray:
-    """(n, n_point, 3, 6 k): the part of the strains that is linear in z, of directors (n, k, 3)."""
-    n, k, _ = normals.shape
-    v_r, v_s = np.einsum("gai,nic->angc", rule.slopes, normals)[:, :, :, None]
-    x_r, x_s = surface.x_r[:, :, None], surface.x_s[:, :, None]
-    h_r, h_s = rule.slopes[:, 0, :, None], rule.slopes[:, 1, :, None]
-    turn_r, turn_s = np.cross(normals[:, None], x_r), np.cross(normals[:, None], x_s)
-    operator = np.empty((n, len(rule.points), 3, k, 6))
-    operator[:, :, 0, :, :3], operator[:, :, 0, :, 3:] = h_r * v_r, h_r * turn_r
-    operator[:, :, 1, :, :3], operator[:, :, 1, :, 3:] = h_s * v_s, h_s * turn_s
-    operator[:, :, 2, :, :3] = h_s * v_r + h_r * v_s
-    operator[:, :, 2, :, 3:] = h_s * turn_r + h_r * turn_s
-    return np.asarray(strain_transform(surface.inverse) @ operator.reshape(n, -1, 3, 6 * k), dtype=np.float64)
 
 
 def _covariant_shear(coords: FloatArray, normals: FloatArray, rule: Reference) -> FloatArray:

@@ -10,16 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from scipy.linalg.blas import dtrsm
+from scipy.linalg.lapack import dsyconv, dsytrf, dsytrf_lwork
 
 from creak.arrays import FloatArray, IntArray, Matrix
-from creak.linalg.factor import Factor, factor, factor_bytes
+from creak.linalg.factor import Factor, SingularMatrixError, _PardisoFactor, factor, factor_bytes
 from creak.linalg.memory import require
+from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces.dissection import Dissection, cut_once_more, whole
-from creak.linalg.pieces.schur import schur_complement
-from creak.linalg.pieces.symmetric import SymmetricFactor
 
 COLUMNS = 48
 """Columns of a piece, on their way in a solve, that count with its factor."""
@@ -28,6 +30,8 @@ MOST, FURTHER = 64, 3
 ENTRY = 18.0
 """Bytes of a stored entry beside the factor that is made of it: the matrix, its upper triangle."""
 WHAT, FIX = "what joins {count} pieces of {n:,} equations", "Use a coarser mesh or a machine with more memory."
+AT_ONCE = 16
+"""Right-hand sides at a time where it takes a solve for each column."""
 
 
 @dataclass(frozen=True)
@@ -242,3 +246,97 @@ def _piece(rows: IntArray, block: sp.csr_matrix) -> _Piece:
     side = sp.csc_matrix(block)
     edge = np.flatnonzero(np.diff(side.indptr))
     return _Piece(rows, edge, sp.csr_matrix(side[:, edge]))
+
+
+class SymmetricFactor:
+    """P' A P = L D L' with the pivots of Bunch and Kaufman, D of blocks of one row or two.
+
+    LAPACK's dsytrf makes it and dsyconv takes L and D apart; the solve is that of its dsytrs2, which SciPy does not
+    bring in all versions that creak runs with.
+
+    Raises
+    ------
+    SingularMatrixError : a block of D vanished.
+    """
+
+    def __init__(self, A: FloatArray) -> None:
+        pivots, info = np.zeros(0, dtype=np.int32), 0
+        self._L, self._below, self._rows = A, np.zeros(0), np.zeros(0, dtype=np.int64)
+        if A.size:
+            work, _ = dsytrf_lwork(A.shape[0], lower=1)
+            made, pivots, info = dsytrf(A, lower=1, lwork=int(work), overwrite_a=1)
+            if info == 0:
+                self._L, self._below, info = dsyconv(made, pivots, lower=1, way=0, overwrite_a=1)
+                self._rows = _order(pivots)
+        if info > 0:
+            raise SingularMatrixError(int(info) - 1, f"dense matrix is singular at row {int(info) - 1}")
+        single = pivots > 0  # a block of two rows has an eigenvalue of either sign
+        self._single, self._first = np.flatnonzero(single), np.flatnonzero(~single)[::2]
+        self._diagonal = self._L.diagonal().copy()
+        below = np.count_nonzero(self._diagonal[self._single] < 0.0)
+        self.n_negative = int(below + self._first.size)
+        self.memory = float(self._L.nbytes)
+
+    def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
+        """x with A x = b; b is (n,) or (n, k)."""
+        if not b.size:
+            return np.zeros(b.shape)
+        X = np.asfortranarray(b.reshape(b.shape[0], -1)[self._rows], dtype=np.float64)
+        X = dtrsm(1.0, self._L, X, lower=1, diag=1, overwrite_b=1)
+        one, i = self._single, self._first
+        X[one] /= self._diagonal[one, None]
+        if i.size:
+            across, upper, lower = (x[:, None] for x in (self._below[i], self._diagonal[i], self._diagonal[i + 1]))
+            a, c, u, v = upper / across, lower / across, X[i] / across, X[i + 1] / across
+            X[i], X[i + 1] = (c * u - v) / (a * c - 1.0), (a * v - u) / (a * c - 1.0)
+        X = dtrsm(1.0, self._L, X, lower=1, trans_a=1, diag=1, overwrite_b=1)
+        found = np.empty(X.shape, order="F") if out is None else out.reshape(X.shape, order="F")
+        found[self._rows] = X
+        return found.reshape(b.shape, order="F")
+
+
+def _order(pivots: IntArray) -> IntArray:
+    """Rows of A in the order of L: the interchanges that the pivots tell, one after the other."""
+    rows, k = np.arange(pivots.size), 0
+    while k < pivots.size:
+        two = pivots[k] < 0
+        moved, other = (k + 1, -pivots[k + 1] - 1) if two else (k, pivots[k] - 1)
+        rows[[moved, other]] = rows[[other, moved]]
+        k += 2 if two else 1
+    return rows
+
+
+def schur_complement(A: sp.csr_matrix, side: sp.csr_matrix, *, definite: bool) -> tuple[FloatArray, int]:
+    """- side' A^-1 side (k, k), for a symmetric A (n, n) and side (n, k), and the number of A's negative eigenvalues.
+
+    Raises
+    ------
+    SingularMatrixError, OutOfMemory : as `factor`.
+    """
+    if has_pardiso() and side.shape[1]:
+        made = _PardisoSchur(A, side, definite)
+        return made.complement, made.n_negative
+    found, S = factor(A, definite=definite), np.empty((side.shape[1], side.shape[1]))
+    for start in range(0, side.shape[1], AT_ONCE):
+        some = slice(start, start + AT_ONCE)
+        S[:, some] = -(side.T @ found.solve(side[:, some].toarray(order="F")))
+    return S, found.n_negative
+
+
+class _PardisoSchur(_PardisoFactor):
+    """PARDISO on [A, side; side', 0], which stops before the last rows and hands over what is left there."""
+
+    _SCHUR = 35
+    """Of iparm: what is asked for; `perm` says which rows are the last."""
+
+    def __init__(self, A: Any, side: Any, definite: bool) -> None:
+        n, k = side.shape
+        corner = sp.csr_matrix((np.zeros(k), np.arange(k), np.arange(k + 1)), shape=(k, k))
+        upper = sp.bmat([[sp.triu(A), side], [None, corner]], format="csr")
+        upper.sort_indices()
+        self._given(upper, definite)
+        self._perm = np.repeat(np.array([0, 1], dtype=np.int32), [n, k])
+        self._iparm[self._SCHUR] = 1
+        self.complement: FloatArray = np.zeros((k, k), order="F")
+        self._factorise(self.complement)
+        self.n_negative = int(self._iparm[22]) if not definite else 0

@@ -7,8 +7,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.model.units import Units
 from creak.report.figures import palette
-from creak.report.figures.axes import Trace, axis, base_layout, plain
-from creak.report.figures.gaps import outline, span_of
+from creak.report.figures.axes import Trace, plain
+from creak.report.figures.gaps import map_of
 from creak.report.figures.run import Figure
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
@@ -17,7 +17,6 @@ from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, marg
 from creak.studies.findings.tree import Findings
 from creak.studies.run.elines import LineFindings
 
-HEIGHT = 520
 COLOURS = {BOTH: "#b5173a", FALSE_ALARM: "#f7c948", MISS: "#7b3fbf", NEITHER: "#8fa3b5"}
 NAMES = {
     BOTH: "both say that they can touch",
@@ -42,14 +41,8 @@ def eline_figure(result: Findings, surface: Surface | None, units: Units) -> Fig
     xyz = setup.model.nodes.coords
     view = front(xyz, outward(setup.contacts, xyz))
     at = view.flat(found.position)
-    layout = base_layout(HEIGHT)
-    every = at if surface is None else view.flat(xyz[surface.nodes_idx])
-    bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
-    layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
-    layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
+    layout, data = map_of(at if surface is None else view.flat(xyz[surface.nodes_idx]), surface, 40)
     layout["showlegend"] = True
-    layout["margin"] = {"l": 8, "r": 8, "t": 40, "b": 8}
-    data = [] if surface is None else [outline(every, surface)]
     groups = {
         NEITHER: ~first & ~second,
         FALSE_ALARM: first & ~second,
@@ -63,7 +56,7 @@ def eline_figure(result: Findings, surface: Surface | None, units: Units) -> Fig
     )
     if linear is None or contact is None:
         caption += f" One run alone: {found.why or 'there is no other'}."
-    return Figure({"data": data, "layout": layout}, caption, HEIGHT)
+    return Figure({"data": data, "layout": layout}, caption, 520)
 
 
 def _dots(result: Findings, found: LineFindings, at: FloatArray, mine: IntArray, word: str, units: Units) -> Trace:

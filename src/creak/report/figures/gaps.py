@@ -79,13 +79,7 @@ def precheck_figure(result: Findings, surface: Surface | None, units: Units) -> 
     at = view.flat(xyz[setup.contacts.nodes_idx])
     table = setup.study.config.precheck
     kept = smallest <= table.near(setup.contacts.gap0)
-    layout = base_layout(520)
-    every = at if surface is None else view.flat(xyz[surface.nodes_idx])
-    bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
-    layout["xaxis"] = axis("", scaleanchor="y", range=span_of(every[:, 0]), **bare)
-    layout["yaxis"] = axis("", range=span_of(every[:, 1]), **bare)
-    layout["margin"] = {"l": 8, "r": 8, "t": 20, "b": 8}
-    data = [] if surface is None else [outline(every, surface)]
+    layout, data = map_of(at if surface is None else view.flat(xyz[surface.nodes_idx]), surface, 20)
     data.append(_dots(result, at, smallest, kept, units))
     caption = (
         "How close every channel comes in a run without contact, motion that grows from period to period taken on to "
@@ -96,7 +90,17 @@ def precheck_figure(result: Findings, surface: Surface | None, units: Units) -> 
     return Figure({"data": data, "layout": layout}, caption, 520)
 
 
-def span_of(values: FloatArray) -> list[float]:
+def map_of(every: FloatArray, surface: Surface | None, top: int) -> tuple[dict[str, Any], list[Trace]]:
+    """Layout of a map of the model, with `top` pixels above it, and the outline of its surface at `every` (n, 2)."""
+    layout = base_layout(520)
+    bare = {"showgrid": False, "showticklabels": False, "ticks": "", "showline": False, "constrain": "domain"}
+    layout["xaxis"] = axis("", scaleanchor="y", range=_span(every[:, 0]), **bare)
+    layout["yaxis"] = axis("", range=_span(every[:, 1]), **bare)
+    layout["margin"] = {"l": 8, "r": 8, "t": top, "b": 8}
+    return layout, [] if surface is None else [_outline(every, surface)]
+
+
+def _span(values: FloatArray) -> list[float]:
     """A little more than the values, thin ones with some air."""
     low, high = float(values.min()), float(values.max())
     pad = 0.04 * (high - low) or 1.0
@@ -111,7 +115,7 @@ def _no_map(result: Findings) -> str:
     return "No map: only contact holds the structure, so there is no linear run without it."
 
 
-def outline(flat: FloatArray, surface: Surface) -> Trace:
+def _outline(flat: FloatArray, surface: Surface) -> Trace:
     edges = surface.outline
     edges = edges[:: -(-len(edges) // MOST_OUTLINE)] if len(edges) else edges
     gaps = np.full((len(edges), 1), np.nan)

@@ -12,10 +12,10 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.model.units import UNITS, Units
-from creak.studies.findings.rubbed import OF_A_PLACE, friction_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
 from creak.studies.run.compared import main_run
+from creak.studies.sweep.figures import OF_A_PLACE, friction_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
 

@@ -1,10 +1,11 @@
-"""From the facts to settings: what to change in the study, and why."""
+"""From the facts to settings: what to change in the study, and why; as TOML, and as plain data."""
 
 from __future__ import annotations
 
+import dataclasses
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 from creak.studies.advise import words
@@ -13,6 +14,7 @@ from creak.studies.advise.evidence import DOOR, case, record
 from creak.studies.advise.facts import Facts, Option
 from creak.studies.file.config import PrecheckTable, Proof, TimeTable
 from creak.studies.file.contact_tables import ContactTable
+from creak.studies.file.toml_text import toml_value
 from creak.studies.models.reduced import WHOLE
 from creak.studies.prepare.reduction import Reduction
 from creak.words import duration, percent
@@ -61,8 +63,14 @@ class Settings:
 
 @dataclass(frozen=True)
 class Choice:
-    """The advice."""
+    """The advice on a study that was not run.
 
+    Errors are those that the same settings left on other structures (`advise_evidence`), not estimates for this one;
+    `bound` alone holds for any. Costs are of this machine: a factorisation and back-substitutions of the model, and
+    the memory a reduced step reads, both times counts. Expect a factor of two.
+    """
+
+    facts: Facts
     option: Option | None
     """None: run the unreduced model."""
     exact: bool
@@ -96,7 +104,7 @@ def choose(own: Settings, facts: Facts) -> Choice:
         *words.why_unreduced(facts, step),
     ]
     changes, warnings = _changes(own, option, step, substeps), words.warnings(own.precheck.words(), facts, option)
-    return Choice(option, time.exact, step, substeps, tuple(changes), tuple(because), tuple(warnings))
+    return Choice(facts, option, time.exact, step, substeps, tuple(changes), tuple(because), tuple(warnings))
 
 
 def _step(own: float, steps: Sequence[StepAdvice]) -> StepAdvice:
@@ -167,7 +175,7 @@ def _changes(own: Settings, option: Option | None, step: StepAdvice, substeps: i
         wanted["time.step"] = (time.step, step.step)
         wanted["time.substeps"] = (time.substeps, substeps)
     wanted["precheck.enabled"] = (own.precheck.enabled, True)
-    kept = own.until is not None and isfinite(step.unreduced_s)
+    kept = own.until is not None and math.isfinite(step.unreduced_s)
     if step.unreduced_s > LONG_S and option is not None and not kept:
         wanted["reference.run"] = (own.proof, "spots")
     for key, (old, new) in wanted.items():
@@ -188,3 +196,52 @@ def _reduction(own: Reduction, option: Option) -> dict[str, tuple[Any, Any]]:
     ):
         wanted["reduction.interface"] = (table.interface.model_dump(exclude_unset=True), {"type": "full"})
     return wanted
+
+
+def changes_toml(changes: tuple[Change, ...]) -> str:
+    """The new lines as TOML, table by table."""
+    tables: dict[str, list[str]] = {}
+    for change in changes:
+        table, key = change.key.rsplit(".", 1)
+        tables.setdefault(table, [f"[{table}]"]).append(f"{key} = {toml_value(change.new)}")
+    return "\n\n".join("\n".join(lines) for lines in tables.values()) + "\n" if tables else ""
+
+
+def as_dict(c: Choice) -> dict[str, Any]:
+    """For a JSON file: no arrays, undefined figures are null."""
+    f = c.facts
+    data = {
+        "excitation": dataclasses.asdict(f.excitation),
+        "channels": dataclasses.asdict(f.channels),
+        "parts": [{**dataclasses.asdict(p), "boundary": p.boundary} for p in f.sizes.parts],
+        "coupled_dofs": f.sizes.coupled,
+        "reductions": [dataclasses.asdict(o) for o in f.options],
+        "unreduced": None if f.unreduced is None else dataclasses.asdict(f.unreduced),
+        "sound": None if f.sound is None else dataclasses.asdict(f.sound) | {"dof_times": f.sound.dof_times},
+        "steps": [dataclasses.asdict(s) for s in f.steps],
+        "memory": {
+            "stages": [dataclasses.asdict(s) for s in f.memory.run],
+            "reduce_gb": f.memory.reduce_peak.gb,
+            "run_gb": f.memory.run_peak.gb,
+            "free_gb": f.memory.free_gb,
+        },
+        "advice": {
+            "method": "none" if c.option is None else c.option.method,
+            "f_max": None if c.option is None else c.option.f_max,
+            "step": None if c.exact else c.step.step,
+            "substeps": None if c.exact else c.substeps,
+            "changes": [dataclasses.asdict(x) for x in c.changes],
+            "toml": changes_toml(c.changes),
+            "because": list(c.because),
+            "warnings": list(c.warnings),
+        },
+    }
+    return _plain(data)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {f"{k:g}" if isinstance(k, float) else str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -28,16 +28,19 @@ from creak.studies.advise.contact import (
     period_error,
     rounded_step,
 )
-from creak.studies.advise.cost import (
+from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
+from creak.studies.advise.memory import Memory, memory, runs_of
+from creak.studies.advise.size import (
+    Counted,
+    Sizes,
     UnreducedCost,
     assembly_modes_s,
     eigen_cube_s,
+    sizes,
+    sturm_counts,
     superelements_s,
     unreduced_cost,
 )
-from creak.studies.advise.evidence import Measured, measured, rule_of_thumb, step_evidence, steps
-from creak.studies.advise.memory import Memory, memory, runs_of
-from creak.studies.advise.size import Counted, Sizes, sizes, sturm_counts
 from creak.studies.file.case import Course
 from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTable
 from creak.studies.models.of_parts import reference_that_fits

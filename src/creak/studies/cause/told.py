@@ -12,7 +12,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.loads import Loads
 from creak.studies.cause.changes import Change, Effect
 from creak.studies.cause.decompose import CARRIED, CONTACT, EXCITATION, REST, Cause
-from creak.studies.findings.beside_bars import judged_by
+from creak.studies.findings.spots import judged_by
 
 MODES = 8
 """Modes told one by one."""

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
@@ -17,7 +18,6 @@ from creak.formats.measured.histories import AXES, Histories, read_histories
 from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
 from creak.formats.measured.unit_words import BARE, MOTIONS, NEWTONS, PASCALS, mixed_up, plain_unit
 from creak.model.units import UNITS
-from creak.signals.running_mean import displacement_of, less_running_mean
 from creak.signals.spectra import low_pass
 from creak.studies.prepare.measurements import OF_CONTACT, TABLES, record_channels
 from creak.studies.warned import Warned
@@ -284,3 +284,40 @@ def _without_slow(test: Course, model: Course) -> tuple[Course, Course]:
     width = _width(test, model)
     filtered = [Course(*less_running_mean(c.time, c.values, width)) for c in (test, model)]
     return filtered[0], filtered[1]
+
+
+def displacement_of(acceleration: FloatArray, step: float) -> FloatArray:
+    """Twice the integral of evenly sampled values (n,), but for a constant and a slope: those of the least squares
+    line are left out.
+
+    A cubic spline is integrated: of a sine with ten samples a period one part in a thousand is lost.
+
+    Parameters
+    ----------
+    step : s.
+    """
+    from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
+
+    t = step * np.arange(acceleration.size)
+    twice = CubicSpline(t, acceleration - acceleration.mean()).antiderivative(2)(t)
+    return np.asarray(twice - np.polynomial.Polynomial.fit(t, twice, 1)(t))
+
+
+def less_running_mean(time: FloatArray, values: FloatArray, width: float) -> tuple[FloatArray, FloatArray]:
+    """Instants (k,) and values (k,) less their mean over `width` s around each, weighted by a Hann window.
+
+    Half of a sine of 1 / width Hz is left. It has no delay, takes away any straight line, and what it gives hangs on
+    no end of the record, for instants nearer to one than half the width are left out: two records of one motion give
+    the same wherever both reach.
+
+    Parameters
+    ----------
+    time : (n,) s, evenly spaced. width : s, less than the record.
+    """
+    from scipy.signal import fftconvolve
+
+    step = float(time[-1] - time[0]) / (time.size - 1)
+    side = int(0.5 * width / step)
+    window = 1.0 + np.cos(2.0 * np.pi * step / width * np.arange(-side, side + 1))
+    kept = slice(side, time.size - side)
+    return time[kept], values[kept] - fftconvolve(values, window / window.sum(), mode="valid")

@@ -11,8 +11,8 @@ from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
 from creak.model.mesh import Nodes
 from creak.signals.resampling import cell_means, cell_peaks
-from creak.studies.prepare.exterior import Watch
 from creak.studies.prepare.marching import Marching
+from creak.studies.prepare.reduction import Watch
 from creak.studies.run.one_run import Run
 
 UNASKED = 32_000_000

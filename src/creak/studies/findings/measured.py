@@ -24,9 +24,9 @@ from creak.studies.findings.tree import FoundTest
 from creak.studies.models.correlation import fit_modes
 from creak.studies.models.frfs import FrfFit, fit_frfs
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.exterior import Watch
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.measurements import OF_SOUND, Measurement
+from creak.studies.prepare.reduction import Watch
 from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run

@@ -1,7 +1,8 @@
-"""What the unreduced model made of single events, for summary.json."""
+"""What the unreduced model made of single events, and changes that would help beside the bars, for summary.json."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from creak.studies.converge.settled import KEYS
@@ -62,3 +63,26 @@ def bars_of_reference(structure: Structure, event: Event) -> dict[str, float | N
     bars = {name: x * (lasts if name in TIMES else 1.0) for name, x in structure.of_steps.items()}
     unknown = UNTIL_THE_END if event.unfinished else ()
     return {key: None if name in unknown else bars.get(name) for name, key in KEYS.items()}
+
+
+def beside_bars(cause: dict[str, Any] | None, bars: Mapping[str, float | None]) -> dict[str, Any] | None:
+    """The same with a word at each change that alters its place by no more than the place's own bar.
+
+    Parameters
+    ----------
+    bars : of the place's N5 and impulse, as shares; None: not known, and nothing is said.
+    """
+    if cause is None or not cause.get("changes"):
+        return cause
+    words = []
+    for change, text in zip(cause["changes"], cause["changes_words"], strict=True):
+        key, (now, then) = judged_by(change), (change["now"], change["predicted"])
+        bar = bars.get(key)
+        small = bar is not None and then[key] is not None and abs(then[key] - now[key]) <= bar * now[key]
+        words.append(f"{text}; within the uncertainty of the place, {100.0 * bar:.2g} %" if small and bar else text)
+    return cause | {"changes_words": words}
+
+
+def judged_by(change: dict[str, Any]) -> str:
+    """The figure that tells what a change does: loudness where it is known."""
+    return "n5" if change["now"]["n5"] is not None else "impulse"

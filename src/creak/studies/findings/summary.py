@@ -13,13 +13,12 @@ from creak.model.plain_mesh import Mesh
 from creak.studies.converge.settled import KEYS, UNCHECKED, is_chaotic, place_settled_to, settled_to
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import as_dict
-from creak.studies.findings.beside_bars import beside_bars
 from creak.studies.findings.elines import against_measured
 from creak.studies.findings.elines import as_dict as eline_summary
 from creak.studies.findings.limits import judged
 from creak.studies.findings.places import Place
 from creak.studies.findings.sound import heard_at, place_name, sound_summary
-from creak.studies.findings.spots import bars_of_reference, spots_of
+from creak.studies.findings.spots import bars_of_reference, beside_bars, spots_of
 from creak.studies.findings.tree import Findings, FoundBand, FoundRun, FoundSetup, FoundTest, MeasuredRate
 from creak.studies.run.compared import event_statistics
 from creak.verify.events import Event, EventKey

@@ -24,9 +24,7 @@ from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.outlines import Marks
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.exterior import Exterior
-from creak.studies.prepare.reduction import Reduction
-from creak.studies.prepare.reduction_sets import reduction_set
+from creak.studies.prepare.reduction import Exterior, Reduction, reduction_set
 from creak.studies.prepare.structure import Structure
 
 UNREDUCED = "{part} (unreduced)"

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -17,14 +19,20 @@ from creak.model.mesh import Model
 from creak.studies.design.named_nodes import node_labels, nodes_at
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable
-from creak.studies.file.named_columns import ColumnTable
-from creak.studies.file.point_tables import ENDS, NORMAL, PLACE, read_points
+from creak.studies.file.named_columns import ColumnTable, Wanted, read_columns
 
 AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)
 FIX_POINT = (
     "Correct the coordinates, or name their unit in the head, as x1 [mm].",
     "Give main and secondary, the sets that the points lie on, or labels of nodes.",
 )
+SIDES = {"main": ("1", "a", "main", "master", "start"), "secondary": ("2", "b", "secondary", "slave", "end")}
+"""Sides of a pair, and what files add to `node` or `x` for them."""
+ENDS = {side: tuple(f"{axis}{k}" for axis in "xyz") for k, side in ((1, "main"), (2, "secondary"))}
+PLACE, NORMAL = ("x", "y", "z"), ("normal_x", "normal_y", "normal_z")
+FORMS = (("main", "secondary"), (*ENDS["main"], *ENDS["secondary"]), PLACE)
+"""Columns that a file has to have: labels of both nodes, coordinates of both points, or of one; the first that fits."""
+HEADERS = " or ".join(",".join(form) for form in (FORMS[2], *FORMS[:2]))
 
 
 @dataclass(frozen=True)
@@ -176,3 +184,29 @@ def _names(table: ColumnTable, labels: tuple[str, ...]) -> tuple[str, ...]:
         label if not text else text if count[text] == 1 else f"{text}:{label}"
         for text, label in zip(ids, labels, strict=True)
     )
+
+
+def _synonyms() -> dict[str, str]:
+    """A name in a file, in small letters and digits alone -> the column that it means."""
+    found = {axis: axis for axis in PLACE} | dict.fromkeys(("direction", "dir", "normal"), "direction")
+    found |= dict.fromkeys(("id", "name", "no", "nr", "point", "pointid", "elineid", "pairid", "eline"), "id")
+    for side, ends in SIDES.items():
+        found |= dict.fromkeys((end for end in ends if len(end) > 3 and end != "start"), side)
+        for end in ends:
+            nodes = ("node{}", "nodeid{}", "node{}id", "n{}", "nid{}", "grid{}", "gid{}", "{}node", "{}nodeid")
+            found |= dict.fromkeys((word.format(end) for word in nodes), side)
+            for axis, column in zip(PLACE, ENDS[side], strict=True):
+                places = ("{1}{0}", "{0}{1}", "node{0}{1}", "point{0}{1}", "p{0}{1}")
+                found |= dict.fromkeys((word.format(end, axis) for word in places), column)
+    for axis, column in zip(PLACE, NORMAL, strict=True):
+        normals = ("n{}", "normal{}", "{}normal", "dir{}", "direction{}")
+        found |= dict.fromkeys((word.format(axis) for word in normals), column)
+    return found
+
+
+WANTED = Wanted("file of points", FORMS, _synonyms(), frozenset((*FORMS[1], *PLACE)), HEADERS)
+
+
+def read_points(path: Path, where: str, named: Mapping[str, str], units: str) -> ColumnTable:
+    """The points of a CSV file, its `form` one of `FORMS` (`named_columns.read_columns` says the rest)."""
+    return read_columns(path, where, WANTED, named, units)

@@ -1,4 +1,4 @@
-"""How a study asks to be reduced: what, by which table, and up to which frequencies modes are kept."""
+"""How a study asks to be reduced: what, and what meets it; by which table and sets, and up to which frequencies."""
 
 from __future__ import annotations
 
@@ -6,12 +6,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, IntArray
+from creak.contact.gap_operator import GapOperator
+from creak.errors import InputError, suggest
+from creak.formats.deck.command_files import plain_file
 from creak.linalg.modes import BAND, with_further
+from creak.model.dofs import node_dofs
+from creak.model.mesh import Model
 from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable
-from creak.studies.prepare.exterior import Exterior
+from creak.studies.file.places import Places
+from creak.studies.prepare.elines import Elines
 from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.watched import watched_labels
 
 
 @dataclass(frozen=True)
@@ -60,3 +67,74 @@ class Reduction:
     table: ReductionTable
     band: Band
     driving: Driving
+
+
+def check_reduction(model: Model, table: ReductionTable, places: Places) -> None:
+    """Refuse sets that do not exist, and a coarse deck that is not there.
+
+    Raises
+    ------
+    InputError : with the key and the names that there are.
+    """
+    for key, names in (("substructures", table.substructures), ("unreduced", table.unreduced)):
+        for name in names:
+            reduction_set(model, key, name, places)
+    for name in table.retained_sets:
+        model.node_set(name, where=places.where("reduction", "retain"))
+    coarse = table.interface.deck
+    if table.interface.type == "coarse-mesh" and coarse is not None:
+        where = places.where("reduction", "interface")
+        try:
+            plain_file(places.sibling(coarse), where)
+        except OSError as error:
+            raise InputError(
+                f"there is no deck {places.sibling(coarse)}", where=where, fix="Check the path."
+            ) from error
+
+
+def reduction_set(model: Model, key: str, name: str, places: Places) -> IntArray:
+    """(n, 2) block and row of the elements of a set that [reduction] `key` names.
+
+    Raises
+    ------
+    InputError : there is no such set, or it is empty.
+    """
+    found = model.element_sets.get(name.upper())
+    if found is None or found.size == 0:
+        raise InputError(
+            f"unknown or empty element set {name!r}",
+            where=places.where("reduction", key),
+            fix=suggest(name, model.element_sets),
+        )
+    return found
+
+
+@dataclass(frozen=True)
+class Watch:
+    """What is watched of the motion."""
+
+    pairs: IntArray
+    """(n_pair, 2) node rows: main, secondary."""
+    nodes: IntArray
+    """Node rows whose motion is kept."""
+    lines: Elines
+    """Points between parts whose relative motion is looked at."""
+
+
+@dataclass(frozen=True)
+class Exterior:
+    """Where something outside of a part acts on it or looks at it; links, supports and superelements are the
+    structure's."""
+
+    forces: tuple[IntArray, ...]
+    """Of each force, the physical dofs that it acts on."""
+    connectors: IntArray
+    """Those of the connectors' channels."""
+    contacts: GapOperator
+    """Channels of the contact pairs, before the pre-check."""
+    watch: Watch
+
+    def seen(self, model: Model) -> IntArray:
+        """Physical dofs that a run writes down or looks at, whatever channels are kept."""
+        every = [node_dofs(self.watch.nodes), watched_labels(model, self.contacts), self.watch.lines.points.labels]
+        return np.unique(np.concatenate(every)).astype(np.int64)

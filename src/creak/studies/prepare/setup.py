@@ -27,8 +27,7 @@ from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
-from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, motion_warnings
-from creak.studies.prepare.bandwidth import bandwidth
+from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, file_unit_notes, motion_warnings
 from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.elines import NO_ELINES, make_elines
 from creak.studies.prepare.excitation import (
@@ -40,19 +39,15 @@ from creak.studies.prepare.excitation import (
     sample_loads,
     time_axis,
 )
-from creak.studies.prepare.exterior import Exterior, Watch
-from creak.studies.prepare.file_units import file_unit_notes
-from creak.studies.prepare.flight_steps import RESOLUTIONS, with_flight_steps
+from creak.studies.prepare.flight_steps import RESOLUTIONS, bandwidth, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
-from creak.studies.prepare.output_nodes import output_nodes, unmoved_warnings
-from creak.studies.prepare.output_steps import check_outputs
+from creak.studies.prepare.output_steps import check_outputs, output_nodes, unmoved_warnings
 from creak.studies.prepare.pairs import plays_of
-from creak.studies.prepare.reduction import Band, Reduction
-from creak.studies.prepare.reduction_sets import check_reduction
+from creak.studies.prepare.reduction import Band, Exterior, Reduction, Watch, check_reduction
 from creak.studies.prepare.rotation_check import check_rotations
 from creak.studies.prepare.start_check import (
     check_held,

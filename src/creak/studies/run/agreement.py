@@ -21,8 +21,7 @@ from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.signals.spectra import spectrum
 from creak.studies.models.reduced import ReducedModel, reduced_modes
 from creak.studies.models.reference import ReferenceModel, in_modes
-from creak.studies.prepare.exterior import Watch
-from creak.studies.prepare.reduction import Reduction
+from creak.studies.prepare.reduction import Reduction, Watch
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.nrmse import nrmse_by_axis
 

@@ -11,7 +11,6 @@ import numpy as np
 from creak.arrays import ComplexArray, FloatArray
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, project
-from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
@@ -86,7 +85,6 @@ def beyond_modes(
     reference: ReferenceModel,
     zeta: float | None,
     source: Source,
-    gaps: GapOperator,
     listeners: Sequence[Listener],
     metre: float,
     band: tuple[float, float],
@@ -102,7 +100,7 @@ def beyond_modes(
     if reference.of_parts is not None:
         return "memory does not hold the unreduced model"
     system, low = reference.system, FADE * band[0]
-    rows = channel_matrices(system, gaps).rows[source.row]
+    rows = channel_matrices(system, source.gaps).rows[source.row]
     push = np.asarray(rows.T @ _strongest(source.force))
     columns = push.shape[1] + len(listeners)
     cost, losses = beyond_cost(system, zeta, columns, band, most), losses_of(system.damping, zeta)

@@ -22,6 +22,9 @@ from creak.studies.sound.source import Source, on_system, source_of
 from creak.studies.sound.statistics import Statistics, statistical
 from creak.studies.sound.tied import Tie
 
+RECORDS = ("modes", "computed", "whole", "sooner", "fainter", "louder")
+"""Of `Records` those that a room adds to."""
+
 
 @dataclass(frozen=True)
 class Ear:
@@ -83,13 +86,8 @@ class Records:
     """Of the statistics of each group."""
 
 
-RECORDS = ("modes", "computed", "whole", "sooner", "fainter", "louder")
-"""Of `Records` those that a room adds to."""
-
-
 def records_of(
     source: Source,
-    gaps: GapOperator,
     groups: Sequence[IntArray],
     ear: Ear,
     system: System,
@@ -109,13 +107,13 @@ def records_of(
     fed : what `ear.middle` hears, of plates that send alike to all sides, where that is known.
     alike : plates beyond the mesh send alike to all sides, and so tell their whole power: what feeds a room.
     """
-    near, computed, sooner = _computed(source, gaps, groups, ear, system)
+    near, computed, sooner = _computed(source, groups, ear, system)
 
     def with_statistics(*, alike: bool) -> Records:
         if ear.statistics is None:
             return Records(near, computed, computed, sooner, computed, computed, computed)
         to = ear.listener, computed, ear.start
-        more = statistical(ear.statistics, source, gaps, groups, *to, alike=alike)
+        more = statistical(ear.statistics, source, groups, *to, alike=alike)
         whole = computed + more.mean
         later = whole if sooner is computed else sooner + more.mean
         return Records(near, computed, whole, later, computed + more.fainter, computed + more.louder, whole, more.ties)
@@ -126,7 +124,7 @@ def records_of(
     if ear.middle is None:
         fed = with_statistics(alike=True)
     elif fed is None:
-        fed = records_of(source, gaps, groups, ear.middle, system, alike=True)
+        fed = records_of(source, groups, ear.middle, system, alike=True)
     return _in_room(found, fed, ear.cabin, in_room)
 
 
@@ -137,13 +135,13 @@ def _in_room(records: Records, fed: Records, cabin: Cabin, names: Sequence[str])
 
 
 def _computed(
-    source: Source, gaps: GapOperator, groups: Sequence[IntArray], ear: Ear, system: System
+    source: Source, groups: Sequence[IntArray], ear: Ear, system: System
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """By the modes; with the unreduced model; where that takes over earlier."""
     near = record_of(source, groups, ear.hears(system))
     if ear.beyond is None:
         return near, near, near
-    far = record_of(on_system(source, ear.beyond.system, gaps), groups, ear.hears(ear.beyond.system))
+    far = record_of(on_system(source, ear.beyond.system), groups, ear.hears(ear.beyond.system))
     far = np.pad(far, ((0, 0), (ear.start - lead(RATE, ear.beyond.high), 0)))
 
     def modes(freq: FloatArray) -> FloatArray:
@@ -217,7 +215,7 @@ def n5_of(
     source = source_of(system, gaps, history)
     if not source.channel.size:
         return [0.0] * (len(groups) + 1)
-    record = records_of(source, gaps, source.groups(groups), ear, like or system, in_room=("whole",)).whole
+    record = records_of(source, source.groups(groups), ear, like or system, in_room=("whole",)).whole
     record[-1] = record.sum(axis=0)
     heard = [heard_of(x, window, ear.background, ear.start) for x in record]
     return [h.n5 if ear.background is None else h.n5_added for h in heard]

@@ -34,8 +34,7 @@ from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes, losse
 from creak.studies.sound.ear import Ear, Records, figures_of, records_of, scatter_of, together
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.loud import Heard, heard_of
-from creak.studies.sound.parts import equivalent_levels, faces_of_parts, moved
-from creak.studies.sound.radiation import LARGE
+from creak.studies.sound.radiation import LARGE, equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.road import road_levels, sum_of_levels
 from creak.studies.sound.rooms import cabin_of, room_of
 from creak.studies.sound.source import source_of
@@ -52,6 +51,16 @@ ROUND_OFF = 1e-9
 """Share of the largest coordinate of a listener below which another is none."""
 MOST_PARTS = 6
 """Of equivalent radiated power in the notes."""
+THIRD = 2.0 / 3.0
+"""Of the band that is left where its last third is taken away."""
+WHAT = {
+    "modes": "modes that the reduction kept",
+    "unreduced": "share of the cost that the unreduced model may take",
+    "mesh": "mesh",
+    "step": "step in contact",
+    "statistics": "statistical energy of plates",
+    "rate": "sampling rate",
+}
 
 
 @dataclass(frozen=True)
@@ -153,12 +162,12 @@ def hear(
     ends = band.modes, replace(band, modes=np.inf).computed
     if source.channel.size and ends[1] >= WORTH * ends[0]:
         most = SHARE * reduced.solves
-        further = beyond_modes(reference, zeta, source, run.gaps, listeners, metre, ends, most)
+        further = beyond_modes(reference, zeta, source, listeners, metre, ends, most)
     beyond = further if isinstance(further, Beyond) else None
     near, band = band.computed, band if beyond is None else replace(band, beyond=beyond.high)
     if source.channel.size:
         losses, ends = losses_of(reference.system.damping, zeta), (band.computed, min(END, band.step))
-        more = statistics_of(model, skin, run.gaps, source.row, losses, ends, metre)
+        more = statistics_of(model, skin, source.gaps, source.row, losses, ends, metre)
     known = more if isinstance(more, Statistics) else None
     band = band if known is None else replace(band, statistics=known.span.high)
 
@@ -182,7 +191,7 @@ def hear(
     groups, sharp = source.groups(places), in_base(listening.sharp)
 
     def at(ears: Sequence[Ear]) -> list[tuple[Ear, Records, list[Heard]]]:
-        to_all, middle = (source, run.gaps, groups), ears[0].middle
+        to_all, middle = (source, groups), ears[0].middle
         fed = None if middle is None else records_of(*to_all, middle, run.system, alike=True)
         found = [(ear, together(records_of(*to_all, ear, run.system, fed=fed))) for ear in ears]
         figures = [(ear, r, figures_of(r, ear, window, band.high, sharp)) for ear, r in found]
@@ -230,10 +239,6 @@ def hear(
         room,
         tuple(one.background for one in ears),
     )
-
-
-THIRD = 2.0 / 3.0
-"""Of the band that is left where its last third is taken away."""
 
 
 def share_apart(n5: float | None, other: float | None) -> float:
@@ -378,13 +383,3 @@ def _of_statistics(band: Band, heard: Sequence[Heard], more: Statistics | str, p
         names = listed([parts[k].name for k in more.left_out])
         said.append(f"sound: contact also pushes {names}, no plate there: nothing of it beyond {band.computed:.0f} Hz")
     return said
-
-
-WHAT = {
-    "modes": "modes that the reduction kept",
-    "unreduced": "share of the cost that the unreduced model may take",
-    "mesh": "mesh",
-    "step": "step in contact",
-    "statistics": "statistical energy of plates",
-    "rate": "sampling rate",
-}

@@ -9,14 +9,14 @@ from functools import partial
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import ComplexArray, FloatArray, IntArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.assembly.system import System
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, without_lows
+from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, velocity_of_forces, without_lows
 from creak.sound.head import Head
-from creak.sound.rayleigh import AIR, PressureRows, pressure_weights
+from creak.sound.rayleigh import AIR, PressureRows, equivalent_power, pressure_weights
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.rims import product, without_wall
@@ -34,6 +34,12 @@ SHARE = 1e-9
 """Of an area, below which it is round-off."""
 CLOSED = 1e-6
 """Share of its area by which its faces may fail to close."""
+SAMPLES = 24
+"""Facets of each part that stand for all of it: its level within 1 dB or so."""
+REFERENCE = 1e-12
+"""W of 0 dB."""
+NOTHING = 1e-9
+"""Of the motion of the part that moves most, what round-off leaves of one that nothing joins to the contacts."""
 
 
 @dataclass(frozen=True)
@@ -233,3 +239,52 @@ def compact_bodies(skin: Skin, metre: float) -> tuple[Body, ...]:
 
 def _unit(x: FloatArray) -> FloatArray:
     return np.asarray(x / np.linalg.norm(x))
+
+
+@dataclass(frozen=True)
+class Faces:
+    """Some facets of each part."""
+
+    part: IntArray
+    """(k,) row into `Model.parts`."""
+    area: FloatArray
+    """(k,) m^2 that each stands for."""
+    normal: FloatArray
+    """(k, n_mode) motion along their normals, m."""
+
+
+def faces_of_parts(system: System, skin: Skin, metre: float) -> Faces:
+    """`SAMPLES` facets of each part, by their first node."""
+    size = np.linalg.norm(skin.areas, axis=1)
+    looked, weight = np.zeros(skin.count, dtype=bool), np.zeros(skin.count)
+    for part in np.unique(skin.part[skin.part >= 0]).tolist():
+        own = np.flatnonzero(skin.part == part)
+        some = np.unique(own[np.linspace(0, own.size - 1, SAMPLES).astype(np.int64)])
+        looked[some], weight[some] = True, size[own].sum() / some.size
+    few = skin.select(looked)
+    labels, column = np.unique(node_dofs(few.nodes_idx[:, 0], TRANSLATIONS), return_inverse=True)
+    normal = (few.areas / np.maximum(size[looked], 1e-300)[:, None]).ravel()
+    across = sp.csc_matrix((normal, (np.repeat(np.arange(few.count), 3), column.ravel())), (few.count, labels.size))
+    return Faces(few.part, weight[looked] * metre**2, metre * of_modes(system, across, labels))
+
+
+def moved(source: Source, faces: Faces, skin: Skin) -> BoolArray:
+    """(n,) facets of the parts that the forces of a run can move: under forces that grow as e^(2 pi 20 t / s)."""
+    modes, s = source.modes, 2.0 * np.pi * LOWEST
+    reach = np.abs(faces.normal / ((modes.m * s + modes.c) * s + modes.k) @ modes.push.T).max(axis=1, initial=0.0)
+    return np.isin(skin.part, faces.part[reach > NOTHING * reach.max(initial=0.0)])
+
+
+def equivalent_levels(source: Source, faces: Faces, band: float, window: tuple[float, float]) -> dict[int, float]:
+    """Part -> dB re 1 pW of its mean equivalent radiated power over a window, loudest first; none of parts at rest."""
+    if not faces.part.size:
+        return {}
+    time, velocity = velocity_of_forces(source.modes, source.force, RATE, faces.normal, band)
+    inside = (time >= window[0]) & (time <= window[1])
+    velocity = velocity[inside] if inside.any() else velocity
+    powers = {}
+    for part in np.unique(faces.part).tolist():
+        own = faces.part == part
+        powers[part] = float(equivalent_power(faces.area[own], velocity[:, own]).mean())
+    order = sorted((p for p in powers if powers[p] > 0.0), key=lambda p: -powers[p])
+    return {p: 10.0 * np.log10(powers[p] / REFERENCE) for p in order}

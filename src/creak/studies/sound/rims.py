@@ -7,16 +7,19 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from scipy.special import fresnel
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.model.skin import Skin, panels, sides_of
 from creak.sound.forced import Gain
-from creak.sound.screen import around_edges
+from creak.sound.rayleigh import AIR
 
 DEPTHS = np.array([0.08, 0.25, 0.5, 0.75, 1.0])
 """Shares of half a panel's width at which its facets are told apart; between them weights are linear."""
 MOST = 12
 """Panels, the largest that a listener hears, whose edges are looked at."""
+FLAT = 1.6
+"""Between a strip and a disc."""
 
 
 @dataclass(frozen=True)
@@ -98,3 +101,26 @@ def without_wall(rims: Sequence[Rim], rows: Sequence[tuple[Gain, FloatArray]]) -
 def product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
     """Of two gains."""
     return np.asarray(one(freq) * other(freq))
+
+
+def half_plane(x: FloatArray) -> ComplexArray:
+    """E(x), time as e^(i omega t)."""
+    z = np.sqrt(2.0 * x / np.pi)
+    S, C = fresnel(z)
+    return np.asarray(np.sqrt(2.0) * np.exp(0.25j * np.pi) * (C - 1j * S))
+
+
+def around_edges(
+    freq: FloatArray, to_edge: FloatArray | float, half_width: float, away: float, cosine: float
+) -> ComplexArray:
+    """Pressure from a point of a panel without a wall, over that in a wall.
+
+    Parameters
+    ----------
+    freq : Hz. to_edge : m, d; at most half_width, a. away : m to the listener, r. cosine : of its angle off the normal.
+    """
+    k = 2.0 * np.pi * np.maximum(freq, 1e-3) / AIR.speed
+    d = np.minimum(to_edge, half_width)
+    both = half_plane(k * d) * half_plane(k * (2.0 * half_width - d))
+    long = 1.0 / (1.0 + (k * half_width) ** 2)
+    return np.asarray(both * (1.0 + long * (abs(cosine) / FLAT * (1.0 - 1j / (k * away)) - 1.0)))

@@ -10,13 +10,15 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System, to_dense
-from creak.contact.gap_operator import GapOperator
+from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.diagonal import modal_matrices
 from creak.dynamics.history import History
 from creak.signals.resampling import cell_means
 from creak.sound.forced import Modes
 from creak.sound.zwicker_tables import RATE
+
+NO_GAPS = join([])
 
 
 @dataclass(frozen=True)
@@ -30,6 +32,8 @@ class Source:
     """(n_force,) the channel of each."""
     row: IntArray
     """(n_force,) of each into `channel_matrices`."""
+    gaps: GapOperator = NO_GAPS
+    """The channels; none where no contact makes the forces."""
 
     def groups(self, places: Sequence[IntArray]) -> list[IntArray]:
         """Columns of each place's channels; last those of all other channels."""
@@ -49,12 +53,13 @@ def source_of(system: System, gaps: GapOperator, history: History) -> Source:
     normal = cell_means(history.time, history.force[:, touched], at) - resting
     force = np.hstack([normal, cell_means(history.time, history.tangential[:, along], at)]) if along.size else normal
     row = np.concatenate([touched, gaps.m + along])
-    return Source(_modes(system, gaps, row), force, np.concatenate([touched, np.repeat(rubbing, 2)[along]]), row)
+    channel = np.concatenate([touched, np.repeat(rubbing, 2)[along]])
+    return Source(_modes(system, gaps, row), force, channel, row, gaps)
 
 
-def on_system(source: Source, system: System, gaps: GapOperator) -> Source:
+def on_system(source: Source, system: System) -> Source:
     """The same forces on another System of the structure, diagonal too."""
-    return replace(source, modes=_modes(system, gaps, source.row))
+    return replace(source, modes=_modes(system, source.gaps, source.row))
 
 
 def _modes(system: System, gaps: GapOperator, row: IntArray) -> Modes:

@@ -149,7 +149,6 @@ def statistics_of(
 def statistical(
     known: Statistics,
     source: Source,
-    gaps: GapOperator,
     groups: Sequence[IntArray],
     listener: Listener,
     computed: FloatArray,
@@ -164,7 +163,7 @@ def statistical(
     computed : (n_group, n) Pa, whose sample `start` is at t = 0.
     alike : plates send alike to all sides.
     """
-    found = pushes(known.sheets, gaps, source.row)
+    found = pushes(known.sheets, source.gaps, source.row)
     heard = [plate_heard(p, listener, known.metre) for p in found if p.part.part in known.plates]
     heard = [h for h in heard if h.spread > 0.0]
     if not alike:

@@ -6,9 +6,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from creak.model.units import UNITS
-from creak.studies.findings.rubbed import OF_A_RUN as OF_FRICTION
-from creak.studies.findings.rubbed import friction_of
 
+OF_A_PLACE = ("friction", "slips", "slip_rate", "slip_path", "friction_energy")
+"""Of the place that turns most into heat, as summary.json names them."""
+OF_FRICTION = ("rubbing_place", *OF_A_PLACE, "stick_slip_events", "friction_energy_total")
 OF_A_RUN = (
     "dof",
     "retained",
@@ -88,3 +89,16 @@ def unit_of(column: str, units: str | None) -> str:
     if figure in OF_THE_DECK and units in UNITS:
         return str(getattr(UNITS[units], OF_THE_DECK[figure]))
     return OF_COLUMNS.get(figure, "")
+
+
+def friction_of(run: Mapping[str, Any]) -> dict[str, Any]:
+    """Figures of `OF_FRICTION`; None where nothing rubs. What rests is called by its contact."""
+    out: dict[str, Any] = dict.fromkeys(OF_FRICTION)
+    places = [p for p in (*run.get("places", ()), *run.get("resting", ())) if p["friction"] is not None]
+    total = (run.get("energies") or {}).get("friction")
+    if places:
+        most = max(places, key=lambda p: p["friction_energy"] or 0.0)
+        out |= {"rubbing_place": most.get("name", most["contact"])} | {key: most[key] for key in OF_A_PLACE}
+    if places or total:
+        out |= {"stick_slip_events": len(run.get("slip_events", ())), "friction_energy_total": total}
+    return out

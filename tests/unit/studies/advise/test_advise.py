@@ -16,8 +16,7 @@ from creak.linalg.pencil import Pencil
 from creak.model.skin import skin_of
 from creak.progress import silent
 from creak.sound.rayleigh import AIR
-from creak.studies.advise.advice import Advice, as_dict, changes_toml
-from creak.studies.advise.choice import choose
+from creak.studies.advise.choice import as_dict, changes_toml, choose
 from creak.studies.advise.contact import bounces, numerical_damping, period_error, rounded_step, substeps_for
 from creak.studies.advise.evidence import measured, points, rule_of_thumb
 from creak.studies.advise.facts import Facts, gather
@@ -188,7 +187,7 @@ def other(tmp_path: Any, study: str, deck: str | None = None) -> Setup:
 
 
 def warnings_of(setup: Setup) -> str:
-    return "\n".join(advice_on(setup).choice.warnings)
+    return "\n".join(advice_on(setup).warnings)
 
 
 def test_a_load_that_closes_nothing_is_told(tmp_path):
@@ -225,7 +224,7 @@ def test_a_table_tells_its_frequency_by_its_samples(tmp_path):
 
 
 def test_everything_fits_into_a_json_file(setup, facts):
-    data = as_dict(Advice(facts, choose(settings_of(setup), facts)))
+    data = as_dict(choose(settings_of(setup), facts))
     again = json.loads(json.dumps(data, allow_nan=False))
     assert again == data
     assert again["channels"]["contacts"] == 39

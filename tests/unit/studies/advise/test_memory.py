@@ -13,7 +13,7 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pencil import Pencil
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
-from creak.studies.advise.advice import as_dict
+from creak.studies.advise.choice import as_dict
 from creak.studies.advise.memory import Memory, _reduction, memory, modes_below, runs_of
 from creak.studies.advise.size import Counted, PartSize, sturm_counts
 from creak.studies.file.reader import read_study
@@ -131,13 +131,13 @@ def test_answers_that_are_not_kept_are_not_counted(study):
 
 def test_a_study_that_does_not_fit_is_told_with_what_to_do(study, monkeypatch):
     setup, _ = study
-    assert not any(w.startswith("memory") for w in advice_on(setup).choice.warnings)
+    assert not any(w.startswith("memory") for w in advice_on(setup).warnings)
     monkeypatch.setenv(OVERRIDE, "0.0005")
     monkeypatch.setattr("creak.studies.advise.memory.held_bytes", lambda: 0.0)
     monkeypatch.setattr("creak.linalg.factor.require", lambda *_: None)
     monkeypatch.setattr("creak.studies.models.of_parts.only_parts_fit", lambda *_: False)
     advice = advice_on(setup)
-    said = next(w for w in advice.choice.warnings if w.startswith("memory"))
+    said = next(w for w in advice.warnings if w.startswith("memory"))
     assert "0.0005 GB are free: lower f_max" in said
     data = as_dict(advice)["memory"]
     assert data["run_gb"] == max(s["gb"] for s in data["stages"]) >= data["reduce_gb"] > data["free_gb"]
@@ -169,9 +169,9 @@ def test_where_the_whole_does_not_fit_parts_are_advised(alone, monkeypatch):
     assert found.facts.channels.kept == whole.facts.channels.kept
     assert found.facts.sizes.unknowns(3000.0) == whole.facts.sizes.unknowns(3000.0)
     assert {o.method for o in found.facts.options} == {"craig-bampton"}
-    assert found.choice.option is not None
-    assert found.choice.option.method == "craig-bampton"
-    assert any("memory does not hold a factor of the whole" in text for text in found.choice.because)
+    assert found.option is not None
+    assert found.option.method == "craig-bampton"
+    assert any("memory does not hold a factor of the whole" in text for text in found.because)
     data = as_dict(found)
     assert data["unreduced"] is None
     assert [s["what"] for s in data["memory"]["stages"]] == [
@@ -201,7 +201,7 @@ def test_what_takes_the_whole_is_advised_away(change, advised, alone, monkeypatc
     monkeypatch.setenv(OVERRIDE, "2.5")
     tables = {name: getattr(alone.study.config, name).model_copy(update=new) for name, new in change.items()}
     found = advice_on(alone.with_tables(**tables))
-    assert {c.key: c.new for c in found.choice.changes}.items() >= advised.items()
+    assert {c.key: c.new for c in found.changes}.items() >= advised.items()
     assert found.facts.unreduced is None
 
 
@@ -212,7 +212,7 @@ def test_an_unreduced_run_that_the_study_ends_early_is_left_alone(alone, monkeyp
     reference = alone.study.config.reference.model_copy(update={"run": "whole", "until": until})
     found = advice_on(alone.with_tables(reference=reference))
     assert found.facts.unreduced is not None
-    assert {c.new for c in found.choice.changes if c.key == "reference.run"} == advised
+    assert {c.new for c in found.changes if c.key == "reference.run"} == advised
 
 
 def test_what_does_not_fit_is_refused_as_the_run_is(alone, monkeypatch):

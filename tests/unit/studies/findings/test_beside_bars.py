@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from creak.studies.findings.beside_bars import beside_bars
+from creak.studies.findings.spots import beside_bars
 
 
 def cause(now: dict, *then: dict) -> dict:

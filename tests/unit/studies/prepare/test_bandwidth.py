@@ -9,7 +9,7 @@ import creak
 from creak.contact.facets import facets_of
 from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.bandwidth import IN_A_RUN, PER_WAVE, carried
+from creak.studies.prepare.flight_steps import IN_A_RUN, PER_WAVE, carried
 from creak.studies.prepare.setup import set_up
 
 

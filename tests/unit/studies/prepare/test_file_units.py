@@ -9,7 +9,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.file_units import file_unit_notes
+from creak.studies.prepare.amount_check import file_unit_notes
 from creak.studies.prepare.setup import set_up
 from creak.studies.warned import Warned, warnings_of
 from helpers_decks import STUDY, write_strips

@@ -66,15 +66,15 @@ def test_a_struck_plate_to_the_end_of_its_mesh_against_its_own_modes(model, syst
     gaps = channels(G, 0.0, 1.0)
     small, high = kept(system, 2 * HANDOVER), mesh_band(model, skin, 1.0)
     rows = np.asarray(channel_matrices(small, gaps).rows)
-    source = Source(Modes(*modal_matrices(small), rows), blow(), np.array([0]), np.array([0]))
+    source = Source(Modes(*modal_matrices(small), rows), blow(), np.array([0]), np.array([0]), gaps)
     reference = ReferenceModel((), None, system, modes(system.K, system.M, f_max=100.0), np.zeros((system.n, 0)), None)
-    beyond = beyond_modes(reference, ZETA, source, gaps, [listener], 1.0, (HANDOVER, high), 1e5)
+    beyond = beyond_modes(reference, ZETA, source, [listener], 1.0, (HANDOVER, high), 1e5)
     assert isinstance(beyond, Beyond)
     assert beyond.high == high
     assert high > 3000.0
     assert beyond.found.freq.size <= count_for(Losses(zeta=ZETA), HANDOVER, high) + 8
     ear = Ear(listener, HANDOVER, 1.0, beyond)
-    records = records_of(source, gaps, [np.array([0])], ear, small)
+    records = records_of(source, [np.array([0])], ear, small)
     window = (0.0, 0.2)
     found, alone, sooner = (
         heard_of(x[0], window, None, ear.start) for x in (records.whole, records.modes, records.sooner)
@@ -87,7 +87,7 @@ def test_a_struck_plate_to_the_end_of_its_mesh_against_its_own_modes(model, syst
     measured("sound", "struck plate to the mesh's end: N5", found.n5, true.n5, rel=0.05, unit="sone")
     assert alone.n5 < 0.8 * true.n5  # what the modes alone leave out
     assert sooner.n5 == pytest.approx(found.n5, rel=0.01)
-    plain = records_of(source, gaps, [np.array([0])], replace(ear, beyond=None), small)
+    plain = records_of(source, [np.array([0])], replace(ear, beyond=None), small)
     np.testing.assert_array_equal(records.modes, plain.whole)  # nothing changes below
 
 

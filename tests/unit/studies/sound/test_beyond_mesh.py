@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import creak
-from creak.report.tables.sounds import sound_tables
+from creak.report.sound_parts import sound_tables
 from creak.report.words.answer_lines import answer_lines
 from creak.sound.carriers import SEED
 from creak.studies.findings.followed import followed

@@ -135,7 +135,7 @@ def test_a_diffuse_field_is_as_loud_at_both_ears_and_alike_in_long_waves(result)
     source = source_of(run.system, found.gaps, run.history)
     left = replace(right, listener=replace(right.listener, side=1), cabin=replace(right.cabin, side=1), known={})
     every = [np.arange(source.force.shape[1])]
-    both = [records_of(source, found.gaps, every, ear, run.system) for ear in (left, right)]
+    both = [records_of(source, every, ear, run.system) for ear in (left, right)]
     back = [third_octave_levels(x.whole[0] - x.direct[0], 48_000.0) for x in both]
     straight = [third_octave_levels(x.direct[0], 48_000.0) for x in both]
     bands = slice(13, 20)  # 500 Hz to 2 kHz

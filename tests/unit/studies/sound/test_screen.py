@@ -14,7 +14,6 @@ from creak.model.dofs import node_dofs
 from creak.model.skin import skin_of
 from creak.sound.forced import Modes
 from creak.sound.rayleigh import AIR
-from creak.sound.screen import around_edges, half_plane
 from creak.sound.zwicker_tables import RATE
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import ListenerTable
@@ -22,7 +21,7 @@ from creak.studies.sound.beyond import hearing
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.plates_heard import plate_heard
 from creak.studies.sound.radiation import radiation, record_of
-from creak.studies.sound.rims import rims_of, without_wall
+from creak.studies.sound.rims import around_edges, half_plane, rims_of, without_wall
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.source import Source
 from helpers_core import assembled, channels

@@ -80,11 +80,12 @@ class Struck:
             blows(),
             np.array([0]),
             np.array([0]),
+            gaps,
         )
         known = statistics_of(self.model, self.skin, gaps, source.row, Losses(zeta=ZETA), (self.band, END), 1.0)
         assert isinstance(known, Statistics)
         ear = Ear(Listener("ear", EAR, self.skin, ("PART",), True), self.band, 1.0, statistics=known)
-        records = records_of(source, gaps, [np.array([0])], ear, self.small)
+        records = records_of(source, [np.array([0])], ear, self.small)
         found = heard_of(records.whole[0], WINDOW, None, ear.start, END)
         ends = records.fainter[0], records.louder[0]
         return with_bar(found, records.computed[0], ends, records.ties[0], WINDOW, ear.start), records
@@ -104,12 +105,12 @@ def test_a_head_shades_what_statistics_send_as_it_shades_all_else(coarse):
     """Levels of both ears in the third octaves beyond the mesh, at the side of the plate."""
     gaps = across(coarse.model, STRUCK[0])
     rows = np.asarray(channel_matrices(coarse.small, gaps).rows)
-    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]))
+    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]), gaps)
     known = statistics_of(coarse.model, coarse.skin, gaps, source.row, Losses(zeta=ZETA), (coarse.band, END), 1.0)
     looks, left = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, -1.0])
     two = Listener("ear", EAR, coarse.skin, ("PART",), True, looks, left).ears
     computed = np.zeros((1, 4 * RATE))
-    records = [statistical(known, source, gaps, [np.array([0])], one, computed, 2_000).mean[0] for one in two]
+    records = [statistical(known, source, [np.array([0])], one, computed, 2_000).mean[0] for one in two]
     levels = [third_octave_levels(x, RATE) for x in records]
     offset = np.array([[SIDES[0] / 2, SIDES[1] / 2, 0.0]]) - EAR
     for band in range(16, 25):
@@ -178,17 +179,17 @@ def test_in_front_of_a_plate_little_is_heard_near_coincidence_and_a_room_is_fed_
     """A steel plate of 2 mm, 6 kHz: against the same power sent alike to all sides."""
     gaps = across(coarse.model, STRUCK[0])
     rows = np.asarray(channel_matrices(coarse.small, gaps).rows)
-    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]))
+    source = Source(Modes(*modal_matrices(coarse.small), rows), blows(), np.array([0]), np.array([0]), gaps)
     known = statistics_of(coarse.model, coarse.skin, gaps, source.row, Losses(zeta=ZETA), (coarse.band, END), 1.0)
     ear = Ear(Listener("ear", EAR, coarse.skin, ("PART",), True), coarse.band, 1.0, statistics=known)
-    both = [records_of(source, gaps, [np.array([0])], ear, coarse.small, alike=alike) for alike in (False, True)]
+    both = [records_of(source, [np.array([0])], ear, coarse.small, alike=alike) for alike in (False, True)]
     apart = np.subtract(*(third_octave_levels(r.whole[0] - r.computed[0], RATE) - r.ties[0].offset for r in both))
     near = (BANDS > 4500.0) & (BANDS < 8500.0)
     assert (apart[near] < -4.0).all()
     assert np.abs(apart[(BANDS > 800.0) & (BANDS < 2000.0)]).max() < 3.0
     room = Room(3.0, np.full(28, 0.1))
     cabin = Cabin(room, 2.0, known.noise)
-    heard = records_of(source, gaps, [np.array([0])], replace(ear, cabin=cabin), coarse.small)
+    heard = records_of(source, [np.array([0])], replace(ear, cabin=cabin), coarse.small)
     fed = cabin.adds(both[1].whole)
     np.testing.assert_allclose(heard.whole, both[0].whole + fed, atol=1e-9 * np.abs(fed).max())
 

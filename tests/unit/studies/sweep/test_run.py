@@ -20,13 +20,13 @@ from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
 from creak.formats.partials import partial_name, remove_dead
 from creak.studies.file.reader import read_study
-from creak.studies.findings.rubbed import OF_A_PLACE, OF_A_RUN, friction_of
 from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from creak.studies.sweep.case import Outcome, Task, finished_record, publish, run_case
 from creak.studies.sweep.cases import resolve
+from creak.studies.sweep.figures import OF_A_PLACE, OF_FRICTION, friction_of
 from creak.studies.sweep.file import SweepFile, read_sweep
 from creak.studies.sweep.table import Row, columns, waiting, write_table
 from creak.studies.sweep.tasks import finished, tasks_of
@@ -266,7 +266,7 @@ def test_the_table_tells_friction(tmp_path):
         names = ("slip_path", "friction_energy", "friction_energy_total")
         assert [file[f"reduced.{name}"].attrs["unit"] for name in names] == ["mm", "mJ", "mJ"]
     page = (ROOT / "docs" / "sweeps.md").read_text(encoding="utf-8")
-    for name in OF_A_RUN:
+    for name in OF_FRICTION:
         assert f"`{name}`" in page, name
 
 

@@ -1,4 +1,4 @@
-"""RBE1, RBE2, RBE3, RBAR, RBAR1, RROD and MPC -> constraints."""
+"""RBE1, RBE2, RBE3, RBAR, RBAR1, RROD and MPC -> constraints, and which sets of SPC and MPC cards act."""
 
 from __future__ import annotations
 
@@ -9,16 +9,17 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.equations import ZERO, global_equations, relative_motion, rigid_arm
-from creak.formats.nastran.joints.set_ids import combined, selected
 from creak.formats.nastran.mesh.grids import Grids
-from creak.formats.nastran.text.bulk_data import Card
+from creak.formats.nastran.text.bulk_data import Card, id_list
 from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
 from creak.model.dofs import ALL
+from creak.model.mesh import Unread
 
 SINGULAR = 1e-12
 LocalDof = tuple[int, int]
 """Node row and dof 1..6 in the node's displacement frame."""
+_CARDS = {"SPC": ("SPC", "SPC1"), "MPC": ("MPC",)}
 
 
 def read_rigid(deck: Deck) -> list[Constraint]:
@@ -332,3 +333,50 @@ def local_equations(
     for k, column, share in entries:
         turn[k, column] = share
     yield from global_equations(list(columns), np.asarray(C) @ turn, dependent, where)
+
+
+def selected(deck: Deck, what: str, chosen: int) -> int:
+    """The set that acts: the case control's; in a deck without case control the only one there is.
+
+    Raises
+    ------
+    InputError : the case control names a set that no card has.
+    """
+    cards = list(deck.cards(*_CARDS[what], f"{what}ADD"))
+    there = sorted({card.integer(0) for card in cards})
+    if chosen and not there:
+        why = f"{what} = {chosen} in the case control, but the deck has no {what} cards: nothing is held by them"
+        entry = Unread(f"{what} = {chosen}", deck.case.where, False, why)
+        deck.unread += [] if entry in deck.unread else [entry]
+        return 0
+    if chosen:
+        if chosen not in there:
+            raise InputError(
+                f"{what} = {chosen} in the case control, but no card has this set",
+                where=deck.case.where,
+                expected=f"one of {there}",
+            )
+        return chosen
+    if not there:
+        return 0
+    alone = sorted({card.integer(0) for card in deck.cards(*_CARDS[what])})
+    if not deck.case.given and len(alone) == 1:
+        deck.note(cards[0], f"the deck has no case control: its only {what} set {alone[0]} is taken", changes=False)
+        return alone[0]
+    why = f"the case control takes no {what} set (there are {', '.join(map(str, there))})"
+    deck.note(cards[0], why, changes=not deck.case.given)
+    return 0
+
+
+def combined(deck: Deck, adding: str, chosen: int) -> set[int]:
+    """The set itself and those that SPCADD or MPCADD put together."""
+    found, left = set(), [chosen]
+    while left:
+        one = left.pop()
+        if one in found:
+            continue
+        found.add(one)
+        for card in deck.cards(adding):
+            if card.integer(0) == one:
+                left += list(id_list(card, 1))
+    return found - {0}

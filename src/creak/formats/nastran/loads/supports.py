@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.deck.equations import global_equations
 from creak.formats.deck.text import plain_name
-from creak.formats.nastran.joints.set_ids import combined, selected
+from creak.formats.nastran.joints.rigid import combined, selected
 from creak.formats.nastran.mesh.grids import Permanent
 from creak.formats.nastran.text.bulk_data import Card, id_list, id_ranges, ids_among
 from creak.formats.nastran.text.deck import Deck
