@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -42,10 +43,20 @@ TLS_KEY = typer.Option(
 )
 
 
-def checked_certificates(
+@dataclass(frozen=True)
+class Distribution:
+    """Where jobs are done."""
+
+    workers: int | None
+    """Processes, or threads, of this machine; None: the user does not say."""
+    scheduler: str | None
+    certificates: Certificates
+
+
+def distribution_of(
     scheduler: str | None, own: str, given: int | None, ca: Path | None, cert: Path | None, key: Path | None
-) -> Certificates:
-    """What the options say of certificates.
+) -> Distribution:
+    """What the options say.
 
     Parameters
     ----------
@@ -66,16 +77,17 @@ def checked_certificates(
             expected="--scheduler tls://HOST:PORT",
             fix="Workers on this machine need no certificates.",
         )
-    return certificates
+    return Distribution(given, scheduler, certificates)
 
 
 @contextmanager
-def workers_of(scheduler: str | None, count: int, certificates: Certificates) -> Iterator[Runner]:
+def workers_of(where: Distribution, count: int) -> Iterator[Runner]:
     """The cluster of a scheduler, or else so many workers of this machine."""
     from creak.studies.tasks.cluster import running_cluster
     from creak.studies.tasks.workers import local_workers
 
-    with local_workers(count) if scheduler is None else running_cluster(scheduler, certificates) as runner:
+    address = where.scheduler
+    with local_workers(count) if address is None else running_cluster(address, where.certificates) as runner:
         yield runner
 
 

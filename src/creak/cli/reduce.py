@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,9 +15,10 @@ from creak.cli.cluster import (
     TLS_CERT,
     TLS_KEY,
     WORKERS,
+    Distribution,
     check_cluster,
     check_method,
-    checked_certificates,
+    distribution_of,
     workers_of,
 )
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from creak.studies.models.reduced import ReducedModel
     from creak.studies.models.superelements import Reduced
     from creak.studies.prepare.setup import Setup
-    from creak.studies.tasks.cluster import Certificates
 
 
 def reduce(
@@ -71,7 +71,7 @@ def reduce(
     from creak.studies.file.identity import store_of
     from creak.studies.prepare.setup import set_up
 
-    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
+    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
     study = changed_study(study_file, changes)
     check_method(study.config.reduction.method, study.places)
@@ -86,8 +86,7 @@ def reduce(
             _check_outputs(setup.model, setup.reduction.table, folder, export)
             setup_detail(output, setup)
             tell_warnings(output, setup.notes, told)
-            distribution = Distribution(workers, scheduler, certificates, tuple(ignore))
-            model, checks, notes = _reduced(setup, folder, output, distribution)
+            model, checks, notes = _reduced(setup, folder, output, where, tuple(ignore))
             _export(setup.model, model, folder, export, output)
         tell_notes(output, [*setup.notes, *notes, *model.notes], told)
         for r in model.superelements:
@@ -121,18 +120,8 @@ def _check_outputs(model: Model, table: ReductionTable, folder: Path, export: Se
                 writable_file(folder / file, stream=False)
 
 
-@dataclass(frozen=True)
-class Distribution:
-    """Where the parts are reduced; in this process where nothing is said."""
-
-    workers: int | None = None
-    scheduler: str | None = None
-    certificates: Certificates | None = None
-    ignore: tuple[str, ...] = ()
-
-
 def _reduced(
-    setup: Setup, folder: Path, output: Output, distribution: Distribution = Distribution()
+    setup: Setup, folder: Path, output: Output, where: Distribution, ignore: tuple[str, ...]
 ) -> tuple[ReducedModel, dict[str, Health], list[str]]:
     """The superelements, their health, and notes.
 
@@ -167,11 +156,9 @@ def _reduced(
     setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
     try:
         fresh = set[str]()
-        if distribution.workers is not None or distribution.scheduler is not None:
-            jobs = part_jobs(
-                setup.reduction, reference, gaps, Store(folder, study=setup.study, ignore=distribution.ignore)
-            )
-            found = _elsewhere(jobs, output, distribution)
+        if where.workers is not None or where.scheduler is not None:
+            jobs = part_jobs(setup.reduction, reference, gaps, Store(folder, study=setup.study, ignore=ignore))
+            found = _elsewhere(jobs, output, where)
             fresh, checks = set(found), checks | found
         reduced = reduce_model(setup.reduction, reference, gaps, output.progress, Store(folder), made)
         return _told(reduced, fresh), checks, notes
@@ -188,7 +175,7 @@ def _told(model: ReducedModel, fresh: set[str]) -> ReducedModel:
     return replace(model, superelements=parts, notes=[n for n in model.notes if not n.startswith(taken)])
 
 
-def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distribution) -> dict[str, Health]:
+def _elsewhere(jobs: Sequence[PartJob], output: Output, where: Distribution) -> dict[str, Health]:
     """The health of the parts that workers reduced and saved.
 
     Raises
@@ -196,15 +183,12 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, distribution: Distributi
     NumericalError : a part could not be reduced; the others are saved.
     """
     from creak.studies.models.part_jobs import ended
-    from creak.studies.tasks.cluster import Certificates
 
     if not jobs:
         return {}
     checks: dict[str, Health] = {}
     failed: dict[str, str] = {}
-    address, given = distribution.scheduler, distribution.certificates or Certificates()
-    count = min(distribution.workers or 1, len(jobs))
-    with workers_of(address, count, given) as runner:
+    with workers_of(where, min(where.workers or 1, len(jobs))) as runner:
         for name, saved in ended(runner, jobs, output.progress):
             if saved.error:
                 failed[name] = saved.error

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 
 import typer
 
-from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
+from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, Distribution, check_cluster, distribution_of
 from creak.cli.details import tell_notes, tell_warnings
 from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
-    from creak.studies.tasks.cluster import Certificates
     from creak.studies.tasks.queue import Runner
 
 
@@ -48,7 +47,7 @@ def robust(
     from creak.formats.stored.sealed_json import sealed_text
     from creak.report.tables.robust import write_draws
 
-    certificates = checked_certificates(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
+    where = distribution_of(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
     folder = out if out is not None else study_file.parent / "robust"
     with Output(quiet, verbose, as_json) as output:
         from creak.api.study import read_study
@@ -59,7 +58,7 @@ def robust(
             writable_file(folder / name, stream=False)
         before = _logs(folder)
         check_cluster(scheduler, output)
-        with _runner(scheduler, certificates) as runner, output.progress as progress:
+        with _runner(where) as runner, output.progress as progress:
             try:
                 found = find(
                     study,
@@ -100,10 +99,10 @@ def _logs(folder: Path) -> dict[Path, int]:
     return {path: path.stat().st_mtime_ns for path in sorted(folder.glob(f"{LOG}-*.bin"))}
 
 
-def _runner(scheduler: str | None, certificates: Certificates) -> AbstractContextManager[Runner | None]:
+def _runner(where: Distribution) -> AbstractContextManager[Runner | None]:
     from creak.studies.tasks.cluster import running_cluster
 
-    return nullcontext() if scheduler is None else running_cluster(scheduler, certificates)
+    return nullcontext() if where.scheduler is None else running_cluster(where.scheduler, where.certificates)
 
 
 def _print(output: Output, found: Robustness) -> None:

@@ -16,7 +16,7 @@ from creak.cli.cluster import (
     WORKERS,
     check_cluster,
     check_method,
-    checked_certificates,
+    distribution_of,
     workers_of,
 )
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
@@ -125,7 +125,7 @@ def run(
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 
-    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
+    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
@@ -146,7 +146,7 @@ def run(
         )
     with Output(quiet, verbose, as_json) as output, ExitStack() as pool:
         check_cluster(scheduler, output)
-        runner = pool.enter_context(workers_of(scheduler, workers or 1, certificates)) if spread else None
+        runner = pool.enter_context(workers_of(where, workers or 1)) if spread else None
         with output.progress as progress, opened(superelements or beside if keep else None):
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,17 +18,25 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, check_cluster, checked_certificates
+from creak.cli.cluster import (
+    SCHEDULER,
+    TLS_CA_FILE,
+    TLS_CERT,
+    TLS_KEY,
+    Distribution,
+    check_cluster,
+    distribution_of,
+    workers_of,
+)
 from creak.cli.console import Terminal
 from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
 from creak.errors import NumericalError, Unreliable
 
 if TYPE_CHECKING:
     from creak.studies.evaluate import Evaluation
-    from creak.studies.sweep.case import Outcome
+    from creak.studies.sweep.case import Outcome, Task
     from creak.studies.sweep.cases import Case
     from creak.studies.sweep.table import Row
-    from creak.studies.tasks.cluster import Certificates
 
 
 def sweep(
@@ -66,9 +74,9 @@ def sweep(
     from creak.api.extras import need_report
     from creak.studies.sweep.cases import resolve
     from creak.studies.sweep.file import read_sweep
-    from creak.studies.sweep.tasks import finished
+    from creak.studies.sweep.tasks import finished, tasks_of
 
-    certificates = checked_certificates(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
+    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
@@ -89,9 +97,10 @@ def sweep(
         need_report("--no-reports")
     folder.mkdir(parents=True, exist_ok=True)
     known = finished(cases, folder)
+    tasks = tasks_of(cases, folder, ignore, write_case if reports else write_case_alone)
     with _Drawn(quiet, len(cases), len(known)) as progress:
         try:
-            rows = _rows(read, cases, folder, known, progress, workers, scheduler, certificates, ignore, reports)
+            rows = _rows(read, cases, folder, known, progress, where, tasks)
         except KeyboardInterrupt:
             raise Interrupted(
                 f"{progress.done} of {len(cases)} cases are finished, the same command goes on from there"
@@ -106,29 +115,22 @@ def _rows(
     folder: Path,
     known: dict[str, Outcome],
     progress: Any,
-    workers: int | None,
-    scheduler: str | None,
-    certificates: Certificates,
-    ignore: Sequence[str],
-    reports: bool,
+    where: Distribution,
+    tasks: Mapping[str, Task],
 ) -> list[Row]:
     from creak.formats.partials import remove_dead
     from creak.linalg.threads import cores
     from creak.studies.sweep.table import Row, write_table
-    from creak.studies.sweep.tasks import run_sweep, tasks_of
-    from creak.studies.tasks.cluster import running_cluster
-    from creak.studies.tasks.workers import local_workers
+    from creak.studies.sweep.tasks import run_sweep
 
     remove_dead(folder)
-    tasks = tasks_of(cases, folder, ignore, write_case if reports else write_case_alone)
     left = len(cases) - len(known)
     if not left:
         rows = [Row(c, known[c.name]) for c in cases]
         write_table(read, rows, folder)
         return rows
-    count = min(workers or cores(), left)
     try:
-        with running_cluster(scheduler, certificates) if scheduler is not None else local_workers(count) as runner:
+        with workers_of(where, min(where.workers or cores(), left)) as runner:
             return run_sweep(read, cases, folder, runner, tasks, known, progress)
     finally:
         remove_dead(folder)

@@ -103,8 +103,10 @@ def equilibrium(system: System, stiffness: Factor, gaps: GapOperator, f: FloatAr
     whole[chosen] = force[: some.m]
     if some.friction is not None:
         held[chosen[some.friction.channels]] = force[some.m :].reshape(-1, 2)
-    found = _checked(system, gaps, on, q, s, f, (force - some.resting, push), gap, whole, held, count)
-    return replace(found, free=free)
+    work = float((force - some.resting) @ np.asarray(on.rows @ q))
+    residual, error, strain = _checked(system, q, s, f, push, work)
+    springs = float(contact_energy(gaps.laws, gap))
+    return Equilibrium(q, s, gap, whole, held, count, residual, error, strain, springs, free)
 
 
 def _compliance(on: ChannelMatrices, stiffness: Factor) -> FloatArray:
@@ -163,20 +165,15 @@ def _squeezed(gaps: GapOperator, gap: FloatArray, force: FloatArray) -> FloatArr
 
 
 def _checked(
-    system: System,
-    gaps: GapOperator,
-    on: ChannelMatrices,
-    q: FloatArray,
-    s: FloatArray,
-    f: FloatArray,
-    pushed: tuple[FloatArray, FloatArray],
-    gap: FloatArray,
-    force: FloatArray,
-    held: FloatArray,
-    count: int,
-) -> Equilibrium:
-    """The result with its checks: forces in balance, and their virtual work that of the strain."""
-    extra, push = pushed
+    system: System, q: FloatArray, s: FloatArray, f: FloatArray, push: FloatArray, pushed: float
+) -> tuple[float, float, float]:
+    """How far forces f and those of the channels are from balance, and their virtual work from that of the strain,
+    shares; and the strain energy.
+
+    Parameters
+    ----------
+    push : (n,) of the channels, and the work that they do (`pushed`).
+    """
     sup = system.supports
     K_qs = to_dense(sup.K_qs)
     Kq, Ks = np.asarray(system.K @ q), K_qs @ s
@@ -188,11 +185,10 @@ def _checked(
         )
     at_supports = K_qs.T @ q + sup.K_ss @ s
     strain = 0.5 * float(q @ (Kq + Ks) + s @ at_supports)
-    work = float(f @ q) + float(extra @ np.asarray(on.rows @ q)) + float(s @ at_supports)
+    work = float(f @ q) + pushed + float(s @ at_supports)
     largest = max(abs(strain), abs(work))
     error = abs(2.0 * strain - work) / largest if largest else 0.0
-    springs = float(contact_energy(gaps.laws, gap))
-    return Equilibrium(q, s, gap, force, held, count, residual, error, strain, springs, q)
+    return residual, error, strain
 
 
 def rigid_load(labels: IntArray, M: Matrix, nodes: Nodes, acceleration: FloatArray) -> FloatArray:

@@ -140,7 +140,7 @@ def modes(
     if found is not None and (more := _beyond(pencil, (2.0 * np.pi * f_max) ** 2, found, inverse, free, progress)):
         return more
     upper = (2.0 * np.pi * f_max) ** 2
-    return _below(pencil, shift, upper, inverse, free, progress, further=further, known=_count(found))
+    return _below(pencil, shift, upper, inverse, free, progress, _count(found) if further else None)
 
 
 def _lowest(
@@ -162,23 +162,22 @@ def _below(
     inverse: Factor,
     free: bool,
     progress: Steps | None,
-    *,
-    further: bool,
-    known: int,
+    known: int | None,
 ) -> Modes:
     """All modes below omega^2 = `upper` and the eigenvalue after them; their number is the inertia of K - upper M.
 
-    Where memory is short, one factor is held at a time, and the modes are found window by window.
+    With a number of `known` ones the further ones too. Where memory is short, one factor is held at a time, and the
+    modes are found window by window.
     """
     made = 0.0 if pencil.pieces is not None else MADE * getattr(pencil.K, "nnz", 0)
     _make_room(inverse, inverse.memory + made)
-    band = BAND**2 * upper if further else upper
+    band = upper if known is None else BAND**2 * upper
     counted, placed = pencil.counted(band), band
     in_band = wanted = counted.n_negative
     many = in_band >= MANY
-    if further and many:
+    if known is not None and many:
         counted, placed = pencil.counted(upper, counted), upper
-    if further:
+    if known is not None:
         wanted = with_further(max(counted.n_negative, known), in_band)  # of few some too many, without another factor
     if dense_is_faster(pencil.mass.n, wanted):
         del counted
@@ -193,7 +192,7 @@ def _below(
         found = lanczos(inverse, pencil.mass, shift, wanted, extra=1, upper=above, within=in_band, progress=progress)
         amid = shift
     low = _refined(inverse, shift, pencil.mass, found, amid)
-    if further:
+    if known is not None:
         wanted = with_further(max(int(np.count_nonzero(found.lam <= upper)), known), in_band)
     after = found.lam[wanted] if found.lam.size > wanted else np.inf
     lam, shapes = found.lam[:wanted], found.shapes[:, :wanted]

@@ -75,7 +75,7 @@ def test_created_energy_wants_attention(result_of):
 
 def test_nothing_to_check_is_neither_pass_nor_attention(result_of):
     result = result_of("unreduced only")
-    status = [c.passed for c in checks(result, summarised(result))]
+    status = [c.passed for c in checks(findings_of(result), summarised(result))]
     assert status[:5] == [None] * 5
 
 

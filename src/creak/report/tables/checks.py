@@ -44,7 +44,7 @@ def checks(result: Findings, summary: dict[str, Any]) -> list[Check]:
     if "reference" not in result.runs and "reduced" in result.runs:
         judged = [*_spots(result), *_rubs(result)]
     if result.events is not None and is_chaotic(summary):
-        judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result))]
+        judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result.runs, result.window))]
     return [_mac(result), _nrmse(result), *judged, _energy(summary)]
 
 

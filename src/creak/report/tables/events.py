@@ -152,7 +152,7 @@ def _distribution_words(result: Findings) -> str:
     """How far the distributions of both runs are apart."""
     if result.events is None:
         return ""
-    s = event_statistics(result)
+    s = event_statistics(result.runs, result.window)
     if s.force is None or s.impulse is None:
         return ""
     return (

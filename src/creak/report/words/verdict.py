@@ -183,7 +183,7 @@ def _found(result: Findings, summary: dict[str, Any]) -> str:
     if match.extra:
         text += f" and {len(match.extra)} more"
     if is_chaotic(summary):
-        rate = event_statistics(result).rate
+        rate = event_statistics(result.runs, result.window).rate
         return f"{text}; motion is chaotic: {number(rate[1], 3)} events per second against {number(rate[0], 3)}"
     mean = match.amplitude_ratio_mean
     return text + (f", mean force {percent(mean)}" if mean is not None else "")

@@ -317,7 +317,7 @@ def _errors(e: Errors) -> dict[str, Any]:
 
 
 def _statistics(f: Findings) -> dict[str, Any]:
-    s = event_statistics(f)
+    s = event_statistics(f.runs, f.window)
     distances = {"force": s.force, "impulse": s.impulse}
     return {
         "chaotic": is_chaotic(f.convergence, s.count[0], s.length, f.setup.study.config.highest),

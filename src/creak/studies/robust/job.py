@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -144,7 +144,13 @@ def run_draws(
             if further is not None and out is not None:
                 keep(further, out, made_from)
         missing = wanted - found.keys()
-        marched = _on_one_model(made, every, design.total, missing, channels, progress, store, threads, runner)
+
+        def march(left: list[Draw]) -> Iterator[tuple[int, FloatArray]]:
+            if runner is None:
+                return _marched(made, channels, left, threads)
+            return march_batches(runner, batches(setup.study, left, made.lowest, store))
+
+        marched = _on_one_model(made, every, design.total, missing, channels, march, progress)
     if path is None:
         found.update(marched)
     elif not wanted <= found.keys():
@@ -216,10 +222,8 @@ def _on_one_model(
     total: int,
     missing: Set[int],
     channels: GapOperator,
+    march: Callable[[list[Draw]], Iterator[tuple[int, FloatArray]]],
     progress: Progress,
-    store: Path | None,
-    threads: int | None,
-    runner: Runner | None,
 ) -> Iterator[tuple[int, FloatArray]]:
     """Number and record of each missing draw; those that need no march first."""
     known = set[int]()
@@ -230,10 +234,8 @@ def _on_one_model(
     left = [drawn.draw(k) for k in sorted(missing - known)]
     if made.plain is not None:
         progress(f"{len(left)} of {len(missing)} draws come near enough to be marched", 0, 1)
-    if runner is None:
-        yield from _marched(made, channels, left, threads)
-    elif left:
-        yield from march_batches(runner, batches(made.setup.study, left, made.lowest, store))
+    if left:
+        yield from march(left)
 
 
 def _on_models_of_their_own(

@@ -19,15 +19,6 @@ class HasEvents(Protocol):
     def events(self) -> list[Event]: ...
 
 
-class HasRuns(Protocol):
-    """A study with its runs by name and its verification window, s."""
-
-    @property
-    def runs(self) -> Mapping[str, HasEvents]: ...
-    @property
-    def window(self) -> tuple[float, float]: ...
-
-
 def main_run(runs: Mapping[str, T]) -> T | None:
     """The run that a study speaks of: reduced where there is one."""
     return runs.get("reduced") or runs.get("reference")
@@ -40,7 +31,6 @@ def compare_events(runs: Mapping[str, HasEvents], tolerance: float, window: tupl
     return match_events(runs["reference"].events, runs["reduced"].events, tolerance, window)
 
 
-def event_statistics(result: HasRuns) -> EventStatistics:
+def event_statistics(runs: Mapping[str, HasEvents], window: tuple[float, float]) -> EventStatistics:
     """Statistics of the events of both runs in the verification window."""
-    runs = result.runs
-    return compare_statistics(runs["reference"].events, runs["reduced"].events, result.window)
+    return compare_statistics(runs["reference"].events, runs["reduced"].events, window)

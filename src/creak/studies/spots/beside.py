@@ -44,7 +44,7 @@ def beside_unreduced(
             found = attempted(
                 "spot checks", lambda: _checked(result.reference, run, places, bars, progress, notes), FAILED, notes
             )
-    samples = None if result.events is None else event_statistics(result)
+    samples = None if result.events is None else event_statistics(result.runs, result.window)
     return found.beside(result.events, samples)
 
 

@@ -107,12 +107,14 @@ def test_no_factor_of_the_whole_is_held_while_parts_are_reduced(tmp_path, monkey
 
 def reduce_alone(setup, look) -> None:
     """As `creak reduce`."""
+    from creak.cli.cluster import distribution_of
     from creak.cli.reduce import _reduced
 
     class Quiet:
         progress = staticmethod(look)
 
-    _reduced(setup, setup.study.path.parent / "out", Quiet())
+    here = distribution_of(None, "--workers", None, None, None, None)
+    _reduced(setup, setup.study.path.parent / "out", Quiet(), here, ())
 
 
 def test_both_runs_have_the_same_channels_and_steps(summary):
