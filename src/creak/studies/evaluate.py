@@ -8,12 +8,10 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal
 
-from creak.formats.stored.results import RunRecord
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress
 from creak.studies.file.identity import store_of
 from creak.studies.findings.gather import findings_of
-from creak.studies.findings.histories import record_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
 from creak.studies.models.saved import Store
@@ -24,6 +22,7 @@ from creak.studies.run.job import ReducedRun, ReferenceRun, StudyResult, run_stu
 from creak.studies.warned import Warned, attempted
 
 if TYPE_CHECKING:
+    from creak.formats.stored.results import RunRecord
     from creak.studies.converge.settling import Convergence
     from creak.studies.sound.heard import Sound
 
@@ -50,6 +49,8 @@ class Evaluation:
 
     def records(self) -> dict[str, RunRecord]:
         """What results.h5 holds of each run."""
+        from creak.studies.findings.histories import record_of
+
         setup = self.found.setup
         of = setup.model.nodes, setup.watch, setup.marching
         return {name: record_of(run, *of) for name, run in self.found.runs.items()}
