@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
-from creak.signals.smooth_table import APART
 from creak.signals.sources import (
+    APART,
     RAMP,
     Multisine,
     Record,

@@ -8,10 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.formats.abaqus.write.directions import third_nodes
+from creak.formats.abaqus.write.directions import third_nodes, turned_spring
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted, vector
 from creak.formats.abaqus.write.sections import Materials, section_lines
-from creak.formats.abaqus.write.turned import turned_spring
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices, Section, ShellSection, Spring

@@ -10,8 +10,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.abaqus.sections.beam_shapes import WALL, shape_of
+from creak.formats.abaqus.write.directions import turned_spring
 from creak.formats.abaqus.write.names import listed, number, numbers, quoted, vector
-from creak.formats.abaqus.write.turned import turned_spring
 from creak.formats.deck.cross_section import CrossSection
 from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
