@@ -148,7 +148,7 @@ def run_draws(
         def march(left: list[Draw]) -> Iterator[tuple[int, FloatArray]]:
             if runner is None:
                 return _marched(made, channels, left, threads)
-            return march_batches(runner, batches(setup.study, left, made.lowest, store))
+            return march_batches(runner, batches(setup.study, left, made.lowest, store)) if left else iter(())
 
         marched = _on_one_model(made, every, design.total, missing, channels, march, progress)
     if path is None:
@@ -234,8 +234,7 @@ def _on_one_model(
     left = [drawn.draw(k) for k in sorted(missing - known)]
     if made.plain is not None:
         progress(f"{len(left)} of {len(missing)} draws come near enough to be marched", 0, 1)
-    if left:
-        yield from march(left)
+    yield from march(left)
 
 
 def _on_models_of_their_own(
