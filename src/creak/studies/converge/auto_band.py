@@ -95,7 +95,10 @@ def settle(
         at = _with_all_modes(at, reference, march, progress, store)
         if at is not first:
             same = at.run.stopped is None and tell_the_same(v, at.scope.window, first.run, at.run)
-            stages = [replace(stages[0], same=same), _stage(at.setup.band.f_max, at.reduced, at.run, at.reduced.wall_s)]
+            stages = [
+                replace(stages[0], same=same),
+                _stage(at.reduction.band.f_max, at.reduced, at.run, at.reduced.wall_s),
+            ]
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
@@ -144,14 +147,14 @@ def _with_all_modes(
     first: ReducedRun, reference: ReferenceModel, march: March, progress: Progress, store: Store
 ) -> ReducedRun:
     """The run with all modes, f_max raised past the highest of them; the first one where they cannot be had."""
-    setup, reduced = first.setup, first.reduced
+    how, reduced = first.reduction, first.reduced
     while not reduced.complete:
-        more = with_more_modes(setup.reduction, reference, first.gaps, reduced, progress, store.folder)
+        more = with_more_modes(how, reference, first.gaps, reduced, progress, store.folder)
         if more.modes == reduced.modes and not more.complete:
             return first
-        setup = replace(setup, raised=setup.raised + 1)
-        reduced = more if more.complete else raised_model(setup.reduction, reference, first.gaps, more, progress, store)
-    return first if reduced is first.reduced else replace(first, setup=setup, reduced=reduced, run=march(reduced))
+        how = replace(how, band=how.band.raised_to(how.band.raised + 1))
+        reduced = more if more.complete else raised_model(how, reference, first.gaps, more, progress, store)
+    return first if reduced is first.reduced else replace(first, reduction=how, reduced=reduced, run=march(reduced))
 
 
 def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stage:
