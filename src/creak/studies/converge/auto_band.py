@@ -95,10 +95,8 @@ def settle(
         at = _with_all_modes(at, reference, march, progress, store)
         if at is not first:
             same = at.run.stopped is None and tell_the_same(v, at.scope.window, first.run, at.run)
-            stages = [
-                replace(stages[0], same=same),
-                _stage(at.reduction.band.f_max, at.reduced, at.run, at.reduced.wall_s),
-            ]
+            making = at.reduced.wall_s - first.reduced.wall_s
+            stages = [replace(stages[0], same=same), _stage(at.reduction.band.f_max, at.reduced, at.run, making)]
     while not at.reduced.complete and at.run.stopped is None:
         before = at.reduced.wall_s
         try:
@@ -152,6 +150,7 @@ def _with_all_modes(
         more = with_more_modes(how, reference, first.gaps, reduced, progress, store.folder)
         if more.modes == reduced.modes and not more.complete:
             return first
+        more = replace(more, wall_s=reduced.wall_s + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
         how = replace(how, band=how.band.raised_to(how.band.raised + 1))
         reduced = more if more.complete else raised_model(how, reference, first.gaps, more, progress, store)
     return first if reduced is first.reduced else replace(first, reduction=how, reduced=reduced, run=march(reduced))

@@ -33,8 +33,9 @@ UNCHECKED = 'end = 2e-4\n[reference]\nrun = "none"'
 
 @pytest.fixture(autouse=True)
 def patient(monkeypatch):
-    """A machine that is busy must not change the answer."""
+    """Stages are looked at on models that are small."""
     monkeypatch.setattr(auto_band, "PATIENCE", 600.0)
+    monkeypatch.setattr(auto_band, "SMALL", 0.0)
 
 
 def blow(found):
@@ -58,6 +59,22 @@ def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
     assert told["modes"] == stages[-2]["modes"]
     assert found.summary["convergence"]["runs"][MORE_MODES]["modes"] == stages[-1]["modes"]
     assert "(auto)" in found.page(0.0)
+
+
+def test_a_small_model_has_all_modes_at_once(tmp_path, monkeypatch):
+    """A first run with few, and one with all: nothing is left out, and no spot check counts."""
+    monkeypatch.setattr(auto_band, "SMALL", 10.0)
+    found = run(bar(tmp_path, AUTO))
+    lasts, impulse = blow(found)
+    assert lasts == pytest.approx(LASTS, rel=0.05)
+    assert impulse == pytest.approx(IMPULSE, rel=0.02)
+    told = found.summary["runs"]["reduced"]
+    assert (told["verdict"], [s["same"] for s in told["stages"]]) == ("settled", [False, None])
+    assert found.found.reduced.complete
+    omega = np.sqrt(found.found.reduced.system.K.diagonal().max() / found.found.reduced.system.M.diagonal().min())
+    assert told["modes"] == told["stages"][-1]["modes"] > told["stages"][0]["modes"]
+    assert told["f_max"] > 0.5 * omega / (2.0 * np.pi)
+    assert len(found.summary["verification"]["spots"]) <= 3
 
 
 def test_no_model_is_run_twice(tmp_path, monkeypatch):
