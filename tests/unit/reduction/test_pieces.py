@@ -56,7 +56,7 @@ def part() -> System:
         block("quad4", quads, shell(1e-3)),
         block("mass", np.array([[n]]), point_mass(0.05), 0, 1000),
     ]
-    links = [RigidLink("arm", n, at(15, 3)), RigidLink("across", at(20, 2), at(20, 7))]
+    links = [RigidLink("tie", n, at(15, 3)), RigidLink("tie", at(20, 2), at(20, 7))]
     return part_system(model_of(coords, blocks, [("A", range(n + 1))], constraints=links), 0, NO_DAMPING)
 
 

@@ -12,11 +12,11 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
-from creak.formats.deck.command_files import plain_file
+from creak.formats.deck.command_files import plain_file, will_read
 from creak.formats.measured.csv_rows import csv_rows, number, separator_of
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
-from creak.model.magnitude import LARGEST, computable
+from creak.model.magnitude import LARGEST, SMALLEST, computable
 
 POINTS = "Write decimals with a point, or semicolons between the cells, and leave out further columns."
 FIRST = "Put it into the first line, with commas, semicolons or tabs between the names, and nothing before it."
@@ -41,6 +41,7 @@ def _increasing(path: Path, rows: Rows, header: tuple[str, str]) -> tuple[FloatA
         values = np.zeros(0)
     if values.shape != (len(rows), 2) or not (np.abs(values) <= LARGEST).all():
         values = np.array([row_numbers(path, i, row, header) for i, row in rows]).reshape(-1, 2)
+    values[np.abs(values) < SMALLEST] = 0.0
     if values.shape[0] < 2:
         raise InputError(f"the table has {values.shape[0]} row(s)", where=path, expected="two or more")
     back = np.flatnonzero(np.diff(values[:, 0]) <= 0.0)
@@ -77,6 +78,7 @@ def read_signal(path: Path, channel: str | None, where: str) -> Samples:
     ------
     InputError : no such file or channel; cut short; a value that is no finite number; times that do not increase.
     """
+    will_read(path)
     return _read_signal(path, channel, where, _stamp(path))
 
 
