@@ -1,10 +1,11 @@
 """Do the bars and verdicts hold? Random models against an independent integration of their full matrices.
 
-    python -m benchmarks.coverage [--n 200] [--first 0] [--only SEED] [--out build/coverage]
+    python -m benchmarks.coverage [--n 200] [--first 0] [--only SEED] [--few] [--out build/coverage]
 
 Each seed is a deck of two parts and a study that says nothing numerical. A row for each goes to random.jsonl as it is
 found, and a seed that is there is not run again; random.json has the counts. `--only` runs one seed anew, keeps its
-deck and study, and prints its row. Closed forms: `python -m benchmarks.coverage.closed`; the door against its unreduced
+deck and study, and prints its row. The models are small and get all modes; with `--few` they are reduced as large ones
+are. Closed forms: `python -m benchmarks.coverage.closed`; the door against its unreduced
 model: `python -m benchmarks.coverage.door`.
 """
 
@@ -19,6 +20,7 @@ from typing import Any
 from benchmarks.coverage.study import row
 from benchmarks.coverage.table import is_wrong, lines, summary
 from benchmarks.stamp import stamp
+from creak.studies.converge import auto_band
 
 
 def main() -> None:
@@ -27,9 +29,12 @@ def main() -> None:
     options.add_argument("--n", type=int, default=200, help="models")
     options.add_argument("--first", type=int, default=0, help="first seed")
     options.add_argument("--only", type=int, help="one seed alone, run anew")
+    options.add_argument("--few", action="store_true", help="the models get as few modes as large ones do")
     options.add_argument("--out", type=Path, default=Path("build/coverage"))
     given = options.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
+    if given.few:
+        auto_band.SMALL = 0.0
     if given.only is not None:
         print(json.dumps(row(given.only, given.out / f"seed_{given.only}"), indent=1))
         return
