@@ -79,7 +79,7 @@ def assess(
     by_chance = {"impulse": {CHANCE: _by_chance(outcomes)}} if chaotic else {}
     if structure is not None and structure.counts:
         events = _beside(events, structure)
-    new = {name: len(match.extra) for name, match in matches.items()}
+    new = {name: tuple(match.extra) for name, match in matches.items()}
     of_all = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
     return Convergence(
         model,

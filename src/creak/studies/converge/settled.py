@@ -165,7 +165,8 @@ def _of_repeats(c: Convergence) -> Verdict:
     whole = _open_totals(c)
     if c.unlooked:
         return Verdict(UNSETTLED, c.unlooked)
-    new = max((n for name, n in c.new.items() if c.outcomes[name].repeat.judged), default=0)
+    judged = (found for name, found in c.new.items() if c.outcomes[name].repeat.judged)
+    new = max((len(found) for found in judged if found and not _are_faint(found, c)), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
     few = (1.0 - ENOUGH) * len(c.judged)
     if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
@@ -199,6 +200,11 @@ def are_faint(events: list[EventSettling], c: Convergence) -> bool:
 
     A tap of a hundredth of the hardest hit moves by its own 5 % where the motion moves by next to nothing.
     """
+    return _are_faint([e.event for e in events], c)
+
+
+def _are_faint(events: Sequence[Event], c: Convergence) -> bool:
+    """The same of those that a repeat alone has, too."""
     force, impulse = _shares(events, c)
     return force <= FAINT and impulse <= 1.0 - ENOUGH
 
@@ -209,11 +215,11 @@ def is_faint(some: Sequence[Event], events: Sequence[Event]) -> bool:
     return force <= FAINT and impulse <= 1.0 - ENOUGH
 
 
-def _shares(events: list[EventSettling], c: Convergence) -> tuple[float, float]:
+def _shares(events: Sequence[Event], c: Convergence) -> tuple[float, float]:
     """Force of the place of the hardest of them over the largest of the run, and their part of the impulse."""
     base = c.outcomes[BASE]
     every = sum(e.event.impulse for e in c.events)
-    return _over([e.event for e in events], base.force, max(every, base.impulse))
+    return _over(events, base.force, max(every, base.impulse))
 
 
 def _over(some: Sequence[Event], hardest: float, all_of_it: float) -> tuple[float, float]:
@@ -241,7 +247,7 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
         return (said,)
     faint = ""
     if are_faint(open_ones, c):
-        force, impulse = _shares(open_ones, c)
+        force, impulse = _shares([e.event for e in open_ones], c)
         faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
     return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 

@@ -291,7 +291,7 @@ class Convergence:
     window: tuple[float, float]
     """Events that start in it are compared, s."""
     events: tuple[EventSettling, ...]
-    new: dict[str, int]
+    new: dict[str, tuple[Event, ...]]
     """Run -> events of it in the window that the base run does not have."""
     totals: dict[str, Settling]
     """Number of events, impulse and largest low-passed force of the whole run."""

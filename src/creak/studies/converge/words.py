@@ -67,7 +67,7 @@ def findings(c: Convergence) -> list[str]:
     if not c.families:
         return list(c.notes)
     said = [_events_words(c)] if c.events else ["the base run has no events in the window to compare"]
-    new = [f"{name} {n}" for name, n in c.new.items() if n]
+    new = [f"{name} {len(found)}" for name, found in c.new.items() if found]
     said += [f"events in the window that the base run does not have: {', '.join(new)}"] if new else []
     said += _family_words(c) + [_total_words(t) for t in c.totals.values()] + _heard_words(c)
     said += map(rub_words, c.rubs)
@@ -184,7 +184,7 @@ def as_dict(c: Convergence) -> dict[str, Any]:
             }
             for e in c.events
         ],
-        "new": c.new,
+        "new": {name: len(found) for name, found in c.new.items()},
         "settled": {name: c.settled_events(name) for name in FIGURES},
         "totals": {name: _settling_dict(t) for name, t in c.totals.items()},
         "places": [{name: _settling_dict(f) for name, f in place.items()} for place in c.places],
