@@ -24,8 +24,8 @@ LONGEST = 2.5
 """Periods of f_max: contact that is lost for longer makes another event, however long it lasts before and after."""
 TOUCHING = 1e-9
 """Share of its largest gap up to which a channel touches."""
-ROUND_OFF = 1e-12
-"""Of a time."""
+BESIDE, FINER = 4, 2
+"""Samples of a low-pass beside an event that its spline goes through, and times as fine as these it is looked at."""
 COARSER = 1.5
 """Times the step of an onset from which the step before it is too long to tell how the gap closed in that."""
 EventKey = tuple[str, int, str, float]
@@ -225,11 +225,11 @@ def _event(
         t_peak=float(history.time[row]),
         t_end=chain[-1].end,
         force_peak=force,
-        force_peak_filtered=_filtered_peak(history, active, first, last, f_max, force),
+        force_peak_filtered=_filtered_peak(history, active, chain, f_max, force),
         impulse=impulse,
         closing_speed=_closing_speed(history, begin),
         contacts=len(chain),
-        force_place=_filtered_peak(history, active, first, last, f_max, force, together=True),
+        force_place=_filtered_peak(history, active, chain, f_max, force, together=True),
         touches=tuple((t.start, t.end) for t in chain),
         step=float(history.time[max(first, 1)] - history.time[max(first, 1) - 1]),
         unfinished=bool(last + 1 == history.time.size),
@@ -252,11 +252,14 @@ def _peak_and_impulse(
 
 
 def _filtered_peak(
-    history: History, channels: IntArray, first: int, last: int, f_max: float, raw: float, together: bool = False
+    history: History, channels: IntArray, chain: list[_Touch], f_max: float, raw: float, together: bool = False
 ) -> float:
-    """Largest low-passed force of one channel, or of all `together`, between the rows beside an event; 0 where the
-    low-pass of what comes before and after outweighs it: contact does not pull."""
-    time = history.time
+    """Largest low-passed force of one channel, or of all `together`, from the start of an event to its end; 0 where the
+    low-pass of what comes before and after outweighs it: contact does not pull. Between samples it is a spline: an
+    event may be shorter than one."""
+    from scipy.interpolate import make_interp_spline
+
+    time, first, last = history.time, chain[0].first, chain[-1].last
     begin, end = max(0, first - 1), min(last + 1, time.size - 1)
     if f_max * float(np.median(np.diff(time[begin : end + 1]))) >= 0.45:
         return float(history.force[first : last + 1, channels].sum(axis=1).max()) if together else raw
@@ -265,10 +268,14 @@ def _filtered_peak(
     for part in [slice(None)] if together else blocks(channels.size, int(b - a)):
         force = history.force[rows][:, channels[part]]
         even, smooth = low_pass_uneven(time[rows], force.sum(axis=1)[:, None] if together else force, f_max)
-        inside = (even >= time[begin] * (1.0 - ROUND_OFF)) & (even <= time[end] * (1.0 + ROUND_OFF))
-        if not inside.any():  # an event between two samples of a slow low-pass
-            inside[np.abs(even - 0.5 * (time[begin] + time[end])).argmin()] = True
-        top = max(top, float(smooth[inside].max()))
+        if even.size < 2:
+            top = max(top, float(smooth.max()))
+            continue
+        span = np.clip([chain[0].start, chain[-1].end], even[0], even[-1])
+        near = slice(max(0, int(np.searchsorted(even, span[0])) - BESIDE), int(np.searchsorted(even, span[1])) + BESIDE)
+        at = np.linspace(span[0], span[1], FINER * math.ceil(float(np.ptp(span) / (even[1] - even[0]))) + 2)
+        curve = make_interp_spline(even[near], smooth[near], k=min(3, even[near].size - 1))
+        top = max(top, float(curve(at).max()))
     return top
 
 

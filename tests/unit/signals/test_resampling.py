@@ -84,3 +84,17 @@ def test_low_pass_of_uneven_samples_is_that_of_the_signal():
     # (20 / 100)^8 of the slow part; a value is held over its cell, which changes place by at most (h / 2)^2 / 6 x w^2
     # in the coarse part and where the steps change.
     np.testing.assert_allclose(smooth[inside, 0], np.sin(2 * np.pi * 20 * even[inside]), atol=5e-3)
+
+
+@pytest.mark.parametrize("phase", [0.0, 0.2, 0.4, 0.6, 0.8])
+def test_the_low_pass_of_a_short_blow_hangs_on_its_impulse_alone(phase):
+    """10 us in 2 ms, wherever it lies between the samples: of a Butterworth low-pass of order 4, forwards and backwards,
+    the peak is 2 I times the integral of 1 / (1 + (f / f_max)^8)."""
+    f_max, lasts = 500.0, 1e-5
+    start = 0.02 + phase / (128.0 * f_max)
+    blow = np.linspace(start, start + lasts, 21)
+    time = np.concatenate([np.linspace(0.0, start - lasts, 200), blow, np.linspace(start + 2.0 * lasts, 0.04, 200)])
+    force = np.where((time >= blow[0]) & (time <= blow[-1]), np.sin(np.pi * (time - start) / lasts), 0.0)
+    exact = 2.0 * np.trapezoid(force, time) * f_max * (np.pi / 8.0) / np.sin(np.pi / 8.0)
+    _, smooth = low_pass_uneven(time, force[:, None], f_max)
+    assert smooth.max() == pytest.approx(exact, rel=1e-3)
