@@ -95,6 +95,6 @@ def test_the_low_pass_of_a_short_blow_hangs_on_its_impulse_alone(phase):
     blow = np.linspace(start, start + lasts, 21)
     time = np.concatenate([np.linspace(0.0, start - lasts, 200), blow, np.linspace(start + 2.0 * lasts, 0.04, 200)])
     force = np.where((time >= blow[0]) & (time <= blow[-1]), np.sin(np.pi * (time - start) / lasts), 0.0)
-    exact = 2.0 * np.trapezoid(force, time) * f_max * (np.pi / 8.0) / np.sin(np.pi / 8.0)
+    exact = 2.0 * trapezoid(force, time) * f_max * (np.pi / 8.0) / np.sin(np.pi / 8.0)
     _, smooth = low_pass_uneven(time, force[:, None], f_max)
     assert smooth.max() == pytest.approx(exact, rel=1e-3)

@@ -190,7 +190,8 @@ def _of_table(deck: Outline, block: Block, rows: list[tuple[list[str], str]]) ->
         why = f"creak's friction falls with the sliding speed: it is {static:g}, the first of the table, at any speed"
         deck.note(block, why, changes=True, what="*FRICTION, table")
         return (static, static, 0.0)
-    decay = float(f"{np.trapezoid(mu - kinetic, speed) / (static - kinetic):.6g}")
+    area = float(np.sum(np.diff(speed) * (0.5 * (mu[1:] + mu[:-1]) - kinetic)))
+    decay = float(f"{area / (static - kinetic):.6g}")
     why = f"its table is read as {static:g} that falls to {kinetic:g} by exp(-v / {decay:.4g}), with the same area"
     deck.note(block, why, changes=True, what="*FRICTION, table")
     return (static, kinetic, decay)
