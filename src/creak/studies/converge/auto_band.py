@@ -189,7 +189,7 @@ def _too_much(f_max: float, more: ReducedModel, reckoned: list[float]) -> str:
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
     following = GROWTH * reckoned[-1]
     if sum(reckoned) + following > max(BUDGET * (reckoned[0] + reckoned[1]), PATIENCE):
-        return f"{to} would take some {duration(following)} more, beside {duration(sum(reckoned))} for those before"
+        return f"{to} would take some {duration(following)} more"
     return ""
 
 
