@@ -129,7 +129,10 @@ def _newton_and_sweeps(c, holds, x, r, excess, status, kept):  # type: ignore[no
 
 @with_arrays
 def sweep(c, holds, x, r, excess, status, sweeps):  # type: ignore[no-untyped-def]
-    """Gauss-Seidel over the channels; True if the laws hold."""
+    """Block Gauss-Seidel with exact solutions of one channel at a time, damped when it stalls; True if the laws hold.
+
+    Source: Jourdan, Alart, Jean, Comput. Methods Appl. Mech. Eng. 155, 1998.
+    """
     size = np.empty(x.size)
     best, keep, since = np.inf, 1.0, 0
     for _ in range(sweeps):

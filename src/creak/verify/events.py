@@ -217,6 +217,8 @@ def _event(
     first, last, begin = chain[0].first, chain[-1].last, chain[0]
     active = channels[(history.force[first : last + 1, channels] > 0.0).any(axis=0)]
     row, peak, force, impulse = _peak_and_impulse(history, weights, active, first, last)
+    filtered = _filtered_peak(history, active, chain, f_max, force)
+    alone = active.size == 1
     return Event(
         group=gaps.group[peak],
         channel=gaps.names[peak],
@@ -225,11 +227,11 @@ def _event(
         t_peak=float(history.time[row]),
         t_end=chain[-1].end,
         force_peak=force,
-        force_peak_filtered=_filtered_peak(history, active, chain, f_max, force),
+        force_peak_filtered=filtered,
         impulse=impulse,
         closing_speed=_closing_speed(history, begin),
         contacts=len(chain),
-        force_place=_filtered_peak(history, active, chain, f_max, force, together=True),
+        force_place=filtered if alone else _filtered_peak(history, active, chain, f_max, force, together=True),
         touches=tuple((t.start, t.end) for t in chain),
         step=float(history.time[max(first, 1)] - history.time[max(first, 1) - 1]),
         unfinished=bool(last + 1 == history.time.size),

@@ -30,6 +30,7 @@ from creak.studies.file.config import VerificationTable
 from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
+from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.job import March, ReducedRun
 from creak.studies.run.one_run import Run
 from creak.verify.events import Event
@@ -98,16 +99,15 @@ def settle(
             making = at.reduced.wall_s - first.reduced.wall_s
             stages = [replace(stages[0], same=same), _stage(at.reduction.band.f_max, at.reduced, at.run, making)]
     while not at.reduced.complete and at.run.stopped is None:
-        before = at.reduced.wall_s
         try:
-            more = with_more_modes(at.reduction, reference, at.gaps, at.reduced, progress, store.folder)
+            more = _more_modes(at.reduction, reference, at, at.reduced, progress, store)
         except OutOfMemory as error:
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
-        more = replace(more, wall_s=before + more.wall_s, cpu_s=at.reduced.cpu_s + more.cpu_s)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
-        band = at.reduction.band.raised_to(at.reduction.band.raised + 1)
-        stage = _stage(band.f_max, more, again, more.wall_s - before)
+        following = _raised(at.reduction)
+        f_max = following.band.f_max
+        stage = _stage(f_max, more, again, more.wall_s - at.reduced.wall_s)
         moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
         structure = None
         if agree and moved and prove is not None and len(stages) > least:
@@ -119,15 +119,14 @@ def settle(
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
         enough = agree and moved and proven is not False and len(stages) > least
-        why = "" if enough else _too_much(band.f_max, more, reckoned)
+        why = "" if enough else _too_much(f_max, more, reckoned)
         if not (enough or why) and again.stopped is None:
-            following = replace(at.reduction, band=band)
             try:
                 reduced = more
                 if not more.complete:
                     reduced = raised_model(following, reference, at.gaps, more, progress, store)
             except OutOfMemory as error:
-                why = f"f_max {BAND * band.f_max:,.0f} Hz does not fit: {error}"
+                why = f"f_max {BAND * f_max:,.0f} Hz does not fit: {error}"
         if enough or why or again.stopped is not None:
             return replace(at, more=(more, again), stages=tuple(stages), why=why, structure=structure)
         stages[-1] = replace(stages[-1], wall_s=stages[-1].wall_s + reduced.wall_s - more.wall_s)
@@ -147,13 +146,30 @@ def _with_all_modes(
     """The run with all modes, f_max raised past the highest of them; the first one where they cannot be had."""
     how, reduced = first.reduction, first.reduced
     while not reduced.complete:
-        more = with_more_modes(how, reference, first.gaps, reduced, progress, store.folder)
+        more = _more_modes(how, reference, first, reduced, progress, store)
         if more.modes == reduced.modes and not more.complete:
             return first
-        more = replace(more, wall_s=reduced.wall_s + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
-        how = replace(how, band=how.band.raised_to(how.band.raised + 1))
+        how = _raised(how)
         reduced = more if more.complete else raised_model(how, reference, first.gaps, more, progress, store)
     return first if reduced is first.reduced else replace(first, reduction=how, reduced=reduced, run=march(reduced))
+
+
+def _raised(reduction: Reduction) -> Reduction:
+    """With f_max half as high again."""
+    return replace(reduction, band=reduction.band.raised_to(reduction.band.raised + 1))
+
+
+def _more_modes(
+    reduction: Reduction,
+    reference: ReferenceModel,
+    run: ReducedRun,
+    reduced: ReducedModel,
+    progress: Progress,
+    store: Store,
+) -> ReducedModel:
+    """A model of the run's channels with its further modes; its times hold those of the model itself."""
+    more = with_more_modes(reduction, reference, run.gaps, reduced, progress, store.folder)
+    return replace(more, wall_s=reduced.wall_s + more.wall_s, cpu_s=reduced.cpu_s + more.cpu_s)
 
 
 def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stage:

@@ -166,10 +166,10 @@ def _of_repeats(c: Convergence) -> Verdict:
     if c.unlooked:
         return Verdict(UNSETTLED, c.unlooked)
     judged = (found for name, found in c.new.items() if c.outcomes[name].repeat.judged)
-    new = max((len(found) for found in judged if found and not _are_faint(found, c)), default=0)
+    new = max((len(found) for found in judged if found and not are_faint(found, c)), default=0)
     new = new if c.structure is None else max(new, c.structure.missed)
     few = (1.0 - ENOUGH) * len(c.judged)
-    if not whole and new <= few and (len(open_ones) <= few or are_faint(open_ones, c)):
+    if not whole and new <= few and (len(open_ones) <= few or are_faint([e.event for e in open_ones], c)):
         return Verdict(SETTLED, (*_exceptions(open_ones, c), *going_on))
     reasons = (*_reasons(c, open_ones, whole, new), *going_on)
     if _statistics_hold(c, whole):
@@ -194,17 +194,12 @@ def _statistics_hold(c: Convergence, whole: list[Settling]) -> bool:
     return alike and (c.chaotic or (not whole and len(c.events) >= MANY))
 
 
-def are_faint(events: list[EventSettling], c: Convergence) -> bool:
+def are_faint(events: Sequence[Event], c: Convergence) -> bool:
     """Whether events decide nothing: each is far below the hardest one, or what presses for good, and together they
     carry next to nothing.
 
     A tap of a hundredth of the hardest hit moves by its own 5 % where the motion moves by next to nothing.
     """
-    return _are_faint([e.event for e in events], c)
-
-
-def _are_faint(events: Sequence[Event], c: Convergence) -> bool:
-    """The same of those that a repeat alone has, too."""
     force, impulse = _shares(events, c)
     return force <= FAINT and impulse <= 1.0 - ENOUGH
 
@@ -246,8 +241,9 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
     if len(open_ones) == 1:
         return (said,)
     faint = ""
-    if are_faint(open_ones, c):
-        force, impulse = _shares([e.event for e in open_ones], c)
+    events = [e.event for e in open_ones]
+    if are_faint(events, c):
+        force, impulse = _shares(events, c)
         faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
     return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 

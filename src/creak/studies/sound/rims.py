@@ -104,7 +104,7 @@ def product(one: Gain, other: Gain, freq: FloatArray) -> ComplexArray:
 
 
 def half_plane(x: FloatArray) -> ComplexArray:
-    """E(x), time as e^(i omega t)."""
+    """E(x) of `around_edges`, time as e^(i omega t)."""
     z = np.sqrt(2.0 * x / np.pi)
     S, C = fresnel(z)
     return np.asarray(np.sqrt(2.0) * np.exp(0.25j * np.pi) * (C - 1j * S))
@@ -113,7 +113,19 @@ def half_plane(x: FloatArray) -> ComplexArray:
 def around_edges(
     freq: FloatArray, to_edge: FloatArray | float, half_width: float, away: float, cosine: float
 ) -> ComplexArray:
-    """Pressure from a point of a panel without a wall, over that in a wall.
+    """Pressure from a point of a panel without a wall, over that in a wall: what flows around its edges is not heard.
+
+    By reciprocity a point of a rigid panel sends to a listener as much as a source at the listener makes the pressure
+    differ between both sides there. In a wall that is twice the pressure p that arrives. At d from the edge of a half
+    plane it is, for a wave that falls on it squarely (Sommerfeld; Born and Wolf, Principles of Optics, section 11.5),
+
+        E(k d) 2 p,     E(x) = 2 / sqrt(pi) e^(-i pi / 4) int_0^sqrt(x) e^(i t^2) dt
+
+    and E(k d) E(k (2 a - d)) of a panel as far from edge to edge as 2 a. For long waves this is
+    4 / pi k sqrt(d (2 a - d)), which is `FLAT` too much: 1.27 for a strip and 2 for a disc (Lamb, Hydrodynamics,
+    sections 71 and 108). There the slope of the pressure counts, and not the pressure itself:
+    cos(theta) (1 + 1 / (i k r)) at r from the source, theta off the normal. Valid within some 3 dB; above k a = 3 a
+    wall changes little.
 
     Parameters
     ----------

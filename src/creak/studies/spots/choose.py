@@ -96,9 +96,7 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
     """
     H, lasts = ends[1] - ends[0], event.t_end - event.t_start
     longest = max((end - begin for begin, end in event.touches), default=lasts)
-    parts = fewest
-    while parts < FINEST * fewest and STEPS * H / parts > lasts:
-        parts *= 2
+    parts = parts_through(lasts, H, fewest, STEPS)
     while parts > 1 and longest * parts > ENOUGH * STEPS * H:
         parts //= 2
     while True:
@@ -106,6 +104,15 @@ def stretch(event: Event, why: str, ends: FloatArray, fewest: int) -> Stretch | 
         if wanted <= LONGEST * STEPS or parts * COARSEST < 2 * fewest or parts < 2:
             return made
         parts //= 2
+
+
+def parts_through(lasts: float, H: float, fewest: int, steps: int) -> int:
+    """Parts of a flight step H (s) by which what lasts so long (s) takes so many steps: `FINEST` times the default,
+    `fewest`, at the most."""
+    parts = fewest
+    while parts < FINEST * fewest and steps * H / parts > lasts:
+        parts *= 2
+    return parts
 
 
 def stretch_of(

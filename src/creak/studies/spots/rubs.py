@@ -13,7 +13,7 @@ from creak.arrays import FloatArray
 from creak.linalg.together import Solver
 from creak.studies.findings.places import Place, resting_places
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import FINEST, LONGEST, STEPS, Span, Stretch, affordable, near_channels, stretch
+from creak.studies.spots.choose import LONGEST, STEPS, Span, Stretch, affordable, near_channels, parts_through, stretch
 from creak.studies.spots.handover import SEED, Handover, states_at
 from creak.studies.spots.march import Marched, within
 from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
@@ -98,9 +98,7 @@ def _piece(place: Place, ends: FloatArray, fewest: int, window: tuple[float, flo
         s = stretch(place.events[int(at * len(place.events))], "", ends, fewest)
         return None if s is None else _of_event(s, H, place)
     if friction is not None and friction.rate is not None:
-        lasts = float(np.median([end - begin for begin, end in friction.slips]))
-        while parts < FINEST * fewest and OF_SLIP * H / parts > lasts:
-            parts *= 2
+        parts = parts_through(float(np.median([end - begin for begin, end in friction.slips])), H, fewest, OF_SLIP)
         begin, end = _slips(friction.slips, (window[0], last), at, LONGEST * STEPS * H / parts)
         while parts > 1 and (end - begin) * parts > LONGEST * STEPS * H:
             parts //= 2
