@@ -22,7 +22,6 @@ from creak.linalg.threads import one_blas_thread
 from creak.sound.loudness import loudness
 from creak.studies.cause.decompose import find_causes
 from creak.studies.findings.places import find_places
-from creak.studies.run.compared import main_run
 from creak.studies.run.job import run_study
 from creak.studies.sound.heard import Sound, hear
 from creak_thesis.door import write_door
@@ -37,7 +36,7 @@ def door_rows(mesh_size: float, load: str, play: float | None) -> list[tuple[str
         write_door(mesh_size, Path(folder), 1, load, play)
         study = creak.change_study(door_study(Path(folder)), {"reference.run": False})
         result = run_study(creak.set_up(study), lambda *_: None)
-    run = main_run(result.runs)
+    run = result.main
     assert run is not None
     places = find_places(result.scope, run)
     channels = [p.channels for p in places]

@@ -32,10 +32,11 @@ def _commands_made_once():
         yield
 
 
-@pytest.fixture(scope="session")
-def measured() -> Measured:
-    """Records verified quantities: `measured(section, quantity, found, expected, rel=...)`, see helpers_measured."""
-    return RECORD
+@pytest.fixture(scope="module")
+def measured(request: pytest.FixtureRequest) -> Measured:
+    """Records verified quantities: `measured(quantity, found, expected, rel=...)`, see helpers_measured; `RECORDED` of a
+    module has the section and the source of its quantities that are given none."""
+    return RECORD.of(**getattr(request.module, "RECORDED", {}))
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -12,7 +13,7 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh, common_rayleigh, loose_system, part_system
 from creak.assembly.system import System, no_supports
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
-from creak.dynamics.history import History
+from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
@@ -213,3 +214,11 @@ def whole_block(row: int, count: int, side: int = 0, name: str = "S") -> Surface
 
 def shell(thickness: float, material: Material = STEEL) -> ShellSection:
     return ShellSection("SHELL", material, thickness)
+
+
+def history_of(time: Any, gap: Any, force: Any = None, *, stiffness: float = 1e3, **more: Any) -> History:
+    """A history of given gaps and forces (n_time,) or (n_time, m); without forces those of a penalty."""
+    gap = np.asarray(gap, dtype=float).reshape(time.size, -1)
+    force = stiffness * np.maximum(0.0, -gap) if force is None else np.asarray(force, dtype=float).reshape(gap.shape)
+    none, energy = np.zeros((time.size, 0)), np.zeros((time.size, len(ENERGIES)))
+    return History(time, gap, force, np.zeros_like(gap), np.arange(time.size), none, energy, 0, 0.0, **more)

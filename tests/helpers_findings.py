@@ -13,7 +13,6 @@ from creak.studies.findings.gather import findings_of
 from creak.studies.findings.save import save
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.sound.heard import Sound, hear
 
@@ -26,12 +25,12 @@ def summarised(result: StudyResult, *told: Any, **more: Any) -> dict[str, Any]:
 def to_draw(result: StudyResult, *told: Any, size: int = ANIMATION_BYTES, **more: Any) -> tuple[Findings, Drawn]:
     """What a page takes; its motion may take so many bytes."""
     findings = findings_of(result, *told, **more)
-    return findings, drawn_of(main_run(result.runs), result.reference, findings, size)
+    return findings, drawn_of(result.main, result.reference, findings, size)
 
 
 def sound_of(result: StudyResult, places: Sequence[IntArray]) -> Sound | str:
     """What is heard of its main run; places: channels of each."""
-    s, run = result.setup, main_run(result.runs)
+    s, run = result.setup, result.main
     return hear(s.study.listening, s.marching, s.reduction, result.reference, result.reduced, run, places)
 
 

@@ -6,6 +6,7 @@ from that file by `python -m tools.verification_page`.
 
 from __future__ import annotations
 
+import copy
 import json
 import os
 import re
@@ -32,10 +33,17 @@ class Measured:
         self.curves: dict[tuple[str, str], Row] = {}
         self.writing = False
         """Whether they will be written: a test may then compute more points for a curve."""
+        self.section = self.source = ""
+        """Of quantities that are given none."""
+
+    def of(self, section: str = "", source: str = "") -> Measured:
+        """The same record with a section and a source for those that are given none."""
+        other = copy.copy(self)
+        other.section, other.source = section, source
+        return other
 
     def __call__(
         self,
-        section: str,
         quantity: str,
         found: Any,
         expected: Any = None,
@@ -45,14 +53,16 @@ class Measured:
         between: tuple[float, float] | None = None,
         at_most: float | None = None,
         at_least: float | None = None,
-        source: str = "",
+        section: str | None = None,
+        source: str | None = None,
         unit: str = "",
     ) -> None:
         """Assert that `found` is `expected` within the tolerance, and record both.
 
         Parameters
         ----------
-        section, source : keys of `SECTIONS` and words for the reference of tools/verification_page.py.
+        section, source : keys of `SECTIONS` and words for the reference of tools/verification_page.py; None: those of
+            the record.
         quantity : its name. With `{}` in it each entry of an array has a row of its own, numbered from 1; without, the
             worst entry is kept.
         found, expected : number or array; `expected` may be left out with the limits below.
@@ -89,9 +99,9 @@ class Measured:
             assert high is None or x <= high, said
             self._keep(
                 {
-                    "section": section,
+                    "section": self.section if section is None else section,
                     "quantity": name,
-                    "source": source,
+                    "source": self.source if source is None else source,
                     "unit": unit,
                     "expected": _short(e, 12),
                     "value": _short(x, 12),

@@ -94,17 +94,17 @@ def test_no_file_of_the_program_is_long():
 def test_measured_fails_outside_its_tolerance(found, limits):
     record = Measured()
     with pytest.raises(AssertionError, match=r"^figure: (found .*, expected|no value)"):
-        record("contact", "figure", found, **limits)
+        record("figure", found, **limits)
 
 
 def test_measured_wants_something_to_hold_to():
     with pytest.raises(TypeError, match="neither an expected value nor a limit"):
-        Measured()("contact", "figure", 1.0)
+        Measured()("figure", 1.0)
 
 
 def test_measured_keeps_what_lies_inside():
     record = Measured()
-    record("contact", "figure {}", [1.0, 1.01], 1.0, rel=0.02)
+    record("figure {}", [1.0, 1.01], 1.0, rel=0.02)
     assert [(q, r["low"], r["value"], r["high"]) for (_, q), r in record.quantities.items()] == [
         ("figure 1", 0.98, 1.0, 1.02),
         ("figure 2", 0.98, 1.01, 1.02),

@@ -14,6 +14,8 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import bar, channels, free_run, system_of, time_axis
 
+RECORDED = {"section": "contact", "source": "closed form"}
+
 E_A, RHO_A, LENGTH, SPEED, HEIGHT = 900.0, 1.0, 10.0, 10.0, 5.0
 C = 30.0
 """Wave speed."""
@@ -64,35 +66,11 @@ def test_bar_on_a_rigid_wall(measured):
     leaving = np.diff(history.displacement[-2:], axis=0) / STEP
     # The first peak of a penalty contact overshoots by 1.4 to 2 whatever the mesh.
     assert 1.4 * FORCE < history.force.max() < 2.1 * FORCE
-    measured("contact", "bar on a wall: onset", history.time[first], TOUCH, abs=STEP, unit="s", source="closed form")
-    measured(
-        "contact",
-        "bar on a wall: duration",
-        (last - first + 1) * STEP,
-        DURATION,
-        rel=0.005,
-        unit="s",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "bar on a wall: impulse",
-        history.force.sum() * STEP,
-        200.0,
-        rel=0.005,
-        unit="N s",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "bar on a wall: rms error of the force 300 N",
-        force_error(history),
-        at_most=0.01,
-        source="closed form",
-    )
-    measured(
-        "contact", "bar on a wall: speed on leaving", leaving.mean(), SPEED, rel=0.01, unit="m/s", source="closed form"
-    )
+    measured("bar on a wall: onset", history.time[first], TOUCH, abs=STEP, unit="s")
+    measured("bar on a wall: duration", (last - first + 1) * STEP, DURATION, rel=0.005, unit="s")
+    measured("bar on a wall: impulse", history.force.sum() * STEP, 200.0, rel=0.005, unit="N s")
+    measured("bar on a wall: rms error of the force 300 N", force_error(history), at_most=0.01)
+    measured("bar on a wall: speed on leaving", leaving.mean(), SPEED, rel=0.01, unit="m/s")
     near = (history.time > 0.4) & (history.time < 1.3)
     exact = np.where((history.time > TOUCH) & (history.time < TOUCH + DURATION), FORCE, 0.0)[near][::2]
     measured.curve(
@@ -126,20 +104,12 @@ def test_dissipation_gives_a_smooth_force(alpha, penalty, again, rms, energy, me
     # Energy depends a little on where in a step the bar touches (and on its end): 15 %.
     assert history.energy_created < 1e-6
     case = f"bar on a wall, alpha {alpha:.3g}, penalty {penalty:g} EA/dx"
-    measured("contact", f"{case}: false re-openings", reopenings(history), again, source="table of penalties")
+    measured(f"{case}: false re-openings", reopenings(history), again, source="table of penalties")
     # The table's rms window is not stated: 10 % of the value, .01 % at least.
     measured(
-        "contact",
-        f"{case}: rms error of the force",
-        force_error(history),
-        rms,
-        rel=0.1,
-        abs=1e-4,
-        source="table of penalties",
+        f"{case}: rms error of the force", force_error(history), rms, rel=0.1, abs=1e-4, source="table of penalties"
     )
-    measured(
-        "contact", f"{case}: change of energy", energy_change(history), energy, rel=0.15, source="table of penalties"
-    )
+    measured(f"{case}: change of energy", energy_change(history), energy, rel=0.15, source="table of penalties")
 
 
 @pytest.mark.parametrize(("penalty", "least", "rms"), [(10.0, 150, 1.05), (100.0, 100, 2.45)])
@@ -149,11 +119,9 @@ def test_stiff_penalty_without_dissipation_chatters(penalty, least, rms, measure
     assert history.energy_created > 0.002
     assert energy_change(history) > 0.002
     case = f"bar on a wall, alpha 0, penalty {penalty:g} EA/dx"
-    measured("contact", f"{case}: false re-openings", reopenings(history), at_least=least, source="table of penalties")
+    measured(f"{case}: false re-openings", reopenings(history), at_least=least, source="table of penalties")
     # chaotic: the table's value to 10 %
-    measured(
-        "contact", f"{case}: rms error of the force", force_error(history), rms, rel=0.1, source="table of penalties"
-    )
+    measured(f"{case}: rms error of the force", force_error(history), rms, rel=0.1, source="table of penalties")
 
 
 def test_alarm_shows_how_much_energy_was_created(measured):
@@ -162,7 +130,6 @@ def test_alarm_shows_how_much_energy_was_created(measured):
     assert history.energy_created >= energy_change(history) - 1e-9  # alarm is the worst moment, undamped and unloaded
     # chaotic
     measured(
-        "contact",
         "bar on a wall, alpha 0, penalty 100 EA/dx: energy created",
         history.energy_created,
         11.5,
@@ -175,7 +142,6 @@ def test_hundredfold_penalty_chatters_even_with_transient_fidelity(measured):
     history = on_wall(-0.05, 100.0)
     assert history.energy_created > 0.05
     measured(
-        "contact",
         "bar on a wall, alpha -0.05, penalty 100 EA/dx: false re-openings",
         reopenings(history),
         at_least=100,
@@ -188,13 +154,13 @@ def test_energy_table_adds_up_to_the_initial_energy(measured):
     history = on_wall(-0.05, 10.0)
     total = history.energy.sum(axis=1) - 2 * history.energy[:, ENERGIES.index("external")]
     measured(
-        "energy",
         "bar on a wall: sum of the energy table, worst step",
         total,
         0.5 * RHO_A * LENGTH * SPEED**2,
         rel=1e-10,
         unit="J",
         source="definition",
+        section="energy",
     )
 
 
@@ -228,55 +194,13 @@ def test_short_bar_hits_a_longer_one_and_stops(measured):
     short, long = (M1 @ p[: n1 + 1]).sum() / L1, (M2 @ p[n1 + 1 :]).sum() / L2
     # Momentum is kept exactly: contact forces are pairs.
     assert (M1 @ p[: n1 + 1]).sum() + (M2 @ p[n1 + 1 :]).sum() == pytest.approx(RHO_A * L1 * SPEED, rel=1e-9)
-    measured(
-        "contact", "two bars: duration", (last - first + 1) * h, 2 * L1 / C, rel=0.05, unit="s", source="closed form"
-    )
-    measured(
-        "contact",
-        "two bars: force",
-        history.force[inside, 0].mean(),
-        RHO_A * C * SPEED / 2,
-        rel=0.005,
-        unit="N",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "two bars: impulse",
-        history.force.sum() * h,
-        RHO_A * L1 * SPEED,
-        rel=0.01,
-        unit="N s",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "two bars: speed of the short one afterwards",
-        short,
-        0.0,
-        abs=0.01 * SPEED,
-        unit="m/s",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "two bars: mean speed of the long one afterwards",
-        long,
-        SPEED * L1 / L2,
-        rel=0.01,
-        unit="m/s",
-        source="closed form",
-    )
+    measured("two bars: duration", (last - first + 1) * h, 2 * L1 / C, rel=0.05, unit="s")
+    measured("two bars: force", history.force[inside, 0].mean(), RHO_A * C * SPEED / 2, rel=0.005, unit="N")
+    measured("two bars: impulse", history.force.sum() * h, RHO_A * L1 * SPEED, rel=0.01, unit="N s")
+    measured("two bars: speed of the short one afterwards", short, 0.0, abs=0.01 * SPEED, unit="m/s")
+    measured("two bars: mean speed of the long one afterwards", long, SPEED * L1 / L2, rel=0.01, unit="m/s")
     momentum = (M1 @ p[: n1 + 1]).sum() + (M2 @ p[n1 + 1 :]).sum()
-    measured(
-        "contact",
-        "two bars: momentum afterwards",
-        momentum,
-        RHO_A * L1 * SPEED,
-        rel=1e-9,
-        unit="N s",
-        source="conservation",
-    )
+    measured("two bars: momentum afterwards", momentum, RHO_A * L1 * SPEED, rel=1e-9, unit="N s", source="conservation")
 
 
 # --- bouncing bar -------------------------------------------------------------------------------------------
@@ -307,7 +231,6 @@ def test_bouncing_bar(measured):
         # Penalty compliance and smeared fronts on 100 elements: 2 % of the contact time; in flight the smeared
         # fronts ring (some .4 m/s of the foot's 10), which shifts the second touch.
         measured(
-            "contact",
             f"bouncing bar: contact from {a:.4f} s",
             t[steps[0]],
             a,
@@ -316,7 +239,6 @@ def test_bouncing_bar(measured):
             source="Doyen, Ern, Piperno 2011",
         )
         measured(
-            "contact",
             f"bouncing bar: contact until {b:.4f} s",
             t[steps[-1]],
             b,
@@ -325,7 +247,6 @@ def test_bouncing_bar(measured):
             source="Doyen, Ern, Piperno 2011",
         )
         measured(
-            "contact",
             f"bouncing bar: impulse of the contact from {a:.4f} s",
             force.sum() * h,
             266.667,
@@ -339,7 +260,6 @@ def test_bouncing_bar(measured):
             here = np.searchsorted(t, a + share * 2 / 3)
             exact = ends[0] + share * (ends[1] - ends[0])
             measured(
-                "contact",
                 f"bouncing bar: force at {a + share * 2 / 3:.4f} s",
                 force[here - 5 : here + 5].mean(),
                 exact,
@@ -352,7 +272,6 @@ def test_bouncing_bar(measured):
         found = HEIGHT + history.displacement[round(at / h), 0]
         # kinks of the free flight are rounded
         measured(
-            "contact",
             f"bouncing bar: height of the foot at {at} s",
             found,
             height,

@@ -12,6 +12,8 @@ from creak.dynamics.simulate import simulate
 from creak.verify.events import find_events
 from helpers_core import channels, forces_on, free_run, system_of, time_axis
 
+RECORDED = {"section": "contact", "source": "closed form"}
+
 PI = np.pi
 
 
@@ -48,34 +50,10 @@ def test_numbers_of_the_case_are_its_closed_form():
 def test_mass_on_a_penalty_stop_force_duration_and_impulse(fine, measured):
     # (omega h)^2 / 12 = 3e-7 is the scheme's error; the interpolated release adds up to (omega h)^2 = 4e-6.
     event = find_events(fine, STOP, merge=0.0, f_max=1e6)[0]
-    measured(
-        "contact",
-        "mass on a penalty stop: peak force",
-        event.force_peak,
-        9950.3719,
-        rel=4e-6,
-        unit="N",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "mass on a penalty stop: duration",
-        event.t_end - event.t_start,
-        0.0312600153,
-        rel=4e-6,
-        unit="s",
-        source="closed form",
-    )
+    measured("mass on a penalty stop: peak force", event.force_peak, 9950.3719, rel=4e-6, unit="N")
+    measured("mass on a penalty stop: duration", event.t_end - event.t_start, 0.0312600153, rel=4e-6, unit="s")
     # The first touch at t = 0 to the release; the sum of forces is a rectangle rule, exact to (omega h)^2.
-    measured(
-        "contact",
-        "mass on a penalty stop: impulse",
-        event.impulse,
-        198.01980,
-        rel=4e-6,
-        unit="N s",
-        source="closed form",
-    )
+    measured("mass on a penalty stop: impulse", event.impulse, 198.01980, rel=4e-6, unit="N s")
 
 
 def test_mass_leaves_a_penalty_stop_with_the_speed_it_came(fine, measured):
@@ -84,13 +62,11 @@ def test_mass_leaves_a_penalty_stop_with_the_speed_it_came(fine, measured):
     t = fine.time[after] - PI / OMEGA
     # Free again it swings on its own spring: v = cos(w t).
     measured(
-        "contact",
         "mass on a penalty stop: speed after it left, worst instant",
         velocity(fine)[after][1:-1],
         np.cos(w * t)[1:-1],
         abs=1e-5,
         unit="m/s",
-        source="closed form",
     )
 
 
@@ -104,21 +80,13 @@ def test_error_on_a_stop_falls_with_the_square_of_the_step(measured):
         errors.append(np.abs(history.force[inside, 0] - exact).max())
     order = np.log2(np.array(errors[:-1]) / errors[1:])
     # HHT is of second order; .1 is what the next term may bend it.
-    measured("contact", "mass on a penalty stop: order in the step", order, 2.0, abs=0.1, source="HHT")
+    measured("mass on a penalty stop: order in the step", order, 2.0, abs=0.1, source="HHT")
 
 
 def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine, measured):
     stored = fine.energy[:, :3].sum(axis=1)
     # Damping ratio -alpha (1+alpha)^2 Omega^3 / 8 = 6e-12 per radian is far below the impact's own O((omega h)^2).
-    measured(
-        "contact",
-        "mass on a penalty stop: energy, worst instant",
-        stored,
-        50.0,
-        rel=4e-6,
-        unit="J",
-        source="conservation",
-    )
+    measured("mass on a penalty stop: energy, worst instant", stored, 50.0, rel=4e-6, unit="J", source="conservation")
     assert fine.energy_created < 4e-6
     assert fine.energy[:, ENERGIES.index("contact")].max() == pytest.approx(0.5 * 9950.3719**2 / 1e6, rel=1e-5)
 
@@ -139,34 +107,10 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
     assert 1e4 * (amplitude + static) == pytest.approx(110.290, abs=5e-4)
     # The printed digits; the scheme is good to (omega h)^2 = 1e-6.
     leaving = velocity(history)[np.searchsorted(history.time, event.t_end)]
-    measured(
-        "contact",
-        "mass with gravity on a spring stop: peak force",
-        event.force_peak,
-        110.290,
-        abs=5e-4,
-        unit="N",
-        source="closed form",
-    )
-    measured(
-        "contact",
-        "mass with gravity on a spring stop: duration",
-        event.t_end,
-        0.0333717,
-        abs=1e-7,
-        unit="s",
-        source="closed form",
-    )
+    measured("mass with gravity on a spring stop: peak force", event.force_peak, 110.290, abs=5e-4, unit="N")
+    measured("mass with gravity on a spring stop: duration", event.t_end, 0.0333717, abs=1e-7, unit="s")
     # one step of gravity
-    measured(
-        "contact",
-        "mass with gravity on a spring stop: speed on leaving",
-        leaving,
-        1.0,
-        abs=2e-4,
-        unit="m/s",
-        source="closed form",
-    )
+    measured("mass with gravity on a spring stop: speed on leaving", leaving, 1.0, abs=2e-4, unit="m/s")
 
 
 def test_mass_bounces_back_to_its_height(measured):
@@ -188,22 +132,10 @@ def test_mass_bounces_back_to_its_height(measured):
         # Speed from a backward difference one step before: g h of the fall is missing.
         assert event.closing_speed == pytest.approx(speed, abs=2 * g * h + 1e-3)
         measured(
-            "contact",
-            f"mass that bounces: duration of contact {i + 1}",
-            event.t_end - event.t_start,
-            contact,
-            rel=2e-3,
-            unit="s",
-            source="closed form",
+            f"mass that bounces: duration of contact {i + 1}", event.t_end - event.t_start, contact, rel=2e-3, unit="s"
         )
         measured(
-            "contact",
-            f"mass that bounces: impulse {i + 1}",
-            event.impulse,
-            2 * m * speed + m * g * contact,
-            rel=2e-3,
-            unit="N s",
-            source="closed form",
+            f"mass that bounces: impulse {i + 1}", event.impulse, 2 * m * speed + m * g * contact, rel=2e-3, unit="N s"
         )
 
 
@@ -223,15 +155,7 @@ def test_bilinear_oscillator_period(measured):
         assert starts.size == 4
         assert starts[0] == pytest.approx(PI / w1, rel=7e-5)
         # Period error Omega^2 (1/12 - alpha/4) = 6e-6 while pressed; interpolated crossings add (omega h)^2 = 6e-5.
-        measured(
-            "contact",
-            f"bilinear oscillator from {v0:g} m/s: period",
-            np.diff(starts),
-            period,
-            rel=7e-5,
-            unit="s",
-            source="closed form",
-        )
+        measured(f"bilinear oscillator from {v0:g} m/s: period", np.diff(starts), period, rel=7e-5, unit="s")
 
 
 def test_play_between_two_stops_keeps_the_mass_inside(measured):
@@ -245,15 +169,7 @@ def test_play_between_two_stops_keeps_the_mass_inside(measured):
     upper = [e.t_start for e in events if e.channel == "stop:0"]
     # (omega h)^2 = 1e-4 at each of 4 crossings.
     assert -history.gap.min() == pytest.approx(v / w, rel=1e-4)
-    measured(
-        "contact",
-        "mass between two stops: time of a round",
-        np.diff(upper),
-        2 * d / v + 2 * PI / w,
-        rel=4e-4,
-        unit="s",
-        source="closed form",
-    )
+    measured("mass between two stops: time of a round", np.diff(upper), 2 * d / v + 2 * PI / w, rel=4e-4, unit="s")
 
 
 # --- dampers of channels ------------------------------------------------------------------------------------
@@ -280,15 +196,7 @@ def test_closing_damper_takes_energy_and_never_pulls(measured):
     assert history.energy[:, ENERGIES.index("contact_damping")].min() >= 0.0
     # The rest of the spring's energy goes too: it unloads against its own damper, away from the mass.
     # The backward rule in the closing step is off by half a step of the jump, c v h / 2 of some c v w.
-    measured(
-        "contact",
-        "stop with spring and dashpot: energy lost",
-        lost,
-        loss + 0.5 * k * x[end] ** 2,
-        rel=5e-3,
-        unit="J",
-        source="closed form",
-    )
+    measured("stop with spring and dashpot: energy lost", lost, loss + 0.5 * k * x[end] ** 2, rel=5e-3, unit="J")
     scheme = history.energy[-1, ENERGIES.index("scheme")]
     assert abs(scheme) < 5e-3 * lost
     assert velocity(history)[-2] == pytest.approx(-dx[end], rel=5e-3)

@@ -19,6 +19,8 @@ from creak.model.solid_faces import FACES, face_numbers, faces_of
 from helpers_core import NO_DAMPING, STEEL, block, model_of, part_system
 from helpers_solids import EDGES, solid_mesh
 
+RECORDED = {"section": "contact", "source": "uniform pressure"}
+
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 SIZE, PRESSURE = (1.0, 1.0, 0.5), 1e6
 NON_MATCHING = [((3, 3, 2), (4, 4, 2)), ((4, 4, 2), (3, 3, 2)), ((5, 4, 2), (3, 7, 2)), ((3, 7, 1), (5, 4, 2))]
@@ -133,13 +135,11 @@ def test_pressure_between_hexahedra_is_even(low, high, measured):
     assert operator.area.sum() == pytest.approx(1.0, rel=1e-9)
     assert force.sum() == pytest.approx(PRESSURE, rel=1e-9)
     measured(
-        "contact",
         f"contact patch, {low} under {high} hexahedra: pressure, worst",
         force / operator.area,
         PRESSURE,
         rel=0.01,
         unit="Pa",
-        source="uniform pressure",
     )
 
 
@@ -151,7 +151,7 @@ def test_strain_is_even_too(measured):
     exact = PRESSURE / E * np.column_stack([nu * x[:, 0], nu * x[:, 1], -x[:, 2]])
     exact[model.parts[1].nodes_idx, 2] -= penetration
     error = np.abs(u - exact).max() / np.abs(exact).max()
-    measured("contact", "contact patch: displacements, relative error", error, at_most=0.01, source="uniform stress")
+    measured("contact patch: displacements, relative error", error, at_most=0.01, source="uniform stress")
 
 
 OTHERS = [("tet4", "hex8"), ("hex8", "wedge6"), ("wedge6", "tet4")]
@@ -163,13 +163,11 @@ def test_pressure_between_other_solids_is_even(kinds, measured):
     """To 1.5 %: the points do not see where the facets of the other side begin."""
     _, operator, force, _ = run((4, 4, 2), (3, 3, 2), "surface-to-surface", kinds=kinds)
     measured(
-        "contact",
         f"contact patch, {kinds[0]} under {kinds[1]}: pressure, worst",
         force / operator.area,
         PRESSURE,
         rel=0.015,
         unit="Pa",
-        source="uniform pressure",
     )
 
 
@@ -177,9 +175,7 @@ def test_pressure_between_other_solids_is_even(kinds, measured):
 def test_pressure_between_faces_with_middle_nodes_that_match_is_exact(kind, measured):
     _, operator, force, _ = run((2, 2, 1), (2, 2, 1), "surface-to-surface", kinds=(kind, kind))
     worst = np.abs(force / operator.area / PRESSURE - 1.0).max()
-    measured(
-        "contact", f"contact patch, {kind}: pressure, relative error", worst, at_most=1e-9, source="uniform pressure"
-    )
+    measured(f"contact patch, {kind}: pressure, relative error", worst, at_most=1e-9)
 
 
 def test_node_to_surface_is_uneven_on_non_matching_meshes():

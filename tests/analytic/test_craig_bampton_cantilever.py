@@ -8,6 +8,8 @@ import pytest
 from creak.assembly.system import to_dense
 from helpers_cantilever import N, accurate_frequencies, cantilever, full, reduced
 
+RECORDED = {"section": "reduction", "source": "extended precision"}
+
 BETA_L = np.array([1.87510406871196, 4.69409113297417, 7.85475743823761, 10.9955407348754])
 TABLE = {
     0: (2.6066, 34.22),
@@ -53,13 +55,13 @@ def test_unreduced_frequencies_have_the_known_error_of_cubic_elements(reference,
     theory = (BETA_L / N) ** 4 / 1440.0
     # The next term is smaller by (beta h)^2 < .02; eigenvalues are good to 1e-12.
     measured(
-        "beams and solids",
         "cantilever of 80 cubic beams: error of frequency {}",
         reference / exact - 1.0,
         theory,
         rel=0.02,
         abs=1e-12,
         source="Euler-Bernoulli, (beta h)^4 / 1440",
+        section="beams and solids",
     )
 
 
@@ -69,35 +71,24 @@ def test_error_table_of_the_cantilever(errors, count, measured):
     found = errors[count][: expected.size]
     # Half a unit of the last printed digit; f1 also carries the round-off of the table's own reference.
     allowed = 0.51 * digit + np.where(np.arange(expected.size) == 0, TABLE_ROUND_OFF, 0.0)
-    measured(
-        "reduction",
-        f"cantilever cut in two, {count} modes a half: error of f{{}}",
-        found,
-        expected,
-        abs=allowed,
-        unit="%",
-        source="extended precision",
-    )
+    measured(f"cantilever cut in two, {count} modes a half: error of f{{}}", found, expected, abs=allowed, unit="%")
 
 
 def test_first_frequency_error_down_to_the_eighth_digit(errors, measured):
     # 2e-9 relative: eigenvalues and superelement matrices in double precision, f1 of a 1e9 conditioned K.
     for count, expected in enumerate(FIRST):
         measured(
-            "reduction",
             f"cantilever cut in two, {count} modes a half: error of f1, eight digits",
             errors[count][0],
             expected,
             abs=2e-7,
             unit="%",
-            source="extended precision",
         )
 
 
 def test_reduced_frequencies_are_upper_bounds(errors, measured):
     # Rayleigh-Ritz; 1e-7 % is the round-off of the superelement matrices.
     measured(
-        "reduction",
         "cantilever cut in two: frequency below the full model's, worst",
         max(0.0, -min(e.min() for e in errors.values())),
         at_most=1e-7,
@@ -129,7 +120,6 @@ def test_cut_off_above_the_highest_frequency_asked_for(ratio, left, measured):
         errors.append((found / exact[: k + 1] - 1.0).max())
     assert np.median(errors) < 1.5 * left
     measured(
-        "reduction",
         f"cantilever cut in two, modes to {ratio} x f_max: worst frequency error",
         max(errors),
         at_most=3.5 * left,
@@ -144,7 +134,6 @@ def test_all_modes_kept_give_all_frequencies_of_the_full_model(measured):
     # Round-off: eps x cond(K) = 2e-16 x 1e9 for the lowest, much less for the others.
     found, exact = accurate_frequencies(b, 20), accurate_frequencies(a, 20)
     measured(
-        "reduction",
         "cantilever cut in two, all modes: frequency over full, worst",
         found / exact,
         1.0,
@@ -167,7 +156,6 @@ def test_constraint_modes_alone_are_exact_for_static_loads_at_the_cut_and_the_ti
     np.testing.assert_allclose(answers[1], answers[0], rtol=1e-7)
     # Tip deflection under a unit tip load, L^3 / 3EI: Hermite beams are exact at the nodes.
     measured(
-        "reduction",
         "cantilever cut in two, no modes: tip deflection",
         answers[1][2, 2],
         N**3 / 3.0,

@@ -16,6 +16,8 @@ from creak.formats.abaqus.reader import read_deck
 from creak.model.mesh import Model
 from creak.studies.models.deck_modes import model_modes
 
+RECORDED = {"section": "models"}
+
 NONE = Driven({})
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n 210000., 0.3\n*DENSITY\n 7.85e-9\n"
 
@@ -64,7 +66,6 @@ def test_supports_along_the_axes_of_a_turned_plate(read, measured) -> None:
     found = model_modes(turned, NONE, count=8)[1].frequencies
     assert expected[0] > 1.0
     measured(
-        "models",
         "plate with supports along skew axes: ratio of frequencies, worst",
         found / expected,
         1.0,
@@ -108,13 +109,7 @@ def test_mass_on_a_bushing(read, measured) -> None:
     found = (2 * np.pi * model_modes(model, NONE, count=6)[1].frequencies) ** 2
     squares = [*np.linalg.eigvalsh([[100.0, 30.0], [30.0, 200.0]]) / 2, 200.0, 500 / 3, 200.0, 700 / 3]
     measured(
-        "models",
-        "mass on a bushing: omega^2, mode {}",
-        found,
-        sorted(squares),
-        rel=1e-9,
-        unit="rad2/s2",
-        source="closed form",
+        "mass on a bushing: omega^2, mode {}", found, sorted(squares), rel=1e-9, unit="rad2/s2", source="closed form"
     )
 
 

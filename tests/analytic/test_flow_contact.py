@@ -19,6 +19,8 @@ from creak.verify.events import Event, find_events
 from creak.verify.reliability import created_of_contact
 from helpers_core import bar, channels, system_of
 
+RECORDED = {"section": "contact, exact flow", "source": "closed form"}
+
 STEP = 1e-3
 
 
@@ -55,15 +57,7 @@ def test_mass_on_a_penalty_stop(measured):
         ("duration", event.t_end - event.t_start, 0.0312600153, "s"),
         ("impulse", event.impulse, 198.01980, "N s"),
     ):
-        measured(
-            "contact, exact flow",
-            f"mass on a penalty stop: {name}",
-            found,
-            exact,
-            rel=1e-5,
-            unit=unit,
-            source="closed form",
-        )
+        measured(f"mass on a penalty stop: {name}", found, exact, rel=1e-5, unit=unit)
     assert created_of_contact(history) < 1e-5
 
 
@@ -71,24 +65,8 @@ def test_mass_with_gravity_on_a_spring_stop(measured):
     gaps = channels([[1.0]], 0.0, 1e4)
     history = fly(one_mass(1.0, 0.0, -1.0), gaps, 0.06, [lambda t: -9.81 + 0.0 * t], [0])
     event = touches(history, gaps)[0]
-    measured(
-        "contact, exact flow",
-        "mass with gravity on a spring stop: peak force",
-        event.force_peak,
-        110.290,
-        abs=5e-4,
-        unit="N",
-        source="closed form",
-    )
-    measured(
-        "contact, exact flow",
-        "mass with gravity on a spring stop: duration",
-        event.t_end,
-        0.0333717,
-        abs=1e-7,
-        unit="s",
-        source="closed form",
-    )
+    measured("mass with gravity on a spring stop: peak force", event.force_peak, 110.290, abs=5e-4, unit="N")
+    measured("mass with gravity on a spring stop: duration", event.t_end, 0.0333717, abs=1e-7, unit="s")
 
 
 def test_bilinear_oscillator_period(measured):
@@ -96,15 +74,7 @@ def test_bilinear_oscillator_period(measured):
     period = np.pi * (1.0 / np.sqrt(k / m) + 1.0 / np.sqrt((k + stop) / m))
     gaps = channels([[1.0]], 0.0, stop)
     starts = np.array([e.t_start for e in touches(fly(one_mass(m, k, 1.0), gaps, 4.2 * period), gaps)])
-    measured(
-        "contact, exact flow",
-        "bilinear oscillator: period",
-        np.diff(starts),
-        period,
-        rel=1e-6,
-        unit="s",
-        source="closed form",
-    )
+    measured("bilinear oscillator: period", np.diff(starts), period, rel=1e-6, unit="s")
 
 
 def test_play_between_two_stops():
@@ -126,7 +96,6 @@ def test_ball_comes_to_rest(measured):
     late = history.time > 0.95
     np.testing.assert_allclose(history.force[late, 0], m * g, rtol=1e-3)
     measured(
-        "contact, exact flow",
         "ball that came to rest: force",
         float(np.median(history.force[late, 0])),
         m * g,
@@ -173,13 +142,7 @@ def test_rebound_from_a_damped_spring(zeta, measured):
     assert work(history, "contact_damping") == pytest.approx(0.5 * m * count * v**2 * (1.0 - exact**2), rel=0.01)
     assert history.energy_created < 1e-3
     measured(
-        "contact, exact flow",
-        f"rebound from a spring with {zeta:g} of critical damping",
-        leaving,
-        np.full(count, exact),
-        rel=0.06,
-        unit="m/s",
-        source="closed form",
+        f"rebound from a spring with {zeta:g} of critical damping", leaving, np.full(count, exact), rel=0.06, unit="m/s"
     )
 
 
@@ -200,24 +163,8 @@ def test_bar_on_a_rigid_wall(penalty, measured):
     assert event.t_start == pytest.approx(0.5, abs=1e-6)
     assert created_of_contact(history) < 1e-3
     law = "hard" if np.isinf(penalty) else f"penalty {penalty:g} EA/dx"
-    measured(
-        "contact, exact flow",
-        f"bar on a wall, {law}: impulse",
-        event.impulse,
-        200.0,
-        rel=0.005,
-        unit="N s",
-        source="closed form",
-    )
-    measured(
-        "contact, exact flow",
-        f"bar on a wall, {law}: end of contact",
-        event.t_end,
-        7.0 / 6.0,
-        rel=0.01,
-        unit="s",
-        source="closed form",
-    )
+    measured(f"bar on a wall, {law}: impulse", event.impulse, 200.0, rel=0.005, unit="N s")
+    measured(f"bar on a wall, {law}: end of contact", event.t_end, 7.0 / 6.0, rel=0.01, unit="s")
 
 
 PERIOD, DURATION, IMPULSE = 16.0 / 3.0, 2.0 / 3.0, 800.0 / 3.0
@@ -249,7 +196,7 @@ def test_bar_bounces_ten_times(measured):
         ("impulses of the first four contacts, worst", impulses[:4], IMPULSE, {"rel": 5e-3, "unit": "N s"}),
         ("impulse of all ten contacts", given[-1], 10.0 * IMPULSE, {"rel": 5e-3, "unit": "N s"}),
     ):
-        measured("contact, exact flow", f"{case}: {what}", found, exact, source=source, **bars)
+        measured(f"{case}: {what}", found, exact, source=source, **bars)
     scheme = history.energy[:, ENERGIES.index("scheme")]
     assert np.abs(scheme).max() < 1e-3 * LENGTH * 10.0 * 5.0
 
@@ -318,33 +265,30 @@ def test_coulomb_friction_takes_the_same_from_every_swing(press, measured):
         near = np.abs(history.time[history.output_index] - n * np.pi / 100.0) < 1e-3
         found = float(x[near][np.abs(x[near]).argmax()])
         measured(
-            "friction, exact flow",
             f"Coulomb oscillator: turning point {n}, contact of {press:.0e} N/m",
             found,
             exact,
             abs=1.5e-6,
             unit="m",
-            source="closed form",
+            section="friction, exact flow",
         )
     took = 0.5 * STIFF * (0.85e-3**2 - 0.05e-3**2)
     assert abs(work(history, "scheme")) < 1e-4 * took
     measured(
-        "friction, exact flow",
         f"Coulomb oscillator: time when it sticks, contact of {press:.0e} N/m",
         last,
         0.1256637,
         abs=2e-5,
         unit="s",
-        source="closed form",
+        section="friction, exact flow",
     )
     measured(
-        "friction, exact flow",
         f"Coulomb oscillator: energy taken, contact of {press:.0e} N/m",
         work(history, "friction"),
         took,
         rel=1e-6,
         unit="J",
-        source="closed form",
+        section="friction, exact flow",
     )
 
 
@@ -357,22 +301,20 @@ def test_belt_squeaks(press, measured):
     assert len(starts) >= 4
     # Slip begins and ends within a step near contact, 8 us.
     measured(
-        "friction, exact flow",
         f"block on a belt: period of 12.3932817 Hz, contact of {press:.0e} N/m",
         np.diff(starts)[1:],
         1 / 12.3932817,
         abs=2e-5,
         unit="s",
-        source="closed form",
+        section="friction, exact flow",
     )
     measured(
-        "friction, exact flow",
         f"block on a belt: slip, contact of {press:.0e} N/m",
         (ends - starts[: ends.size])[1:],
         0.04068888,
         abs=2e-5,
         unit="s",
-        source="closed form",
+        section="friction, exact flow",
     )
 
 
@@ -386,11 +328,10 @@ def test_oblique_impact_slides_and_leaves(measured):
     slope = np.diff(history.displacement, axis=0)[-1] / STEP
     np.testing.assert_allclose(slope, [v[0] - 0.2 * 2 * 0.5, 0.5, 0.0], atol=1e-4)
     measured(
-        "friction, exact flow",
         "oblique impact: speed along after it",
         slope[0],
         v[0] - 0.2,
         abs=1e-4,
         unit="m/s",
-        source="closed form",
+        section="friction, exact flow",
     )

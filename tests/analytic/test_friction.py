@@ -16,6 +16,8 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import channels, system_of
 
+RECORDED = {"section": "friction", "source": "closed form"}
+
 pytestmark = pytest.mark.slow
 
 M, K, PRESS = 1.0, 1e4, 1e6
@@ -56,25 +58,9 @@ def test_coulomb_friction_takes_the_same_from_every_swing(measured):
     took = history.energy[-1, ENERGIES.index("friction")]
     case = "Coulomb oscillator"
     # Turning points are flat: a step that straddles one misses it by a h^2 / 2, and HHT takes 2 zeta per turn.
-    measured(
-        "friction",
-        f"{case}: turning point {{}}",
-        turns[:4],
-        [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3],
-        abs=2e-7,
-        unit="m",
-        source="closed form",
-    )
-    measured("friction", f"{case}: time when it sticks", stop, 0.1256637, abs=4 * h, unit="s", source="closed form")
-    measured(
-        "friction",
-        f"{case}: energy taken",
-        took,
-        0.5 * K * (0.85e-3**2 - 0.05e-3**2),
-        rel=1e-3,
-        unit="J",
-        source="closed form",
-    )
+    measured(f"{case}: turning point {{}}", turns[:4], [-0.65e-3, 0.45e-3, -0.25e-3, 0.05e-3], abs=2e-7, unit="m")
+    measured(f"{case}: time when it sticks", stop, 0.1256637, abs=4 * h, unit="s")
+    measured(f"{case}: energy taken", took, 0.5 * K * (0.85e-3**2 - 0.05e-3**2), rel=1e-3, unit="J")
     assert abs(history.energy[-1, ENERGIES.index("scheme")]) < 1e-3 * took
 
 
@@ -100,26 +86,10 @@ def test_belt_squeaks(measured):
     # Slip ends where the speeds meet: the step in which they do is known to one h.
     period = starts[1] - starts[0]
     case = "block on a belt"
-    measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
-    measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
-    measured(
-        "friction",
-        f"{case}: period of 12.3932817 Hz",
-        period,
-        1 / 12.3932817,
-        abs=2 * h,
-        unit="s",
-        source="closed form",
-    )
-    measured(
-        "friction",
-        f"{case}: belt of a cycle",
-        0.01 * period,
-        0.80688788e-3,
-        abs=0.02 * h,
-        unit="m",
-        source="closed form",
-    )
+    measured(f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s")
+    measured(f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s")
+    measured(f"{case}: period of 12.3932817 Hz", period, 1 / 12.3932817, abs=2 * h, unit="s")
+    measured(f"{case}: belt of a cycle", 0.01 * period, 0.80688788e-3, abs=0.02 * h, unit="m")
 
 
 def test_rigidly_linked_nodes_rub_as_one(measured):
@@ -133,8 +103,8 @@ def test_rigidly_linked_nodes_rub_as_one(measured):
     starts, ends = cycles(history)
     assert starts[0] == pytest.approx(0.05, abs=2 * h)
     case = "block on a belt, four nodes"
-    measured("friction", f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s", source="closed form")
-    measured("friction", f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s", source="closed form")
+    measured(f"{case}: stick", starts[1] - ends[0], 0.04, abs=3 * h, unit="s")
+    measured(f"{case}: slip", ends[0] - starts[0], 0.04068888, abs=2 * h, unit="s")
 
 
 def test_friction_acts_against_the_sliding_in_the_plane(measured):
@@ -149,15 +119,7 @@ def test_friction_acts_against_the_sliding_in_the_plane(measured):
     np.testing.assert_allclose(u[1:, 2] / u[1:, 0], np.tan(angle), rtol=1e-9)
     way = np.hypot(u[-1, 0], u[-1, 2])
     # v t - mu N t^2 / 2; the first step knows no friction at its start: an error of order h v.
-    measured(
-        "friction",
-        "mass that slides at 30 degrees: way",
-        way,
-        0.2 * 0.05 - 0.5 * 3.0 * 0.05**2,
-        rel=1e-2,
-        unit="m",
-        source="closed form",
-    )
+    measured("mass that slides at 30 degrees: way", way, 0.2 * 0.05 - 0.5 * 3.0 * 0.05**2, rel=1e-2, unit="m")
 
 
 def test_stribeck_friction_falls_with_the_speed(measured):
@@ -170,7 +132,6 @@ def test_stribeck_friction_falls_with_the_speed(measured):
     assert slides.size > 100
     mu = 0.2 + 0.3 * np.exp(-np.abs(v[slides]) / 0.05)
     measured(
-        "friction",
         "Stribeck law: friction force, worst instant",
         np.abs(tau[slides]),
         mu * p[slides],

@@ -18,6 +18,8 @@ from creak.model.solid_faces import MIDDLES
 from creak.studies.models.deck_modes import deck_modes
 from helpers_fem import random_rotation, shell_section
 
+RECORDED = {"section": "beams and solids"}
+
 E, NU = 2e5, 0.3
 STEEL = Material("M", E, NU, 7.85e-9)
 TET = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
@@ -112,7 +114,7 @@ def test_a_column_slows_down_as_it_nears_buckling(tmp_path, load, measured):
     free = deck_modes(deck(tmp_path, COLUMN, ""), count=1)
     found, wanted = stressed.frequencies[0], free.frequencies[0] * math.sqrt(1.0 - load)
     row = f"column under {load:g} of its critical load: first frequency"
-    measured("beams and solids", row, found, wanted, rel=1e-3, unit="Hz", source="omega_0 sqrt(1 - P/P_c)")
+    measured(row, found, wanted, rel=1e-3, unit="Hz", source="omega_0 sqrt(1 - P/P_c)")
     note = {u.keyword: u for u in stressed.model.unread}["*STATIC"]
     assert not note.changes_answer
     assert "stiffens the structure in these modes" in note.why
@@ -150,13 +152,13 @@ def test_a_plate_in_tension(tmp_path, kind, limit, measured):
     D, force = E / (12 * (1 - NU**2)), E * pull / side
     wanted = math.sqrt((4 * D * (math.pi / side) ** 4 + force * (math.pi / side) ** 2) / 7.85e-9) / (2 * math.pi)
     measured(
-        "shell modes",
         f"plate in tension, {kind}: first frequency",
         found,
         wanted,
         rel=limit,
         unit="Hz",
         source="Navier",
+        section="shell modes",
     )
 
 

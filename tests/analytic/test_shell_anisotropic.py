@@ -17,6 +17,8 @@ from creak.model.mesh import Own
 from helpers_fem import dof, frequencies, grid
 from helpers_ritz import plate_frequencies
 
+RECORDED = {"section": "shell modes", "source": "Rayleigh-Ritz"}
+
 E = 1e10
 MODES = 6
 MODULI = {
@@ -61,7 +63,7 @@ def test_contraction_across_does_not_lock(edges, form, measured):
     """D_12 = .98 D_11: rotations that cannot follow kappa_22 = -nu kappa_11 within an element were 45 to 113 % stiff."""
     found = ratios("nu12 .98, G12 = E/50", 0.01, edges, (8, 8), form=form)
     row = f"plate {edges}, nu12 .98, G12 = E/50, 8 x 8, {form} mass, highest of {MODES}: over Ritz"
-    measured("shell modes", row, found.max(), 1.0, abs=0.05, source="Rayleigh-Ritz")
+    measured(row, found.max(), 1.0, abs=0.05)
     assert found.min() > (0.98 if form == "consistent" else 0.88)
 
 
@@ -79,17 +81,10 @@ def test_long_elements_carry_waves_along_them(edges, limit, mesh, measured):
     found = ratios("isotropic", 0.002, edges, mesh)[:4]
     worst = found[np.abs(found - 1.0).argmax()]
     row = f"thin plate {edges}, {mesh[0]} x {mesh[1]} long elements, worst of 4: over Ritz"
-    measured("shell modes", row, worst, 1.0, abs=limit, source="Rayleigh-Ritz")
+    measured(row, worst, 1.0, abs=limit)
 
 
 def test_thick_skew_plate_is_within_one_percent(measured):
     """45 degrees, t = a/10, clamped, 24 x 24; the fifth mode was 1.6 % high."""
     found = ratios("isotropic", 0.1, "CCCC", (24, 24), np.pi / 4)
-    measured(
-        "shell modes",
-        "skew plate, 45 degrees, t/a = 1/10, CCCC, 24 x 24: over Ritz, mode {}",
-        found,
-        np.ones(MODES),
-        abs=0.01,
-        source="Rayleigh-Ritz",
-    )
+    measured("skew plate, 45 degrees, t/a = 1/10, CCCC, 24 x 24: over Ritz, mode {}", found, np.ones(MODES), abs=0.01)

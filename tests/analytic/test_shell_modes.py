@@ -22,6 +22,8 @@ from benchmarks_shell import (
     thin_plate,
 )
 
+RECORDED = {"section": "shell modes", "source": "NAFEMS; converged Ritz"}
+
 kinds = pytest.mark.parametrize("kind", ["quad", "tri"])
 
 
@@ -33,29 +35,13 @@ def rows(case: str, kind: str) -> str:
 @kinds
 def test_free_square_plate_within_one_percent(kind, measured):
     ratio = free_plate(16, kind)
-    measured(
-        "shell modes",
-        rows("FV12 free plate, 16 x 16", kind),
-        ratio * FV12,
-        FV12,
-        rel=0.01,
-        unit="Hz",
-        source="NAFEMS; converged Ritz",
-    )
+    measured(rows("FV12 free plate, 16 x 16", kind), ratio * FV12, FV12, rel=0.01, unit="Hz")
 
 
 @kinds
 def test_cantilevered_square_plate_within_one_percent(kind, measured):
     ratio = cantilever_plate(16, kind)
-    measured(
-        "shell modes",
-        rows("FV16 cantilevered plate, 16 x 16", kind),
-        ratio * FV16,
-        FV16,
-        rel=0.01,
-        unit="Hz",
-        source="NAFEMS; converged Ritz",
-    )
+    measured(rows("FV16 cantilevered plate, 16 x 16", kind), ratio * FV16, FV16, rel=0.01, unit="Hz")
 
 
 @pytest.mark.parametrize(
@@ -73,15 +59,7 @@ def test_bending_waves_of_quads_are_of_higher_order(compute, limit):
 @pytest.mark.parametrize(("kind", "n"), [("quad", 16), ("tri", 20)])
 def test_thick_plate_matches_mindlin_theory_within_one_percent(kind, n, measured):
     ratio = thick_plate(n, kind)
-    measured(
-        "shell modes",
-        rows(f"thick plate, {n} x {n}", kind),
-        ratio * THICK,
-        THICK,
-        rel=0.01,
-        unit="Hz",
-        source="Mindlin, exact",
-    )
+    measured(rows(f"thick plate, {n} x {n}", kind), ratio * THICK, THICK, rel=0.01, unit="Hz", source="Mindlin, exact")
 
 
 @pytest.mark.parametrize("edges", THIN_PLATES)
@@ -91,14 +69,7 @@ def test_thin_square_plates_within_one_percent(edges, kind, n, measured):
     ratio = thin_plate(edges, n, kind)
     exact = np.array(THIN_PLATES[edges])
     source = "Navier, exact" if edges == "SSSS" else "Leissa 1973; converged Ritz"
-    measured(
-        "shell modes",
-        rows(f"thin plate {edges}, {n} x {n}: lambda", kind),
-        ratio * exact,
-        exact,
-        rel=0.01,
-        source=source,
-    )
+    measured(rows(f"thin plate {edges}, {n} x {n}: lambda", kind), ratio * exact, exact, rel=0.01, source=source)
 
 
 CASES = {
@@ -132,7 +103,6 @@ def test_frequencies_converge_with_the_square_of_the_element_size_to_the_referen
     slope, limit, misfit = fitted_slope(n, [CASES["FV32"](k, kind) for k in n])
     assert misfit < 0.05
     measured(
-        "shell modes",
         f"FV32 tapered membrane, {kind}: slope of convergence",
         slope,
         2.0,
@@ -140,7 +110,6 @@ def test_frequencies_converge_with_the_square_of_the_element_size_to_the_referen
         source="linear shape functions",
     )
     measured(
-        "shell modes",
         f"FV32 tapered membrane, {kind}: limit of finer meshes over reference, worst",
         limit,
         1.0,
@@ -153,12 +122,4 @@ def test_frequencies_converge_with_the_square_of_the_element_size_to_the_referen
 def test_tapered_membrane_on_32_by_16(kind, limit, measured):
     """Consistent membrane mass overestimates by (kh)^2/24 and more on coarse meshes."""
     ratio = tapered_membrane(32, 16, kind)
-    measured(
-        "shell modes",
-        rows("FV32 tapered membrane, 32 x 16", kind),
-        ratio * FV32,
-        FV32,
-        rel=limit,
-        unit="Hz",
-        source="NAFEMS; converged Ritz",
-    )
+    measured(rows("FV32 tapered membrane, 32 x 16", kind), ratio * FV32, FV32, rel=limit, unit="Hz")

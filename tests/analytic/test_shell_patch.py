@@ -7,6 +7,8 @@ import pytest
 
 from helpers_fem import Mesh, dof, macneal_patch, random_rotation, rectangle, shell_section, solve
 
+RECORDED = {"section": "shell statics", "source": "MacNeal, Harder 1985"}
+
 EXACT = 1e-9
 DRILLING_ERROR = 2e-2
 """The drilling penalty of the quad adds some gamma G L^2/(E h^2): 6e-3 at an aspect ratio of four."""
@@ -48,11 +50,9 @@ def test_constant_strain_on_distorted_mesh_is_exact(kind, state, measured):
     found = interior_answer(mesh, exact)
     error = np.abs(found - exact).max() / np.abs(exact).max()
     measured(
-        "shell statics",
         f"{state.__name__.replace('_state', ' patch')}, {kind}: displacements inside, relative error",
         error,
         at_most=EXACT,
-        source="MacNeal, Harder 1985",
     )
 
 
@@ -66,13 +66,7 @@ def test_patch_in_an_arbitrary_plane_is_exact(kind, state, measured):
     exact = (exact.reshape(-1, 3) @ turn.T).ravel()
     found = interior_answer(mesh, exact)
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured(
-        "shell statics",
-        f"{state.__name__.replace('_state', ' patch')} in any plane, {kind}: relative error",
-        error,
-        at_most=EXACT,
-        source="MacNeal, Harder 1985",
-    )
+    measured(f"{state.__name__.replace('_state', ' patch')} in any plane, {kind}: relative error", error, at_most=EXACT)
 
 
 @kinds
@@ -85,15 +79,7 @@ def test_membrane_stresses_of_the_patch(kind, measured):
         mode = np.zeros((8, 6))
         mode[:, 0], mode[:, 1] = unit
         found = reactions_in(mesh, u, mode.ravel()) / (T * AREA)
-        measured(
-            "shell statics",
-            f"membrane patch: stress {stress:.0f}",
-            found,
-            stress,
-            rel=EXACT,
-            unit="Pa",
-            source="MacNeal, Harder 1985",
-        )
+        measured(f"membrane patch: stress {stress:.0f}", found, stress, rel=EXACT, unit="Pa")
 
 
 @kinds
@@ -111,15 +97,7 @@ def test_bending_moments_of_the_patch(kind, measured):
         mode = np.zeros((8, 6))
         mode[:, 2], mode[:, 3], mode[:, 4] = w, r_x, r_y
         found = reactions_in(mesh, u, mode.ravel()) / AREA
-        measured(
-            "shell statics",
-            f"bending patch: moment {moment:.3e}",
-            found,
-            moment,
-            rel=EXACT,
-            unit="N",
-            source="MacNeal, Harder 1985",
-        )
+        measured(f"bending patch: moment {moment:.3e}", found, moment, rel=EXACT, unit="N")
 
 
 @pytest.mark.parametrize(("kind", "thickness"), [("quad", 1e4), ("tri", 1e4)])
@@ -138,7 +116,6 @@ def test_constant_transverse_shear_on_distorted_mesh_is_exact(kind, thickness, m
     assert u == pytest.approx(exact.ravel(), abs=EXACT * np.abs(exact).max())
     expected = 5 / 6 * section.material.shear_modulus * thickness * 5e-6 * AREA
     measured(
-        "shell statics",
         f"transverse shear patch, {kind}: energy over exact",
         u @ (stiffness @ u) / expected,
         1.0,
@@ -158,7 +135,6 @@ def test_in_plane_bending_of_a_slender_rectangle_is_exact(kind, measured):
         energy = reactions_in(mesh, u.ravel(), u.ravel())
         ratio = energy / (E * T * length / 12)
         measured(
-            "shell statics",
             f"one element bent in its plane, {kind}: energy ratio",
             ratio,
             1.0,

@@ -16,7 +16,6 @@ from creak.report.html import write_page
 from creak.studies.file.reader import read_study
 from creak.studies.findings.places import find_places
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.sound.heard import Sound
 from helpers_findings import sound_of, to_draw
@@ -44,7 +43,7 @@ def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]
 def report(strips: tuple[StudyResult, Path]) -> Path:
     """Its report.html, with a player for each place and one for all."""
     result, folder = strips
-    sound = sound_of(result, [p.channels for p in find_places(result.scope, main_run(result.runs))])
+    sound = sound_of(result, [p.channels for p in find_places(result.scope, result.main)])
     assert isinstance(sound, Sound), sound
     write_page(*to_draw(result, sound=sound), folder / "report.html")
     return folder / "report.html"

@@ -25,6 +25,8 @@ from helpers_lsdyna import (
     steel,
 )
 
+RECORDED = {"section": "decks"}
+
 AGREE = 1e-9
 SIZE = 20.0
 
@@ -260,7 +262,6 @@ MODELS = (
 def test_three_formats_have_the_same_frequencies(tmp_path, model, measured):
     worst = disagreement(tmp_path, model())
     measured(
-        "decks",
         "same model as Abaqus, Nastran and LS-DYNA deck: frequencies, relative difference",
         worst,
         at_most=AGREE,

@@ -25,6 +25,8 @@ from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
 from creak.studies.models.deck_modes import model_modes
 
+RECORDED = {"section": "decks", "source": "NX Nastran"}
+
 DECKS = Path(__file__).resolve().parents[3] / "shared" / "decks"
 pytestmark = pytest.mark.skipif(not DECKS.is_dir(), reason=f"third-party decks are not at {DECKS}")
 NO_DAMPING = Rayleigh(0.0, 0.0)
@@ -74,19 +76,13 @@ def test_shells(deck, free, compared, tolerance, measured):
     names = {"plate_py.dat": "plate of CQUAD4", "dakota_cylinder.bdf": "cylinder", "femap_exhaust.bdf": "exhaust"}
     source, wanted_here = "NX and MSC Nastran", wanted[free : free + compared]
     measured(
-        "decks",
-        f"{names[deck]}: frequency {{}}",
-        found.frequencies[free:],
-        wanted_here,
-        rel=tolerance,
-        unit="Hz",
-        source=source,
+        f"{names[deck]}: frequency {{}}", found.frequencies[free:], wanted_here, rel=tolerance, unit="Hz", source=source
     )
     stored = DECKS / f"{path.stem}_modes.npz"
     if stored.exists():
         R, _ = system.rows(np.arange(6 * model.nodes.count))
         lowest = np.diag(mac(R @ found.shapes, path, stored))[free:].min()
-        measured("decks", f"{names[deck]}: lowest MAC", lowest, 1.0, between=(0.95, 1.0), source=source)
+        measured(f"{names[deck]}: lowest MAC", lowest, 1.0, between=(0.95, 1.0), source=source)
 
 
 @pytest.mark.parametrize(
@@ -99,15 +95,7 @@ def test_bars(name, deck, free, measured):
     _, found = model_modes(read_nastran(DECKS / deck), Driven({}), count=wanted.size)
     assert found.frequencies[:free].max(initial=0.0) < 1e-4
     title = "bars and beams, lumped mass" if name == "cofe3_full" else "truss of 117 bars, coupled mass"
-    measured(
-        "decks",
-        f"{title}: frequency, worst",
-        found.frequencies[free:],
-        wanted[free:],
-        rel=PRINTED,
-        unit="Hz",
-        source="NX Nastran",
-    )
+    measured(f"{title}: frequency, worst", found.frequencies[free:], wanted[free:], rel=PRINTED, unit="Hz")
 
 
 class Piece:
@@ -146,7 +134,7 @@ def test_guyan(measured):
     kept = model.nodes.ids[model.node_set("ASET")].tolist()
     assert kept == [11, 25]
     found = joined([Piece(model, kept, (15, 27), 0)])[: wanted.size]
-    measured("decks", "Guyan reduction: frequency, worst", found, wanted, rel=PRINTED, unit="Hz", source="NX Nastran")
+    measured("Guyan reduction: frequency, worst", found, wanted, rel=PRINTED, unit="Hz")
 
 
 def test_craig_bampton(measured):
@@ -158,15 +146,7 @@ def test_craig_bampton(measured):
         np.testing.assert_allclose(fixed, references("cofe3_cb", table), rtol=PRINTED)
     wanted = references("cofe3_cb", 2)
     found = joined(pieces)[: wanted.size]
-    measured(
-        "decks",
-        "Craig-Bampton, two superelements: frequency, worst",
-        found,
-        wanted,
-        rel=PRINTED,
-        unit="Hz",
-        source="NX Nastran",
-    )
+    measured("Craig-Bampton, two superelements: frequency, worst", found, wanted, rel=PRINTED, unit="Hz")
 
 
 @pytest.mark.parametrize(("name", "modes"), [("inboard", 3), ("outboard", 16)])
@@ -182,13 +162,7 @@ def test_external_superelements(name, modes, measured):
     for ours, theirs in ((piece.K, nx.K), (piece.M, nx.M)):
         theirs = np.asarray(theirs)[:24, :24]
         error = np.abs(ours[np.ix_(order, order)] - theirs).max() / np.abs(theirs).max()
-        measured(
-            "decks",
-            f"external superelement {name}: KAA, MAA, relative error",
-            error,
-            at_most=PRINTED,
-            source="NX Nastran",
-        )
+        measured(f"external superelement {name}: KAA, MAA, relative error", error, at_most=PRINTED)
 
 
 @pytest.mark.parametrize("case", ["1", "2", "3", "4", "um_1", "um_2", "um_3", "um_5", "um_6"])
@@ -213,4 +187,4 @@ def test_rbe3(case, measured):
     m = uset[:, 2].astype(int) == 1
     ours = -np.linalg.solve(E[:, m], E[:, ~m])
     error = np.abs(ours - np.atleast_2d(gm)).max() / np.abs(gm).max()
-    measured("decks", "RBE3, nine kinds: GM, worst relative error", error, at_most=PRINTED, source="NX Nastran")
+    measured("RBE3, nine kinds: GM, worst relative error", error, at_most=PRINTED)

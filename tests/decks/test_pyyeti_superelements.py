@@ -17,6 +17,8 @@ from creak.formats.matrices.superelements import read_superelement, write_supere
 from creak.model.superelement import Superelement
 from helpers_matrices import assert_same
 
+RECORDED = {"section": "decks"}
+
 DECKS = Path(__file__).resolve().parents[3] / "shared" / "decks"
 FOLDER = DECKS / "pyyeti_cb"
 pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"third-party decks are not at {FOLDER}")
@@ -71,11 +73,7 @@ def test_rigid_motion_needs_no_force(parts, measured):
         boundary = part.K[:24, :24]
         force = np.abs(boundary @ motion) / (np.abs(boundary) @ np.abs(motion)).max(axis=0)
         measured(
-            "decks",
-            "superelements of NX: force of rigid motion, relative",
-            force.max(),
-            at_most=1e-9,
-            source="equilibrium",
+            "superelements of NX: force of rigid motion, relative", force.max(), at_most=1e-9, source="equilibrium"
         )
 
 
@@ -86,7 +84,6 @@ def test_coupled_frequencies(parts, measured):
     assert computed.size == printed.size == 54
     assert computed[:6].max() < 1e-4
     measured(
-        "decks",
         "superelements of NX, coupled: 48 elastic frequencies, worst",
         computed[6:],
         printed[6:],

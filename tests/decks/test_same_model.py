@@ -24,6 +24,8 @@ from creak.studies.models.deck_modes import model_modes
 from helpers_nastran import assembled, rigid_mass
 from helpers_same_model import HELD, HUB, SEAT, abaqus_deck, mesh, nastran_deck
 
+RECORDED = {"section": "decks", "source": "each other"}
+
 ROUND_OFF = 1e-14
 MESH = mesh()
 
@@ -70,13 +72,7 @@ def test_stiffness_and_mass_are_the_same(tmp_path, form, parameters, held, measu
     dependent = 6 * len(HUB) + 6  # the shells keep a drilling rotation at each held node
     assert len(a.rows) == 6 * len(MESH.nodes) - dependent - (5 * len(HELD) + 2 if held else 0)
     worst = max(difference(a.K, b.K).max(), difference(a.M, b.M).max())
-    measured(
-        "decks",
-        "same model as Abaqus and Nastran deck: K and M, relative difference",
-        worst,
-        at_most=ROUND_OFF,
-        source="each other",
-    )
+    measured("same model as Abaqus and Nastran deck: K and M, relative difference", worst, at_most=ROUND_OFF)
 
 
 def test_the_nastran_deck_asks_for_its_mass_form(tmp_path):
@@ -96,14 +92,7 @@ def test_frequencies_are_the_same(tmp_path, held, measured):
     assert_allclose(a.frequencies, b.frequencies, rtol=1e-8)
     elastic = b.frequencies > 0.0
     ratio = a.frequencies[elastic] / b.frequencies[elastic]
-    measured(
-        "decks",
-        "same model as Abaqus and Nastran deck: ratio of frequencies, worst",
-        ratio,
-        1.0,
-        rel=1e-8,
-        source="each other",
-    )
+    measured("same model as Abaqus and Nastran deck: ratio of frequencies, worst", ratio, 1.0, rel=1e-8)
 
 
 def test_defaults_agree_where_they_must(tmp_path):

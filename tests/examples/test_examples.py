@@ -11,6 +11,8 @@ import pytest
 
 import creak
 
+RECORDED = {"section": "examples", "source": "closed form"}
+
 pytestmark = pytest.mark.slow
 
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -57,9 +59,7 @@ def test_examples_use_the_public_interface_alone(name):
 def test_example_plate_modes(tmp_path, measured):
     found = figures("plate_modes", tmp_path)
     # Linear shells: (k h)^2 / 24 with k of some 5 / a at the sixth mode, h = a / 24: .2 %; half as much again allowed.
-    measured(
-        "examples", "plate modes: worst frequency error", found["frequency_error"], at_most=0.003, source="closed form"
-    )
+    measured("plate modes: worst frequency error", found["frequency_error"], at_most=0.003)
     assert abs(found["mass_error"]) < 1e-12
     assert found["rigid"] == 0
 
@@ -68,7 +68,6 @@ def test_example_craig_bampton_beam(tmp_path, measured):
     found = figures("craig_bampton_beam", tmp_path)
     # half a digit of the last of three printed ones
     measured(
-        "examples",
         "Craig-Bampton beam: deviation from the table of errors",
         found["table_deviation"],
         at_most=1e-3,
@@ -85,17 +84,8 @@ def test_example_bar_on_wall(tmp_path, measured):
     # Smeared fronts: first contacts to a step, the second after a flight with a foot that rings, 5 % of a contact.
     assert found["height_error"] < 0.03 * 5.0
     assert found["energy_created"] < 1e-9
-    measured(
-        "examples",
-        "bar on a wall: onset, error",
-        found["time_error_s"],
-        at_most=0.05 * 2.0 / 3.0,
-        unit="s",
-        source="closed form",
-    )
-    measured(
-        "examples", "bar on a wall: impulse, relative error", found["impulse_error"], at_most=0.01, source="closed form"
-    )
+    measured("bar on a wall: onset, error", found["time_error_s"], at_most=0.05 * 2.0 / 3.0, unit="s")
+    measured("bar on a wall: impulse, relative error", found["impulse_error"], at_most=0.01)
 
 
 def test_example_stick_slip_belt(tmp_path, measured):
@@ -105,12 +95,8 @@ def test_example_stick_slip_belt(tmp_path, measured):
     assert found["first_slip_s"] == pytest.approx(0.05, abs=1.6e-6)
     # The end of a slip falls between two steps: a share (h / slip)^2 of its energy.
     assert found["energy_created"] < 1e-6
-    measured(
-        "examples", "block on a belt: rate", found["rate_hz"], 12.3932817, rel=2e-5, unit="Hz", source="closed form"
-    )
-    measured(
-        "examples", "block on a belt: slip", found["slip_s"], 0.04068888, abs=1.6e-6, unit="s", source="closed form"
-    )
+    measured("block on a belt: rate", found["rate_hz"], 12.3932817, rel=2e-5, unit="Hz")
+    measured("block on a belt: slip", found["slip_s"], 0.04068888, abs=1.6e-6, unit="s")
 
 
 def test_example_two_strips(tmp_path, measured):
@@ -120,14 +106,7 @@ def test_example_two_strips(tmp_path, measured):
     assert found["matched"] >= 10
     assert found["missed"] == found["extra"] == 0
     # f_max is 60 times the excitation; what is left are impacts that amplify it: a per cent.
-    measured(
-        "examples",
-        "two strips: impulse over unreduced",
-        found["impulse_ratio"],
-        1.0,
-        abs=0.01,
-        source="unreduced model",
-    )
+    measured("two strips: impulse over unreduced", found["impulse_ratio"], 1.0, abs=0.01, source="unreduced model")
     assert found["energy_created"] < 1e-6
 
 
@@ -144,23 +123,9 @@ def test_example_door(tmp_path, measured, monkeypatch):
     assert found["events"] > 0
     assert found["missed"] == found["extra"] == 0
     # f_max is 15 times the excitation: force to .1 % and fit .9999 on a rough door of the like, less on a coarse mesh.
-    measured(
-        "examples",
-        "door of 40 mm: impulse over unreduced",
-        found["impulse_ratio"],
-        1.0,
-        abs=0.03,
-        source="unreduced model",
-    )
-    measured(
-        "examples",
-        "door of 40 mm: lowest MAC",
-        found["lowest_mac"],
-        1.0,
-        between=(0.999, 1.0),
-        source="unreduced model",
-    )
-    measured("examples", "door of 40 mm: NRMSE fit", found["nrmse"], 1.0, between=(0.99, 1.0), source="unreduced model")
+    measured("door of 40 mm: impulse over unreduced", found["impulse_ratio"], 1.0, abs=0.03, source="unreduced model")
+    measured("door of 40 mm: lowest MAC", found["lowest_mac"], 1.0, between=(0.999, 1.0), source="unreduced model")
+    measured("door of 40 mm: NRMSE fit", found["nrmse"], 1.0, between=(0.99, 1.0), source="unreduced model")
 
 
 def test_friction_on_soft_contact_marches_to_the_end(tmp_path):

@@ -14,6 +14,8 @@ from hypothesis import strategies as st
 from creak.assembly.part import Rayleigh, part_system
 from creak.formats.abaqus.reader import read_deck
 
+RECORDED = {"section": "models"}
+
 MATERIALS = """\
 *MATERIAL, NAME=STEEL
 *ELASTIC
@@ -166,7 +168,6 @@ def same(found: np.ndarray, expected: np.ndarray) -> None:
 
 def record(measured, how: str, found: np.ndarray, expected: np.ndarray) -> None:
     measured(
-        "models",
         f"all elements in one part, {how}: omega^2, worst mode",
         found[6:],
         expected[6:],

@@ -13,6 +13,8 @@ from creak.reduction.craig_bampton import craig_bampton
 from helpers_core import NO_DAMPING, block, model_of, plate, shell
 from helpers_fem import rigid_modes
 
+RECORDED = {"section": "reduction", "source": "full model"}
+
 ROUND_OFF = 1e-6
 """eps times the condition of K_ii (some 1e9 for these shells), with room."""
 
@@ -45,7 +47,6 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         bound = exact[: values.size]
         # Rayleigh-Ritz
         measured(
-            "reduction",
             "any plate: omega^2 below the full model's",
             ((bound - values) / np.maximum(bound, scale)).max(initial=0.0),
             at_most=ROUND_OFF,
@@ -58,13 +59,7 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         mass = r.T @ (part.M @ r)
         small_r = np.vstack([r[boundary], np.zeros((small.n - boundary.size, 6))])
         error = np.abs(small_r.T @ (small.M @ small_r) - mass).max() / np.abs(mass).max()
-        measured(
-            "reduction",
-            "any plate: rigid-body mass, centre of gravity, inertia, relative error",
-            error,
-            at_most=ROUND_OFF,
-            source="full model",
-        )
+        measured("any plate: rigid-body mass, centre of gravity, inertia, relative error", error, at_most=ROUND_OFF)
         f = np.random.default_rng(3).standard_normal(boundary.size)
         ground = 1e-3 * np.diag(to_dense(part.K)).mean()
         K = to_dense(part.K).copy()
@@ -76,18 +71,10 @@ def test_bounds_statics_and_mass(measured, given_part, count):
         load[boundary], load_small[at] = f, f
         answer = np.linalg.solve(K, load)[boundary]
         error = np.abs(np.linalg.solve(K_small, load_small)[at] - answer).max() / np.abs(answer).max()
-        measured(
-            "reduction",
-            "any plate: static answer to boundary loads, relative error",
-            error,
-            at_most=ROUND_OFF,
-            source="full model",
-        )
+        measured("any plate: static answer to boundary loads, relative error", error, at_most=ROUND_OFF)
     # all modes kept: the full model
     measured(
-        "reduction",
         "any plate, all modes: omega^2, error over the largest",
         np.abs(before - exact).max() / exact.max(),
         at_most=ROUND_OFF,
-        source="full model",
     )

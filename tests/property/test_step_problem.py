@@ -13,6 +13,8 @@ from scipy.optimize import minimize
 
 from helpers_step_problem import EXACT, StepProblem, check, random_problem, solve, without_friction
 
+RECORDED = {"section": "contact"}
+
 SEEDS = st.integers(0, 2**32 - 1)
 
 
@@ -35,11 +37,11 @@ def test_all_laws_hold_with_friction(measured, seed):
     mu, tau = np.maximum(q.laws.mu_static, q.laws.mu_kinetic), np.hypot(*force[q.m :].reshape(-1, 2).T)
     excess = (tau - mu * force[q.laws.rubs]).max(initial=0.0) / max(np.abs(force).max(), 1e-300)
     measured(
-        "friction",
         "random steps: force outside the cone, share of the largest",
         excess,
         at_most=EXACT,
         source="Coulomb's law",
+        section="friction",
     )
 
 
@@ -73,7 +75,6 @@ def test_frictionless_contact_does_not_depend_on_the_first_guess(measured, seed,
     slack = 1e-10 * np.maximum(q.round_off(force), q.round_off(again)).max()
     error = np.abs(q.A @ (again - force)).max() / max(slack, 1e-300)
     measured(
-        "contact",
         "random steps from two first guesses: motion, difference over round-off",
         error,
         at_most=1.0,
@@ -115,9 +116,7 @@ def test_hard_and_soft_channels_agree_with_trying_every_set_of_closed_ones(measu
     expected = by_enumeration(q.A, q.gap_free, soft)
     np.testing.assert_allclose(force, expected, rtol=1e-6, atol=1e-9 * force.max())
     error = np.abs(force - expected).max() / max(force.max(), 1e-300)
-    measured(
-        "contact", "random steps: force, relative error", error, at_most=1e-6, source="every set of closed channels"
-    )
+    measured("random steps: force, relative error", error, at_most=1e-6, source="every set of closed channels")
 
 
 def by_enumeration(A: np.ndarray, gap_free: np.ndarray, stiffness: np.ndarray) -> np.ndarray:

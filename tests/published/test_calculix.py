@@ -32,6 +32,8 @@ from helpers_ccx import (
 from helpers_core import assembled
 from helpers_fem import Mesh
 
+RECORDED = {"section": "models", "source": "CalculiX 2.20"}
+
 
 def low(mesh: Mesh) -> np.ndarray:
     return np.flatnonzero(mesh.coords[:, 0] < 1e-9)
@@ -138,23 +140,13 @@ def displacement_of(deck: str, dof: int, tmp_path) -> float:
 @pytest.mark.parametrize("name", MODES)
 def test_modes_are_those_of_calculix(name, tmp_path, measured):
     make, expected, rel = MODES[name]
-    measured(
-        "models",
-        f"{name}: worst mode",
-        modes_of(make(), len(expected), tmp_path),
-        expected,
-        rel=rel,
-        unit="Hz",
-        source="CalculiX 2.20",
-    )
+    measured(f"{name}: worst mode", modes_of(make(), len(expected), tmp_path), expected, rel=rel, unit="Hz")
 
 
 @pytest.mark.parametrize("name", STATIC)
 def test_displacements_are_those_of_calculix(name, tmp_path, measured):
     make, expected, dof, rel = STATIC[name]
-    measured(
-        "models", name, displacement_of(make(), dof, tmp_path), expected, rel=rel, unit="mm", source="CalculiX 2.20"
-    )
+    measured(name, displacement_of(make(), dof, tmp_path), expected, rel=rel, unit="mm")
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")

@@ -16,6 +16,8 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from helpers_vibeams import FITTED, GAP, LEFT, LOOSE, RIGHT, Right, both_deck, left_deck, right_deck
 
+RECORDED = {"section": "measured"}
+
 SOURCE = "doi 10.25518/2684-6500.180"
 
 
@@ -28,10 +30,9 @@ def modes(folder, deck, count):
 def test_linear_modes_of_the_left_beam_from_its_drawing(tmp_path, measured):
     """One figure is not the drawing's: how much of one section the bolts make of beam and plate."""
     found = modes(tmp_path, left_deck(), 4)
-    measured("measured", "left cantilever: mode {}", found, LEFT, rel=0.018, unit="Hz", source=SOURCE)
+    measured("left cantilever: mode {}", found, LEFT, rel=0.018, unit="Hz", source=SOURCE)
     theirs = LEFT * (1.0 + np.array([-0.0001, 0.015, 0.007, 0.004]))
     measured(
-        "measured",
         "left cantilever, beside the authors' own beam model: mode {}",
         found,
         theirs,
@@ -45,22 +46,14 @@ def test_linear_modes_of_the_right_beam_from_its_drawing(tmp_path, measured):
     """The bolted stack of its clamping section is one section at most, and plates that slide on each other at least."""
     stiff, loose = (modes(tmp_path, right_deck(Right(**made)), 5) for made in ({}, {"clamp": LOOSE}))
     for name, found in (("stack as one section", stiff), ("stack of loose plates", loose)):
-        measured("measured", f"right cantilever, {name}: mode {{}}", found, RIGHT, rel=0.05, unit="Hz", source=SOURCE)
+        measured(f"right cantilever, {name}: mode {{}}", found, RIGHT, rel=0.05, unit="Hz", source=SOURCE)
     # The third is that of the spring plate; the first hangs on the clamp, which the stack does not change.
     assert (loose[3:] < RIGHT[3:]).all()
     assert (RIGHT[3:] < stiff[3:]).all()
     for k in (0, 1, 2):
         assert max(loose[k], stiff[k]) < RIGHT[k]
     fitted = modes(tmp_path, right_deck(FITTED), 5)
-    measured(
-        "measured",
-        "right cantilever, the authors' three factors: mode {}",
-        fitted,
-        RIGHT,
-        rel=0.04,
-        unit="Hz",
-        source=SOURCE,
-    )
+    measured("right cantilever, the authors' three factors: mode {}", fitted, RIGHT, rel=0.04, unit="Hz", source=SOURCE)
 
 
 LOW, HIGH, LASTS, DAMPING = 28.1, 29.3, 40.0, 0.0023
@@ -142,7 +135,6 @@ def test_collisions_raise_the_resonance(peaks, measured):
     shifts = {level: peak.frequency / peaks[4.0].frequency - 1.0 for level, peak in peaks.items()}
     for level in (28.0, 30.5):
         measured(
-            "measured",
             f"colliding cantilevers at {level:g} mm/s2: resonance raised by (test: 1 to 3 %)",
             100.0 * shifts[level],
             between=(1.0, 3.0),
@@ -151,7 +143,6 @@ def test_collisions_raise_the_resonance(peaks, measured):
         )
     for level in (20.0, 28.0, 30.5):
         measured(
-            "measured",
             f"colliding cantilevers at {level:g} mm/s2: response in gaps (test: 1 to 1.7)",
             peaks[level].gaps,
             between=(1.0, 1.7),

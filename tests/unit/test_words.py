@@ -1,9 +1,18 @@
-"""Shares, times and lists in plain words."""
+"""Shares, times and lists in plain words.
+
+What tells one creak from another.
+Records that are made when they are asked for.
+"""
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass, replace
+
 import pytest
 
+from creak import version
+from creak.later import is_made, later
 from creak.words import duration, listed, percent
 
 
@@ -35,3 +44,47 @@ def test_lists_end_in_and():
 )
 def test_times_have_two_digits(seconds, text):
     assert duration(seconds) == text
+
+
+def test_the_edition_of_a_source_tree_changes_with_its_files(tmp_path, monkeypatch):
+    here = tmp_path / "src" / "creak"
+    here.mkdir(parents=True)
+    (here / "version.py").write_text("", encoding="utf-8")
+    monkeypatch.setattr(version, "__file__", str(here / "version.py"))
+    edition = version.edition.__wrapped__
+    assert edition() == version.version()  # installed: no sources of its own
+    (tmp_path / "pyproject.toml").write_text("", encoding="utf-8")
+    before = edition()
+    assert before.startswith(version.version())
+    os.utime(here / "version.py", (1e9, 1e9))
+    assert edition() != before
+
+
+@dataclass(frozen=True)
+class Beam:
+    length: float
+    area: float = 1.0
+    """A default, which must not be taken for the value."""
+
+    @property
+    def volume(self) -> float:
+        return self.length * self.area
+
+
+def test_what_is_known_is_told_and_the_rest_is_made_once():
+    made = []
+
+    def make():
+        made.append(1)
+        return Beam(2.0, 3.0)
+
+    beam = later(Beam, make, length=2.0)
+    assert isinstance(beam, Beam)
+    assert (beam.length, is_made(beam), made) == (2.0, False, [])
+    assert (beam.area, beam.volume, is_made(beam), made) == (3.0, 6.0, True, [1])
+
+
+def test_a_copy_has_all_fields_and_two_records_do_not_share_them():
+    beam, other = (later(Beam, lambda area=area: Beam(2.0, area), length=2.0) for area in (3.0, 4.0))
+    assert replace(beam, length=5.0).volume == 15.0
+    assert (beam.area, other.area) == (3.0, 4.0)

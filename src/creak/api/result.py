@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from creak.api.extras import need_report
-from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
+from creak.api.shown import Shown
 from creak.errors import NumericalError
 from creak.linalg.threads import one_blas_thread
 from creak.studies.evaluate import Evaluation
@@ -19,11 +19,10 @@ if TYPE_CHECKING:
     from creak.dynamics.history import History
     from creak.report.drawn import Drawn
     from creak.studies.run.one_run import Run
-    from creak.verify.matching import EventMatch
 
 
 @dataclass(frozen=True, repr=False)
-class Result(Evaluation):
+class Result(Shown, Evaluation):
     """Runs, events and verification of a study; units are the deck's, frequencies Hz."""
 
     _pictures: dict[int, Drawn] = field(default_factory=dict, init=False, repr=False, compare=False)
@@ -44,58 +43,9 @@ class Result(Evaluation):
         return self.runs["reduced"] if "reduced" in self.runs else self.runs["reference"]
 
     @property
-    def events(self) -> Events:
-        """Contact events of the main run, by start time; `events.to_frame()` is a table of them."""
-        nodes, events = self.found.setup.model.nodes, self.main.events if self.runs else []
-        return Events(events, (nodes.label(e.node_idx) for e in events), self.summary["units"])
-
-    def __repr__(self) -> str:
-        """Title, events, verdict and agreement in a line."""
-        return line("Result", facts(self.summary, self.events))
-
-    def _repr_html_(self) -> str:
-        """The same, and the first events, for notebooks."""
-        return table(facts(self.summary, self.events), self.events)
-
-    def plot(self, kind: Kind = "force") -> Any:
-        """A figure of the report, as a plotly Figure: `show()` it, or let a notebook do so.
-
-        Parameters
-        ----------
-        kind : "force" (contact force over time, both runs), "gap" (smallest gap of each contact), "spectra" (of the
-            verification pairs) or "energy".
-
-        Raises
-        ------
-        InputError : a kind that there is not, nothing to draw (no contact), or a package of the extra `report` is not
-            installed.
-        """
-        return figure(self.findings, kind)
-
-    def to_frame(self, kind: TableKind = "events") -> Any:
-        """A table as a pandas DataFrame, with the unit of each column in its `attrs["units"]`.
-
-        Parameters
-        ----------
-        kind : "events" (contact events of the main run), "places" (where it rattles or squeaks) or "elines" (a row for
-            each E-line in the run without contact, `linear`, and in that with it, `contact`); figures as in
-            summary.json.
-
-        Raises
-        ------
-        InputError : a table that there is not, or pandas (the extra `pandas`) is not installed.
-        """
-        return frame(kind, self.events, self.summary)
-
-    @property
     def history(self) -> History:
         """Gaps, forces, motion and energy of the main run."""
         return self.main.history
-
-    @property
-    def agreement(self) -> EventMatch | None:
-        """Events of the reduced run against those of the reference; None where one of them is missing."""
-        return self.found.events
 
     @property
     def notes(self) -> list[str]:
@@ -181,9 +131,8 @@ class Result(Evaluation):
     def _drawn(self, animation_mb: float) -> Drawn:
         """What a report draws of model and motion, made once."""
         from creak.report.drawn import drawn_of
-        from creak.studies.run.compared import main_run
 
         size = round(1e6 * animation_mb)
         if size not in self._pictures:
-            self._pictures[size] = drawn_of(main_run(self.found.runs), self.found.reference, self.findings, size)
+            self._pictures[size] = drawn_of(self.found.main, self.found.reference, self.findings, size)
         return self._pictures[size]

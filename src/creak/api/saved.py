@@ -8,18 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from creak.api.extras import need_report
-from creak.api.shown import Events, Kind, TableKind, facts, figure, frame, line, table
+from creak.api.shown import Shown
 from creak.given import path_of
 
 if TYPE_CHECKING:
     from creak.report.drawn import Drawn
     from creak.studies.converge.settling import Convergence
     from creak.studies.findings.tree import Findings, FoundRun
-    from creak.verify.matching import EventMatch
 
 
-@dataclass(frozen=True)
-class SavedResult:
+@dataclass(frozen=True, repr=False)
+class SavedResult(Shown):
     """Events and verification of an earlier run, and its report; the histories are in results.h5."""
 
     findings: Findings = field(repr=False)
@@ -38,35 +37,6 @@ class SavedResult:
     def runs(self) -> dict[str, FoundRun]:
         """`reduced` and `reference`, those that there were."""
         return self.findings.runs
-
-    @property
-    def events(self) -> Events:
-        """Contact events of the reduced run, or of the only one, by start time; `events.to_frame()` is a table."""
-        nodes = self.findings.setup.model.nodes
-        run = self.runs.get("reduced") or self.runs.get("reference")
-        events = [] if run is None else run.events
-        return Events(events, (nodes.label(e.node_idx) for e in events), self.summary["units"])
-
-    def __repr__(self) -> str:
-        """Title, events, verdict and agreement in a line."""
-        return line("SavedResult", facts(self.summary, self.events))
-
-    def _repr_html_(self) -> str:
-        """The same, and the first events, for notebooks."""
-        return table(facts(self.summary, self.events), self.events)
-
-    def plot(self, kind: Kind = "force") -> Any:
-        """A figure of the report, as a plotly Figure; kinds and errors as `Result.plot`."""
-        return figure(self.findings, kind)
-
-    def to_frame(self, kind: TableKind = "events") -> Any:
-        """A table as a pandas DataFrame; kinds and errors as `Result.to_frame`."""
-        return frame(kind, self.events, self.summary)
-
-    @property
-    def agreement(self) -> EventMatch | None:
-        """Events of the reduced run against those of the reference; None where one of them is missing."""
-        return self.findings.events
 
     @property
     def convergence(self) -> Convergence | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import cached_property
 from html import escape
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -15,6 +16,7 @@ from creak.verify.matching import SOME_EVENTS
 
 if TYPE_CHECKING:
     from creak.studies.findings.tree import Findings
+    from creak.verify.matching import EventMatch
 
 COLUMNS = {
     "contact": "",
@@ -101,27 +103,6 @@ def _cell(value: Any) -> str:
     return f"<td>{value:.4g}</td>" if isinstance(value, float) else f"<td>{escape(str(value))}</td>"
 
 
-TableKind = Literal["events", "places", "elines"]
-
-
-def frame(kind: TableKind, events: Events, summary: dict[str, Any]) -> Any:
-    """A table of a result as a pandas DataFrame, with the unit of each column in `attrs["units"]`.
-
-    Raises
-    ------
-    InputError : a table that there is not; pandas is not installed.
-    """
-    units = summary["units"]
-    if kind == "events":
-        return events.to_frame()
-    if kind == "places":
-        main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {"places": []}
-        return _frame(main["places"], PLACES, units, 'summary["runs"]')
-    if kind == "elines":
-        return _frame(_line_rows(summary["elines"]), ELINES, units, 'summary["elines"]')
-    raise InputError(f"no table {kind!r}", expected="'events', 'places' or 'elines'")
-
-
 def _line_rows(elines: dict[str, Any] | None) -> list[dict[str, Any]]:
     """A row for each line in each run that there is."""
     return [
@@ -156,53 +137,104 @@ def _count(events: Events) -> str:
     return f"{what}, the hardest at {hardest.t_start:.4g} s on {hardest.group}: {force}"
 
 
-def facts(summary: dict[str, Any], events: Events) -> dict[str, str]:
-    """What a result says of itself in a line: title, runs, events, verdict, agreement."""
-    told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
-    told["events"] = _count(events)
-    main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
-    if said := [*filter(None, [main.get("verdict")]), *main.get("reasons", ())]:
-        told["verdict"] = "; ".join(said)
-    match = summary["verification"].get("events")
-    if match:
-        told["agreement"] = f"{match['matched']} of {match['reference']} events of the unreduced model found"
-    if summary["stopped"]:
-        told["stopped"] = summary["stopped"]
-    return told
-
-
-def line(name: str, told: dict[str, str]) -> str:
-    """The facts as the repr of a class `name`."""
-    rest = "; ".join(f"{key}: {value}" for key, value in told.items() if key != "title")
-    return f"<{name} {told['title']!r}: {rest}>"
-
-
-def table(told: dict[str, str], events: Events) -> str:
-    """The facts and the first events as HTML."""
-    lines = "".join(f"<tr><th>{escape(k)}</th><td>{escape(v)}</td></tr>" for k, v in told.items())
-    return f"<table><tbody>{lines}</tbody></table>{events._repr_html_() if events else ''}"
-
-
 Kind = Literal["force", "gap", "spectra", "energy"]
+TableKind = Literal["events", "places", "elines"]
 
 
-def figure(found: Findings, kind: Kind) -> Any:
-    """A plotly figure of the report.
+class Shown:
+    """A result that shows itself."""
 
-    Raises
-    ------
-    InputError : a kind that there is not, nothing to draw, or a package of the extra `report` is not installed.
-    """
-    need_report()
-    import plotly.graph_objects as go
+    if TYPE_CHECKING:
+        findings: Findings
 
-    from creak.report.figures.gaps import gap_figure
-    from creak.report.figures.run import energy_figure, force_figure, spectra_figure
+        @cached_property
+        def summary(self) -> dict[str, Any]: ...
 
-    makers = {"force": force_figure, "gap": gap_figure, "spectra": spectra_figure, "energy": energy_figure}
-    if kind not in makers:
-        raise InputError(f"no figure {kind!r}", expected=" or ".join(map(repr, makers)))
-    drawn = makers[kind](found, UNITS[found.setup.study.config.model.units])
-    if drawn.spec is None:
-        raise InputError(drawn.caption.rstrip("."))
-    return go.Figure(drawn.spec)
+    @property
+    def events(self) -> Events:
+        """Contact events of the main run, by start time; `events.to_frame()` is a table of them."""
+        found, run = self.findings, self.findings.main
+        events, label = [] if run is None else run.events, found.setup.model.nodes.label
+        return Events(events, (label(e.node_idx) for e in events), self.summary["units"])
+
+    @property
+    def agreement(self) -> EventMatch | None:
+        """Events of the reduced run against those of the reference; None where one of them is missing."""
+        return self.findings.events
+
+    def __repr__(self) -> str:
+        """Title, events, verdict and agreement in a line."""
+        told = self._facts()
+        rest = "; ".join(f"{key}: {value}" for key, value in told.items() if key != "title")
+        return f"<{type(self).__name__} {told['title']!r}: {rest}>"
+
+    def _repr_html_(self) -> str:
+        """The same, and the first events, for notebooks."""
+        rows = ((escape(k), escape(v)) for k, v in self._facts().items())
+        lines = "".join(f"<tr><th>{key}</th><td>{value}</td></tr>" for key, value in rows)
+        return f"<table><tbody>{lines}</tbody></table>{self.events._repr_html_() if self.events else ''}"
+
+    def _facts(self) -> dict[str, str]:
+        """Title, runs, events, verdict, agreement."""
+        summary = self.summary
+        told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
+        told["events"] = _count(self.events)
+        main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+        if said := [*filter(None, [main.get("verdict")]), *main.get("reasons", ())]:
+            told["verdict"] = "; ".join(said)
+        match = summary["verification"].get("events")
+        if match:
+            told["agreement"] = f"{match['matched']} of {match['reference']} events of the unreduced model found"
+        if summary["stopped"]:
+            told["stopped"] = summary["stopped"]
+        return told
+
+    def plot(self, kind: Kind = "force") -> Any:
+        """A figure of the report, as a plotly Figure: `show()` it, or let a notebook do so.
+
+        Parameters
+        ----------
+        kind : "force" (contact force over time, both runs), "gap" (smallest gap of each contact), "spectra" (of the
+            verification pairs) or "energy".
+
+        Raises
+        ------
+        InputError : a kind that there is not, nothing to draw (no contact), or a package of the extra `report` is not
+            installed.
+        """
+        need_report()
+        import plotly.graph_objects as go
+
+        from creak.report.figures.gaps import gap_figure
+        from creak.report.figures.run import energy_figure, force_figure, spectra_figure
+
+        makers = {"force": force_figure, "gap": gap_figure, "spectra": spectra_figure, "energy": energy_figure}
+        if kind not in makers:
+            raise InputError(f"no figure {kind!r}", expected=" or ".join(map(repr, makers)))
+        drawn = makers[kind](self.findings, UNITS[self.findings.setup.study.config.model.units])
+        if drawn.spec is None:
+            raise InputError(drawn.caption.rstrip("."))
+        return go.Figure(drawn.spec)
+
+    def to_frame(self, kind: TableKind = "events") -> Any:
+        """A table as a pandas DataFrame, with the unit of each column in its `attrs["units"]`.
+
+        Parameters
+        ----------
+        kind : "events" (contact events of the main run), "places" (where it rattles or squeaks) or "elines" (a row for
+            each E-line in the run without contact, `linear`, and in that with it, `contact`); figures as in
+            summary.json.
+
+        Raises
+        ------
+        InputError : a table that there is not, or pandas (the extra `pandas`) is not installed.
+        """
+        summary = self.summary
+        if kind == "events":
+            return self.events.to_frame()
+        if kind == "places":
+            main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {"places": []}
+            return _frame(main["places"], PLACES, summary["units"], 'summary["runs"]')
+        if kind == "elines":
+            return _frame(_line_rows(summary["elines"]), ELINES, summary["units"], 'summary["elines"]')
+        raise InputError(f"no table {kind!r}", expected="'events', 'places' or 'elines'")

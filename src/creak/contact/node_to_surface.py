@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.pair import (
     AUTO_FACTOR,
     EDGE_ON,
@@ -16,13 +16,12 @@ from creak.contact.pair import (
     ContactPair,
     Keep,
     Wall,
-    channels_from_rows,
+    channels_of_walls,
     deepest,
     gap_normals,
     given_normal,
     looks_along,
     main_facets,
-    never_face,
     overlap,
     reach,
     searched,
@@ -71,18 +70,9 @@ def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -
     depends_on = [points, outward, *vars(secondary).values(), *main.arrays]
     depends_on.append(np.zeros(0) if given is None else given)
     walls = searched(keep, depends_on, lambda: _searched(points, outward, secondary, main, given, limit))
-    if not walls:
-        raise never_face(pair, limit)
-    operators: list[GapOperator] = []
-    notes: list[str] = []
-    for k, (rows, channels) in enumerate(walls, start=1):
-        if pair.per_area:
-            channels = replace(channels, scale=_areas(model, pair, channels.nodes_idx))
-        own = pair if k == 1 else replace(pair, clearance=None)
-        wall, told = channels_from_rows(model, own, rows, channels)
-        operators.append(wall if k == 1 else replace(wall, names=tuple(f"{name}:{k}" for name in wall.names)))
-        notes += told
-    return join(operators), notes
+    if pair.per_area:
+        walls = [(rows, replace(c, scale=_areas(model, pair, c.nodes_idx))) for rows, c in walls]
+    return channels_of_walls(model, pair, walls, limit)
 
 
 def _searched(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TypeVar
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
+from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
 from creak.contact.laws.parameters import laid_over
 from creak.contact.search import Projection
 from creak.errors import InputError
@@ -176,7 +176,27 @@ def never_face(pair: ContactPair, limit: float) -> InputError:
     )
 
 
-def channels_from_rows(
+def channels_of_walls(
+    model: Model, pair: ContactPair, walls: Sequence[Wall], limit: float
+) -> tuple[GapOperator, list[str]]:
+    """The channels of each wall, those of further ones named after their order (NAME:2).
+
+    Raises
+    ------
+    InputError : there is none up to `limit`; deep initial overclosure.
+    """
+    if not walls:
+        raise never_face(pair, limit)
+    operators: list[GapOperator] = []
+    notes: list[str] = []
+    for k, wall in enumerate(walls, start=1):
+        operator, more = _channels_of(model, pair if k == 1 else replace(pair, clearance=None), *wall)
+        operators.append(operator if k == 1 else replace(operator, names=tuple(f"{n}:{k}" for n in operator.names)))
+        notes += more
+    return join(operators), notes
+
+
+def _channels_of(
     model: Model, pair: ContactPair, rows: ChannelRows, channels: Channels
 ) -> tuple[GapOperator, list[str]]:
     """Finish the channels of a pair: clearance, initial overclosure, laws, names."""

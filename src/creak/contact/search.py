@@ -42,6 +42,11 @@ class Projection:
     direction: FloatArray
     """(n, 3) unit vectors."""
 
+    @property
+    def fields(self) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+        """All but `found`."""
+        return self.facet, self.shape, self.distance, self.direction
+
 
 Then = Callable[[Projection], Accept]
 """Where points have met the surface -> which of their other meetings count."""
@@ -184,30 +189,20 @@ def _project(
         along = None if directions is None else directions[row]
         shape, distance, normal, inside = meet_facets(points[row], main.coords[facet], main.is_triangle[facet], along)
         good = inside & (np.abs(distance) <= limit) & _converged(points[row], main, facet, shape, distance, normal)
-        met = row, facet, shape, distance, normal
-        _keep(first, main, good if accept is None else good & accept(row, facet, distance, normal), *met)
+        met = Projection(good, facet, shape, distance, normal)
+        _keep(first, main, row, met, None if accept is None else accept(row, facet, distance, normal))
         if then is not None:
-            _keep(second, main, good & then(first)(row, facet, distance, normal), *met)
+            _keep(second, main, row, met, then(first)(row, facet, distance, normal))
     return first, second
 
 
-def _keep(
-    best: Projection,
-    main: Facets,
-    counts: BoolArray,
-    row: IntArray,
-    facet: IntArray,
-    shape: FloatArray,
-    distance: FloatArray,
-    normal: FloatArray,
-) -> None:
-    """Write the nearest meetings that count into `best`."""
-    hit = _nearest(np.flatnonzero(counts), row, facet, np.abs(distance), main)
+def _keep(best: Projection, main: Facets, row: IntArray, met: Projection, counts: BoolArray | None) -> None:
+    """Write the nearest meetings that count into `best`; None: all."""
+    hit = np.flatnonzero(met.found if counts is None else met.found & counts)
+    hit = _nearest(hit, row, met.facet, np.abs(met.distance), main)
     best.found[row[hit]] = True
-    best.facet[row[hit]] = facet[hit]
-    best.shape[row[hit]] = shape[hit]
-    best.distance[row[hit]] = distance[hit]
-    best.direction[row[hit]] = normal[hit]
+    for kept, new in zip(best.fields, met.fields, strict=True):
+        kept[row[hit]] = new[hit]
 
 
 def _none(n: int) -> Projection:

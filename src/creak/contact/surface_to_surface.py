@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, corner_normals, facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.pair import (
     AUTO_FACTOR,
     EDGE_ON,
@@ -17,12 +17,11 @@ from creak.contact.pair import (
     ContactPair,
     Keep,
     Wall,
-    channels_from_rows,
+    channels_of_walls,
     deepest,
     given_normal,
     looks_along,
     main_facets,
-    never_face,
     overlap,
     reach,
     searched,
@@ -84,16 +83,7 @@ def surface_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None
     limit = max(reach(secondary.coords), reach(main.coords))
     depends_on = [*secondary.arrays, *main.arrays, np.zeros(0) if given is None else given]
     walls = searched(keep, depends_on, lambda: _searched(secondary, main, given, limit))
-    if not walls:
-        raise never_face(pair, limit)
-    if len(walls) == 1:
-        return channels_from_rows(model, pair, *walls[0])
-    operators, notes = [], []
-    for k, wall in enumerate(walls, start=1):
-        operator, more = channels_from_rows(model, pair if k == 1 else replace(pair, clearance=None), *wall)
-        operators.append(operator if k == 1 else replace(operator, names=tuple(f"{n}:{k}" for n in operator.names)))
-        notes += more
-    return join(operators), notes
+    return channels_of_walls(model, pair, walls, limit)
 
 
 def _searched(secondary: Facets, main: Facets, given: FloatArray | None, limit: float) -> list[Wall]:
@@ -103,7 +93,7 @@ def _searched(secondary: Facets, main: Facets, given: FloatArray | None, limit: 
         points = replace(points, normal=np.tile(-given, (points.weight.size, 1)))
     sides = _Sides(points, secondary, main, given is not None, limit)
     walls = _walls(sides)
-    return [_of_wall(secondary, main, points, sides, wall) for wall in walls] if walls[0].found.any() else []
+    return [_of_wall(sides, wall) for wall in walls] if walls[0].found.any() else []
 
 
 def _walls(sides: _Sides) -> list[Projection]:
@@ -134,17 +124,13 @@ def _walls(sides: _Sides) -> list[Projection]:
 def _chosen(a: Projection, b: Projection, first: BoolArray) -> Projection:
     """Rows of `a` where `first`, of `b` elsewhere."""
     other = ~first
-    pick = [np.where(first.reshape(-1, *[1] * (x.ndim - 1)), x, y) for x, y in zip(_fields(a), _fields(b), strict=True)]
+    pick = [np.where(first.reshape(-1, *[1] * (x.ndim - 1)), x, y) for x, y in zip(a.fields, b.fields, strict=True)]
     return Projection((a.found & first) | (b.found & other), *pick)
 
 
-def _fields(p: Projection) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
-    return p.facet, p.shape, p.distance, p.direction
-
-
-def _of_wall(secondary: Facets, main: Facets, points: Points, sides: _Sides, meet: Projection) -> Wall:
+def _of_wall(sides: _Sides, meet: Projection) -> Wall:
     """The channels of the points that meet the main surface."""
-    found = meet.found
+    secondary, main, points, found = sides.secondary, sides.main, sides.points, meet.found
     sign = sides.sign(np.arange(found.size), meet.facet, meet.distance)
     normal = points.normal * sign[:, None]
     half = 0.5 * (secondary.thickness[points.facet] + main.thickness[meet.facet])
@@ -170,7 +156,7 @@ def _of_wall(secondary: Facets, main: Facets, points: Points, sides: _Sides, mee
         size=_least(at[found], width[found], nodes.size)[keep],
         scale=area[keep],
     )
-    return _rows(secondary, main, points, meet.shape, meet.facet, normal, found, at, share, channel_of), channels
+    return _rows(sides, meet, normal, channel_of[at], share), channels
 
 
 def _integration_points(facets: Facets) -> Points:
@@ -301,29 +287,18 @@ def _automatic(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntA
     return AUTO_FACTOR * np.minimum(per_area[0][facet_s], per_area[1][facet_m])
 
 
-def _rows(
-    secondary: Facets,
-    main: Facets,
-    points: Points,
-    main_shape: FloatArray,
-    facet: IntArray,
-    normal: FloatArray,
-    found: BoolArray,
-    at: IntArray,
-    share: FloatArray,
-    channel_of: IntArray,
-) -> ChannelRows:
+def _rows(sides: _Sides, meet: Projection, normal: FloatArray, channel: IntArray, share: FloatArray) -> ChannelRows:
     """(channel, label) triplets: sum_q share_i(q) n_q . (sum_s N_s u_s - sum_m N_m u_m), along tangents with what the
     nodes' rotations move the sides that touch. N are the shape functions of the whole faces (`FaceShapes`).
 
     The weights of the points on every pair of channel and node come first; their product with the points' normals and
     tangents then sums over the points.
     """
-    q = np.flatnonzero(found)
+    secondary, main, points, q = sides.secondary, sides.main, sides.points, np.flatnonzero(meet.found)
     own, own_shape = secondary.shapes.at(points.facet[q], points.shape[q])
-    other, other_shape = main.shapes.at(facet[q], main_shape[q])
+    other, other_shape = main.shapes.at(meet.facet[q], meet.shape[q])
     nodes, weight = np.concatenate([own, other], axis=1), np.concatenate([own_shape, -other_shape], axis=1)
-    channel, share = channel_of[at[q]], share[q]
+    channel, share = channel[q], share[q]
     row, corner = np.nonzero((channel >= 0) & (share != 0.0))
     n_node = int(nodes.max(initial=0)) + 1
     pairs, pair = np.unique((channel[row, corner, None] * n_node + nodes[row]).ravel(), return_inverse=True)
@@ -333,7 +308,7 @@ def _rows(
     tangents, of = tangents_of(normal[q]), np.repeat(pairs // n_node, 3)
     rows = ChannelRows(of, label, *((W @ v).ravel() for v in (normal[q], *tangents)))
     of_own = np.arange(weight.shape[1]) < own.shape[1]
-    arms = np.where(of_own, -secondary.arm[points.facet[q], None], main.arm[facet[q], None])
+    arms = np.where(of_own, -secondary.arm[points.facet[q], None], main.arm[meet.facet[q], None])
     if not arms.any():
         return rows
     levers = (share[row, corner, None] * (weight * arms)[row]).ravel()

@@ -26,12 +26,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import beam2, beam3, bushing, cohesive, mass, nodal, spring, spring_axial, truss2
+from creak.elements import beam2, beam3, bushing, cohesive, discrete, truss2
 from creak.elements.shells import quad4, quad8, tri3, tri6
 from creak.elements.solids import hex8, hex20, pyramid5, tet4, tet10, wedge6, wedge15
 from creak.model.mesh import COMMON, Own
@@ -57,6 +58,7 @@ def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
     return np.zeros((coords.shape[0], d, d))
 
 
+MATRICES = ("stiffness", "mass", "damping")
 FORMULATIONS: dict[str, Formulation] = {
     "quad4": Formulation(quad4.stiffness, quad4.mass, softened=quad4.softened_stiffness),
     "tri3": Formulation(tri3.stiffness, tri3.mass),
@@ -76,13 +78,10 @@ FORMULATIONS: dict[str, Formulation] = {
     "hex20r": Formulation(hex20.reduced_stiffness, hex20.mass),
     "hex20s": Formulation(hex20.reduced_shear_stiffness, hex20.mass),
     "wedge15": Formulation(wedge15.stiffness, wedge15.mass),
-    "mass": Formulation(zero, mass.mass),
-    "rotary": Formulation(zero, mass.mass),
-    "spring1": Formulation(spring.stiffness, zero, spring.damping),
-    "spring2": Formulation(spring.stiffness, zero, spring.damping),
-    "axial2": Formulation(spring_axial.stiffness, zero, spring_axial.damping),
+    **dict.fromkeys(("mass", "rotary"), Formulation(zero, discrete.mass)),
+    **dict.fromkeys(("spring1", "spring2"), Formulation(discrete.spring, zero, partial(discrete.spring, of="damping"))),
+    "axial2": Formulation(discrete.axial, zero, partial(discrete.axial, of="damping")),
     "bush1": Formulation(bushing.stiffness, zero, bushing.damping),
     "bush2": Formulation(bushing.stiffness, zero, bushing.damping),
-    "nodal1": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
-    "nodal2": Formulation(nodal.stiffness, nodal.mass, nodal.damping),
+    **dict.fromkeys(("nodal1", "nodal2"), Formulation(*(partial(discrete.given, of=x) for x in MATRICES))),
 }

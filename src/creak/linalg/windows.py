@@ -8,6 +8,8 @@ differ most, so that a mode belongs to one of them.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -79,12 +81,13 @@ def in_windows(
     """
     lam, shapes, columns, lowest = np.zeros(0), vectors(mass.n, wanted), 0, 0.0
     rate = np.sqrt(upper) / wanted  # of frequency, per mode
+    search = _Search(at, mass, wanted, upper, most, progress)
     held: Factor | None = solver
     del solver
     while lam.size < wanted:
-        held, shift = _placed(at, held, lam, wanted, upper, most, rate)
+        held, shift = search.placed(held, lam, rate)
         lowest = lowest if lam.size else shift
-        found, last, held, solved = _counted(at, held, mass, lam, shift, wanted, upper, most, progress)
+        found, last, held, solved = search.counted(held, lam, shift)
         _check_end(mass, shapes[max(lam.size - SLACK, 0) : lam.size].T, found.shapes[:, :SLACK])
         shapes[lam.size : lam.size + last] = found.shapes[:, :last].T
         start = np.sqrt(max(lam[-1] if lam.size else 0.0, 0.0))
@@ -124,81 +127,66 @@ def amid_or_in_windows(
     return in_windows(at, counted, pencil.mass, wanted, upper, window_size(n, left), progress)
 
 
-def _counted(
-    at: At,
-    held: Factor,
-    mass: BlockProduct,
-    lam: FloatArray,
-    shift: float,
-    wanted: int,
-    upper: float,
-    most: int,
-    progress: Steps | None,
-) -> tuple[Ritz, int, Factor, int]:
-    """A window whose modes are as many as the inertia at its end says; with wider blocks where it missed some."""
-    solved = 0
-    for width in WIDTHS:
-        found, last = _window(held, mass, lam, shift, wanted, upper, most, width, progress)
-        solved += found.columns
-        if lam.size + last == wanted:
-            return found, last, held, solved
-        held = at(held, 0.5 * (found.lam[last - 1] + found.lam[last]))
-        if held.n_negative == lam.size + last:
-            return found, last, held, solved
-        held = at(held, shift)
-    raise NumericalError(TOO_MANY)
+@dataclass(frozen=True)
+class _Search:
+    """What `in_windows` looks for; `lam` are the eigenvalues that it has found."""
 
+    at: At
+    mass: BlockProduct
+    wanted: int
+    upper: float
+    most: int
+    progress: Steps | None
 
-def _placed(
-    at: At, held: Factor | None, lam: FloatArray, wanted: int, upper: float, most: int, rate: float
-) -> tuple[Factor, float]:
-    """A factor, and its shift, with at most `most` modes between the last one found and that; half of them at best."""
-    low = max(lam[-1], 0.0) if lam.size else 0.0
-    final = low + AMID * (upper - low)
-    shift = final
-    if wanted - lam.size > most:
-        shift = min((np.sqrt(low) + 0.5 * most * rate) ** 2, final)
-    for left in reversed(range(TRIALS)):
-        try:
-            held = at(held, shift)
-        except SingularMatrixError:  # an eigenvalue, exactly
-            held, shift = None, low + (1.0 - 1e-6) * (shift - low)
-            continue
-        below = held.n_negative - lam.size
-        if below <= 0.75 * most or wanted - lam.size <= most or not left:
-            return held, shift
-        shift = (np.sqrt(low) + (np.sqrt(shift) - np.sqrt(low)) * 0.5 * most / below) ** 2
-    raise NumericalError("no shift was found between the modes")
+    def counted(self, held: Factor, lam: FloatArray, shift: float) -> tuple[Ritz, int, Factor, int]:
+        """A window whose modes are as many as the inertia at its end says; with wider blocks where it missed some."""
+        solved = 0
+        for width in WIDTHS:
+            found, last = self._window(held, lam, shift, width)
+            solved += found.columns
+            if lam.size + last == self.wanted:
+                return found, last, held, solved
+            held = self.at(held, 0.5 * (found.lam[last - 1] + found.lam[last]))
+            if held.n_negative == lam.size + last:
+                return found, last, held, solved
+            held = self.at(held, shift)
+        raise NumericalError(TOO_MANY)
 
+    def placed(self, held: Factor | None, lam: FloatArray, rate: float) -> tuple[Factor, float]:
+        """A factor, and its shift, with at most `most` modes between the last one found and that; half of them at
+        best."""
+        most, rest = self.most, self.wanted - lam.size
+        low = max(lam[-1], 0.0) if lam.size else 0.0
+        shift = final = low + AMID * (self.upper - low)
+        if rest > most:
+            shift = min((np.sqrt(low) + 0.5 * most * rate) ** 2, final)
+        for left in reversed(range(TRIALS)):
+            try:
+                held = self.at(held, shift)
+            except SingularMatrixError:  # an eigenvalue, exactly
+                held, shift = None, low + (1.0 - 1e-6) * (shift - low)
+                continue
+            below = held.n_negative - lam.size
+            if below <= 0.75 * most or rest <= most or not left:
+                return held, shift
+            shift = (np.sqrt(low) + (np.sqrt(shift) - np.sqrt(low)) * 0.5 * most / below) ** 2
+        raise NumericalError("no shift was found between the modes")
 
-def _window(
-    held: Factor,
-    mass: BlockProduct,
-    lam: FloatArray,
-    shift: float,
-    wanted: int,
-    upper: float,
-    most: int,
-    width: int,
-    progress: Steps | None,
-) -> tuple[Ritz, int]:
-    """Modes nearest to the shift beyond those found, and how many of them the window keeps."""
-    skip = lam.size
-    left, size = wanted - skip, max(most, held.n_negative - skip + FEWEST // 2)
-    lower = float(lam[-1]) if skip else -np.inf
+    def _window(self, held: Factor, lam: FloatArray, shift: float, width: int) -> tuple[Ritz, int]:
+        """Modes nearest to the shift beyond those found, and how many of them the window keeps."""
+        skip, left = lam.size, self.wanted - lam.size
+        size = max(self.most, held.n_negative - skip + FEWEST // 2)
 
-    def report(done: int, _: int) -> None:
-        if progress is not None:
-            progress(skip + min(done, size, left), wanted)
+        def report(done: int, _: int) -> None:
+            if self.progress is not None:
+                self.progress(skip + min(done, size, left), self.wanted)
 
-    if left <= size + SLACK:
-        above = upper * (1.0 + 1e-6)
-        found = lanczos(
-            held, mass, shift, left, extra=1, skip=skip, lower=lower, upper=above, width=width, progress=report
-        )
-        return found, left
-    found = lanczos(held, mass, shift, size + SLACK, skip=skip, lower=lower, width=width, progress=report)
-    return found, size + int(np.argmax(np.diff(found.lam[size - 1 :])))
+        seek = partial(lanczos, held, self.mass, shift, width=width, progress=report)
+        seek = partial(seek, skip=skip, lower=float(lam[-1]) if skip else -np.inf)
+        if left <= size + SLACK:
+            return seek(left, extra=1, upper=self.upper * (1.0 + 1e-6)), left
+        found = seek(size + SLACK)
+        return found, size + int(np.argmax(np.diff(found.lam[size - 1 :])))
 
 
 def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> None:

@@ -9,7 +9,6 @@ from creak.report.figures.scene import node_impulses
 from creak.studies.findings.elines import point_columns
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
 
 OF_PLACE = ("events", "force", "impulse", "n5", "n_max", "level")
 """Figures of a place in summary.json."""
@@ -36,7 +35,7 @@ def found_points(found: Findings) -> tuple[FloatArray, dict[str, FloatArray]]:
 
 
 def _of_places(found: Findings, rows: np.ndarray) -> dict[str, FloatArray]:
-    run, number = main_run(found.runs), np.zeros(rows.size)
+    run, number = found.main, np.zeros(rows.size)
     arrays = {f"place_{name}": np.full(rows.size, np.nan) for name in OF_PLACE}
     if run is None:
         return {"place": number}

@@ -40,7 +40,6 @@ from creak.report.words import answer, method, verdict
 from creak.studies.findings.elines import line_rows, point_csv
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
 
 SECTIONS = {
     "top": "Verdict",
@@ -157,7 +156,7 @@ def _drawn_parts(result: Findings, surface: Surface | None, units: Units, tests:
 
 
 def _motion_parts(result: Findings, motions: scene.Animations, shape: dict[str, Any] | None) -> dict[str, Any]:
-    run = main_run(result.runs)
+    run = result.main
     every = [*motions.shown, *motions.modes]
     return {
         "has_scene": shape is not None,
@@ -251,7 +250,7 @@ def _model_picture(result: Findings) -> Picture:
 
 
 def _contact_picture(result: Findings, units: Units) -> Picture:
-    run = main_run(result.runs)
+    run = result.main
     if run is None or result.gaps.m == 0:
         return Picture("", "No contact picture: there is no channel that can close.")
     nodes, total = scene.node_impulses(result, run, (-np.inf, np.inf))

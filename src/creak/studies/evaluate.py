@@ -116,10 +116,9 @@ def evaluate(
         from creak.studies.findings.measured import beside_tests
         from creak.studies.findings.places import find_places
         from creak.studies.findings.sound import heard_places
-        from creak.studies.run.compared import main_run
         from creak.studies.sound.heard import Sound, hear
 
-        main, notes = main_run(found.runs), [*found.notes, *said_of_proof]
+        main, notes = found.main, [*found.notes, *said_of_proof]
         worth = table.exact and not quick and "reduced" in found.runs and found.stopped is None and found.gaps.presses
         repeated = worth if converge is None else converge
         if first is not None and is_long and (repeated or changes != "none"):

@@ -28,6 +28,8 @@ from creak.reduction.modal import support_motion, with_modal_damping
 from helpers_core import time_axis
 from helpers_gap import N, cantilevers, gaps_between, multisine_base
 
+RECORDED = {"section": "time", "source": "the same in dofs"}
+
 TIP, OTHER = 6 * N + 1, 6 * (2 * N + 1) + 1
 OBSERVED = np.array([TIP, TIP - 6, OTHER])
 ROUND_OFF = 1e-8
@@ -108,11 +110,9 @@ def test_a_change_of_basis_changes_nothing(scheme, measured):
     assert 20 < a.contact_steps < 480
     assert_same(a, b)
     measured(
-        "time",
         "condensed step in modes: force, relative difference",
         np.abs(a.force - b.force).max() / a.force.max(),
         at_most=ROUND_OFF,
-        source="the same in dofs",
     )
 
 
@@ -135,11 +135,7 @@ def test_friction_and_hard_contact(decay, measured):
     assert_same(a, b, HARD)
     error = np.abs(a.tangential - b.tangential).max() / np.abs(a.tangential).max()
     measured(
-        "time",
-        "condensed step in modes, friction and hard contact: friction force, relative difference",
-        error,
-        at_most=HARD,
-        source="the same in dofs",
+        "condensed step in modes, friction and hard contact: friction force, relative difference", error, at_most=HARD
     )
 
 

@@ -30,6 +30,8 @@ from helpers_core import (
     time_axis,
 )
 
+RECORDED = {"section": "contact"}
+
 N = 24
 SAME = 1e-8
 """Relative; both solve the same equations exactly, round-off is amplified by contact over some hundred steps."""
@@ -74,7 +76,6 @@ def test_condensed_step_equals_plain_newton_on_the_full_model(alpha, measured):
     a, b = (run(*arguments, OutputRequest(np.arange(N))) for run in (simulate, simulate_plain_newton))
     same(a, b)
     measured(
-        "contact",
         f"condensed contact, alpha {alpha:.3g}: force, relative difference",
         np.abs(a.force - b.force).max() / a.force.max(),
         at_most=SAME,

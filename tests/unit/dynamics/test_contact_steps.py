@@ -7,11 +7,12 @@ import pytest
 from scipy.optimize import brentq
 
 from creak.dynamics.flight.contact_steps import FINEST, IN_CONTACT, REBOUND, RESOLVED, steps_in_contact
-from creak.dynamics.flight.stepper import simulate_high_order
+from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.history import History
 from creak.dynamics.loads import at_rest
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import Scheme
+from creak.dynamics.simulate import march
 from creak.verify.reliability import created_of_contact
 from helpers_core import bar, channels, system_of, time_axis
 
@@ -24,7 +25,7 @@ MASS = system_of(np.eye(1), np.zeros((1, 1)), velocity=-np.ones(1))
 def thrown(stop, parts: int, scheme: Scheme = IN_CONTACT, end: float = 5e-3) -> History:
     """A mass of 1 with speed 1 onto a stop at 1.234 mm."""
     time = time_axis(STEP * np.ceil(end / STEP), STEP / parts)
-    return simulate_high_order(MASS, stop, at_rest(time), scheme, OutputRequest(np.array([0])), substeps=parts)
+    return march(FlightStepper(MASS, stop, at_rest(time), scheme, parts), OutputRequest(np.array([0])))
 
 
 def leaving(history: History) -> float:

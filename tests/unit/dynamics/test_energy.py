@@ -14,6 +14,8 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from helpers_core import NO_CHANNELS, chain, channels, forces_on, free_run, system_of, time_axis
 
+RECORDED = {"section": "energy", "source": "conservation"}
+
 KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, FRICTION, EXTERNAL, SCHEME = range(len(ENERGIES))
 N = 12
 
@@ -41,20 +43,13 @@ def test_contact_creates_no_energy(alpha, measured):
     history = rattling(5e-4, alpha)
     assert history.contact_steps > 100
     assert (history.energy[:, SCHEME] >= -0.005 * history.energy_scale).all()
-    measured(
-        "energy",
-        f"chain between stops, alpha {alpha:.3g}: share of energy created",
-        history.energy_created,
-        at_most=0.005,
-        source="conservation",
-    )
+    measured(f"chain between stops, alpha {alpha:.3g}: share of energy created", history.energy_created, at_most=0.005)
 
 
 def test_leftover_shrinks_with_the_step(measured):
     """An impact on a penalty is caught within (omega h)^2 of its energy: halving the step at least halves the rest."""
     left = [np.abs(rattling(h).energy[:, SCHEME]).max() for h in (1e-3, 5e-4, 2.5e-4)]
     measured(
-        "energy",
         "chain between stops: what is left over, ratio of half the step",
         max(left[1] / left[0], left[2] / left[1]),
         at_most=0.5,
@@ -77,13 +72,7 @@ def test_balance_adds_up(measured):
     e = rattling(5e-4, damper=30.0).energy
     total = e[:, [KINETIC, STRAIN, CONTACT, DAMPING, CONTACT_DAMPING, SCHEME]].sum(axis=1)
     error = np.abs(total - e[:, EXTERNAL]).max() / np.abs(e).max()
-    measured(
-        "energy",
-        "chain between stops: sum of the energy table, relative error",
-        error,
-        at_most=1e-12,
-        source="definition",
-    )
+    measured("chain between stops: sum of the energy table, relative error", error, at_most=1e-12, source="definition")
 
 
 def test_external_work_of_a_force_is_force_times_way(measured):
@@ -95,7 +84,6 @@ def test_external_work_of_a_force_is_force_times_way(measured):
     # Trapezoidal rule in time: (omega h)^2 with omega up to 180 rad/s.
     expected = trapezoid(force * velocity, dx=1e-4)
     measured(
-        "energy",
         "chain under a force: external work",
         history.energy[-1, EXTERNAL],
         expected,
@@ -126,13 +114,7 @@ def test_average_acceleration_keeps_energy_exactly(measured):
     np.testing.assert_allclose(history.energy[:, SCHEME], 0.0, atol=1e-3 * history.energy_scale)
     undamped = free_run(system_of(M, K, velocity=np.linspace(0, 1, N)), NO_CHANNELS, 0.5, 1e-3, 0.0)
     error = np.abs(undamped.energy[:, SCHEME]).max() / undamped.energy_scale
-    measured(
-        "energy",
-        "alpha = 0, free chain: energy not accounted for, relative",
-        error,
-        at_most=1e-10,
-        source="conservation",
-    )
+    measured("alpha = 0, free chain: energy not accounted for, relative", error, at_most=1e-10)
 
 
 def test_leftover_of_a_smooth_linear_run_is_of_the_third_order():

@@ -12,7 +12,7 @@ import scipy.linalg as sla
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.dynamics.flight.step import choose
-from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
+from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.record.recorder import OutputRequest
@@ -24,6 +24,8 @@ from creak.linalg.modes import modes
 from creak.reduction.modal import with_modal_damping
 from helpers_core import NO_CHANNELS, chain, channels, forces_on, system_of, time_axis
 from helpers_gap import cantilevers, gaps_between, multisine_base
+
+RECORDED = {"section": "time", "source": "closed form"}
 
 PI2 = 2.0 * np.pi
 EXTERNAL, SCHEME = ENERGIES.index("external"), ENERGIES.index("scheme")
@@ -53,9 +55,7 @@ def closed_form(M: np.ndarray, C: np.ndarray, K: np.ndarray, v0: np.ndarray, t: 
 def run(system, loads: Loads, substeps: int = 1, gaps=NO_CHANNELS, flight: int | None = None, **others) -> History:
     """Flights of one output step unless said."""
     asked = OutputRequest(np.arange(system.n))
-    return simulate_high_order(
-        system, gaps, loads, HHT(), asked, substeps=substeps, flight=flight or substeps, **others
-    )
+    return march(FlightStepper(system, gaps, loads, HHT(), substeps, flight or substeps), asked, **others)
 
 
 def pushed(steps: int, substeps: int, end: float = 2.0) -> Loads:
@@ -97,7 +97,7 @@ def test_ninth_order_on_a_forced_damped_chain(kind, measured):
     # (omega h)^9 / 4.6e8 omega t: what the highest mode loses of its amplitude where nothing else damps it.
     assert errors[-1] < 1e-7 * np.abs(exact).max()
     # Highest frequency 39 rad/s: omega h = 1.2 and .81, the next term bends the order.
-    measured("time", "collocation, forced damped chain: order", order, 9.0, abs=0.5, source="closed form")
+    measured("collocation, forced damped chain: order", order, 9.0, abs=0.5)
 
 
 def swing(per_period: float, periods: int = 40) -> tuple[float, float]:
@@ -129,8 +129,8 @@ def test_period_and_damping_at_three_and_at_five_steps_a_period(measured):
         assert period == pytest.approx(PI2 / per_period / np.angle(R) - 1.0, rel=1e-3)
         assert damping == pytest.approx(-np.log(abs(R)) * per_period / PI2, rel=1e-3)
         name = f"collocation, {per_period} steps a period"
-        measured("time", f"{name}: period error", abs(period), at_most=at_most[0], source="closed form")
-        measured("time", f"{name}: damping ratio", damping, at_most=at_most[1], source="closed form")
+        measured(f"{name}: period error", abs(period), at_most=at_most[0])
+        measured(f"{name}: damping ratio", damping, at_most=at_most[1])
 
 
 def test_the_course_of_a_flight_is_right_between_its_ends(measured):
@@ -141,7 +141,7 @@ def test_the_course_of_a_flight_is_right_between_its_ends(measured):
     history = run(system, at_rest(time), 1, flight=10)
     off = np.abs(history.displacement[:, 0] - np.sin(w * time))
     assert off.max() < 3.0 * off[::10].max()
-    measured("time", "collocation, within flights of .3 of a period", off.max(), at_most=5e-5, source="closed form")
+    measured("collocation, within flights of .3 of a period", off.max(), at_most=5e-5)
     # Energies between the ends belong to the motion there.
     np.testing.assert_allclose(history.energy[:, :2].sum(axis=1), 0.5 * w * w, rtol=1e-4)
     kinetic = 0.5 * w * w * np.cos(w * time) ** 2
@@ -200,11 +200,11 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
     assert (order > 8.0).all()
     assert left[-1] < 1e-6 * history.energy[:, EXTERNAL].max()
     measured(
-        "energy",
         "collocation, forced damped chain: energy lost by the scheme",
         left[-1] / history.energy_scale,
         at_most=1e-6,
         source="conservation",
+        section="energy",
     )
 
 
@@ -227,7 +227,7 @@ def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
         rule, samples, said = choose(loads, 10)
         assert (rule.stages, samples, said) == (stages, stride, "")
     fine = run(system, rough, 1)
-    history = simulate_high_order(system, NO_CHANNELS, rough, HHT(), OutputRequest(np.arange(N)), substeps=10)
+    history = march(FlightStepper(system, NO_CHANNELS, rough, HHT(), 10), OutputRequest(np.arange(N)))
     across = run(system, rough, 10, flight=25)
     off = [np.abs(h.displacement - fine.displacement[::10]).max() for h in (history, across)]
     # Stages between samples round the kinks.
@@ -261,7 +261,7 @@ def test_prescribed_motion_equals_a_fine_run(rayleigh):
     fine = multisine_base(time_axis(0.2, 4e-5), 5.0, 60.0, 1e-3)
     coarse = multisine_base(time_axis(0.2, 2e-4), 5.0, 60.0, 1e-3)
     a = simulate(system, gaps, fine, HHT(), OutputRequest(np.zeros(0, dtype=np.int64)))
-    b = simulate_high_order(system, gaps, coarse, HHT(), OutputRequest(np.zeros(0, dtype=np.int64)), substeps=5)
+    b = march(FlightStepper(system, gaps, coarse, HHT(), 5), OutputRequest(np.zeros(0, dtype=np.int64)))
     motion, rows = np.abs(a.gap - 1.0).max(), b.output_index
     # HHT at 40 us: a phase of (omega h)^2 / 10 omega t = 3e-3 of what swings at 60 Hz.
     np.testing.assert_allclose(b.gap[rows], a.gap[::25], atol=5e-3 * motion)

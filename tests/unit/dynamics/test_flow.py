@@ -35,6 +35,8 @@ from creak.verify.reliability import created_of_contact
 from helpers_core import NO_CHANNELS, chain, channels, system_of
 from helpers_gap import cantilevers, gaps_between, multisine_base
 
+RECORDED = {"section": "time"}
+
 
 def fly(system, gaps, end, step, forces=(), labels=(), resolution=SETTLED, every=1) -> History:
     """A System diagonalised and flown; `forces` are functions of time."""
@@ -126,7 +128,6 @@ def test_forced_motion_is_that_of_the_closed_form(measured):
     exact = steady + np.exp(-zeta * w * t) * (a * np.cos(wd * t) + b * np.sin(wd * t))
     # The cubic through the load is off by 5.1e-4 (Omega H)^4 = 8e-5.
     measured(
-        "time",
         "exact flow, damped mode pushed off resonance: worst instant",
         np.abs(history.displacement[:, 0] - exact).max() / np.abs(exact).max(),
         at_most=2e-4,

@@ -12,6 +12,8 @@ from creak.dynamics.history import ENERGIES
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import in_own_modes
 
+RECORDED = {"section": "time"}
+
 
 @pytest.mark.parametrize("dashpot", [0.0, 1e-4], ids=["single", "coupled"])
 def test_a_stiff_part_and_the_support_it_stands_on_keep_their_gap(dashpot, measured):
@@ -29,7 +31,6 @@ def test_a_stiff_part_and_the_support_it_stands_on_keep_their_gap(dashpot, measu
     loads = creak.make_loads(system, time, motion={"base": way})
     history = simulate_flow(system, stop, loads, OutputRequest(np.array([1])))
     measured(
-        "time",
         f"gap of a stiff part and the support it stands on, {'coupled' if dashpot else 'single'} modes: share of the way",
         np.abs(history.gap[:, 0] - 0.05).max() / 60.0,
         at_most=1e-6,

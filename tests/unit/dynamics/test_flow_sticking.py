@@ -12,6 +12,8 @@ from creak.dynamics.history import ENERGIES
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import in_own_modes
 
+RECORDED = {"section": "time"}
+
 NODES, STIFFNESS, FRICTION, END, STEP = 12, 100.0, 0.5, 0.06, 1e-6
 X, Z = 1 + np.arange(NODES), 2 + NODES + np.arange(NODES)
 """Along the floor and across it; before each a base that is moved."""
@@ -95,7 +97,6 @@ def test_several_nodes_stick_and_slip_where_fast_modes_are_damped(beta, dashpot,
     place = u[:NODES]
     energy = dict(zip(ENERGIES, history.energy[-1], strict=True))
     measured(
-        "time",
         f"heat of nodes that stick and slip, beta {beta:g}, dashpots {dashpot:g}: share off",
         abs(energy["friction"] / heat - 1.0),
         at_most=3e-2,
@@ -136,7 +137,6 @@ def test_what_sticks_does_not_walk_where_it_is_shaken_unevenly(measured):
     assert 0.5 < pull.max() < 0.9
     assert not history.sliding.any()
     measured(
-        "time",
         "way of a mass that sticks while it is shaken unevenly 50 times, share of the shaking",
         np.abs(history.displacement[-1, 1]) / way,
         at_most=1e-4,

@@ -37,6 +37,8 @@ from helpers_core import (
     time_axis,
 )
 
+RECORDED = {"section": "time", "source": "closed form"}
+
 PI2 = 2.0 * np.pi
 
 
@@ -76,8 +78,8 @@ def test_period_error_and_damping_ratio_at_a_tenth_of_the_period(alpha, period_e
     """h / T = .1: two rows of the published table, to half of their last digit."""
     period, damping = swing(alpha, 10, 40)
     case = f"HHT {alpha:.3g}, h/T = .1"
-    measured("time", f"{case}: period error", period, period_error, abs=5e-5, source="published table")
-    measured("time", f"{case}: damping ratio", damping, damping_ratio, abs=5e-6, source="published table")
+    measured(f"{case}: period error", period, period_error, abs=5e-5, source="published table")
+    measured(f"{case}: damping ratio", damping, damping_ratio, abs=5e-6, source="published table")
 
 
 def amplification(alpha: float, Omega: float) -> tuple[float, float]:
@@ -103,7 +105,6 @@ def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha, meas
     period, damping = swing(alpha, 60, 30)
     # The next terms are smaller by Omega^2 = 1 %.
     measured(
-        "time",
         f"HHT {alpha:.3g}, h/T = 1/60: period error",
         period,
         Omega**2 * (1 / 12 - alpha / 4 - 3 * alpha**2 / 8),
@@ -111,7 +112,6 @@ def test_period_error_and_damping_ratio_approach_their_leading_terms(alpha, meas
         source="closed form, leading term",
     )
     measured(
-        "time",
         f"HHT {alpha:.3g}, h/T = 1/60: damping ratio",
         damping,
         -alpha * (1 + alpha) ** 2 * Omega**3 / 8,
@@ -132,12 +132,7 @@ def test_high_frequencies_die_with_the_spectral_radius(alpha, measured):
     # The physical root is double at infinity: it decays as n rho^n. From step 10 to 20 the others are .2 % of it.
     expected = physical * 2.0**0.1 if physical > spurious else spurious
     measured(
-        "time",
-        f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps",
-        (u[20] / u[10]) ** 0.1,
-        expected,
-        rel=0.005,
-        source="closed form",
+        f"HHT {alpha:.3g}: spectral radius at high frequency, ten steps", (u[20] / u[10]) ** 0.1, expected, rel=0.005
     )
 
 
@@ -156,12 +151,10 @@ def test_second_order_under_a_force(alpha, measured):
         )
         errors.append(np.abs(history.displacement[:, 0] - exact(time)).max())
     measured(
-        "time",
         f"HHT {alpha:.3g}, forced oscillator: order in the step",
         np.log2(np.array(errors[:-1]) / errors[1:]),
         2.0,
         abs=0.15,
-        source="closed form",
     )
 
 
@@ -189,12 +182,10 @@ def test_step_force_overshoots_to_twice_the_static_deflection(measured):
     static = 5.0 / w0**2
     # (omega h)^2 / 12 of phase over one period: 6e-4 at most.
     measured(
-        "time",
         "step force: deflection over static, worst instant",
         u.displacement[:, 0] / static,
         1 - np.cos(w0 * time),
         abs=1e-3,
-        source="closed form",
     )
 
 
@@ -258,12 +249,7 @@ def test_mass_on_a_driven_spring_follows_the_closed_form(alpha, measured):
     # Period error (w0 h)^2 / 12 (1 + 3 |alpha|) over 3 periods, times 1.4: at most .002; second order.
     assert errors[1] < 5e-3
     measured(
-        "time",
-        f"HHT {alpha:.3g}, mass on a driven spring: order in the step",
-        np.log2(errors[0] / errors[1]),
-        2.0,
-        abs=0.15,
-        source="closed form",
+        f"HHT {alpha:.3g}, mass on a driven spring: order in the step", np.log2(errors[0] / errors[1]), 2.0, abs=0.15
     )
 
 
@@ -449,13 +435,7 @@ def test_modal_damping_gives_each_mode_its_fraction(sparse, measured):
     exact = np.exp(-zeta * w * history.time) * np.sin(wd * history.time) / wd
     amplitude = history.displacement @ Phi[:, mode]
     # Phase error (w h)^2 / 10 x 2 pi 6 = 1e-3.
-    measured(
-        "time",
-        "modal damping of 4 %: amplitude of a mode, error",
-        np.abs(amplitude - exact).max() * w,
-        at_most=1.5e-3,
-        source="closed form",
-    )
+    measured("modal damping of 4 %: amplitude of a mode, error", np.abs(amplitude - exact).max() * w, at_most=1.5e-3)
     others = np.delete(history.displacement @ Phi, mode, axis=1)
     np.testing.assert_allclose(others, 0.0, atol=1e-10 / w)
 

@@ -13,6 +13,8 @@ from creak.model.mesh import Own
 from helpers_fem import dof, random_rotation, rigid_modes, solve
 from helpers_solids import KINDS, block
 
+RECORDED = {"section": "beams and solids"}
+
 E, NU, G = (140e9, 10e9, 9e9), (0.3, 0.25, 0.4), (5e9, 4.5e9, 3.5e9)
 WOOD = AnisotropicMaterial("W", orthotropic(E, NU, G), 1600.0)
 STEEL = Material("S", 2e11, 0.3, 7800.0)
@@ -58,7 +60,6 @@ def test_bar_pulled_off_its_material_axes_has_the_young_modulus_of_that_directio
     reaction = (K @ u).reshape(-1, 6)[mesh.nodes(lambda x: np.isclose(x[:, 0], 3.0)), 0].sum()
     modulus = 1 / (c**4 / E[0] + (1 / G[0] - 2 * NU[0] / E[0]) * c**2 * s**2 + s**4 / E[1])
     measured(
-        "beams and solids",
         f"bar off its material axes, {kind}: Young's modulus",
         reaction / 1e-3,
         modulus,
@@ -110,7 +111,6 @@ def test_ten_node_tetrahedron_bends_one_element_through_the_thickness(measured):
         found[kind] = solve(mesh.stiffness(section), force, held)[dof(end, 3)].mean()
     exact = 1e3 * 12 / (3 * 1e7) + 10 / (5 / 6 * 1e7 / 2.6)
     measured(
-        "beams and solids",
         "cantilever of one layer of C3D10: tip deflection",
         found["tet10"],
         exact,

@@ -11,6 +11,8 @@ from creak.elements.geometry import DegenerateElement
 from creak.model.materials import BeamSection, Material
 from helpers_fem import Mesh, dof, random_rotation, rigid_modes
 
+RECORDED = {"section": "beams and solids", "source": "Euler-Bernoulli"}
+
 STEEL = Material("STEEL", 2e11, 0.3, 7800.0)
 SECTION = BeamSection("B", STEEL, area=2e-3, i11=3e-7, i22=8e-7, torsion=5e-7, axis1=(0.0, 1.0, 0.0))
 
@@ -33,24 +35,8 @@ def test_tip_load_bends_about_the_axis_of_its_second_moment(measured):
     along_y, along_z = tip_displacement(SECTION, 2), tip_displacement(SECTION, 3)
     assert along_z[2] == pytest.approx(8 / (3 * rigidity * 3e-7), rel=1e-10)
     assert along_z[4] == pytest.approx(-4 / (2 * rigidity * 3e-7), rel=1e-10)
-    measured(
-        "beams and solids",
-        "beam: tip deflection",
-        along_y[1],
-        8 / (3 * rigidity * 8e-7),
-        rel=1e-10,
-        unit="m",
-        source="Euler-Bernoulli",
-    )
-    measured(
-        "beams and solids",
-        "beam: tip rotation",
-        along_y[5],
-        4 / (2 * rigidity * 8e-7),
-        rel=1e-10,
-        unit="rad",
-        source="Euler-Bernoulli",
-    )
+    measured("beam: tip deflection", along_y[1], 8 / (3 * rigidity * 8e-7), rel=1e-10, unit="m")
+    measured("beam: tip rotation", along_y[5], 4 / (2 * rigidity * 8e-7), rel=1e-10, unit="rad")
 
 
 def test_extension_and_torsion_follow_their_rigidities():
@@ -89,12 +75,7 @@ def test_bending_frequencies_follow_euler_bernoulli(held, measured):
         lam = lam[2:]
     exact = (beta_l / length) ** 2 * np.sqrt(2e11 * 3e-7 / (7800 * 2e-3))
     measured(
-        "beams and solids",
-        f"{held} beam of 20 elements: beta L, mode {{}}",
-        beta_l * np.sqrt(np.sqrt(lam[:3]) / exact),
-        beta_l,
-        rel=0.5e-4,
-        source="Euler-Bernoulli",
+        f"{held} beam of 20 elements: beta L, mode {{}}", beta_l * np.sqrt(np.sqrt(lam[:3]) / exact), beta_l, rel=0.5e-4
     )
     assert np.all(np.sqrt(lam[:3]) > exact * (1 - 1e-6))
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements import bushing, mass, nodal, spring_axial
+from creak.elements import bushing, discrete
 from creak.elements.geometry import DegenerateElement
 from creak.elements.registry import FORMULATIONS
 from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass
@@ -57,27 +57,27 @@ def test_parallel_axes_are_refused():
 
 def test_axial_spring_resists_elongation_only():
     x = np.array([[[0.0, 0, 0], [3.0, 4.0, 0]]])
-    K = spring_axial.stiffness(x, AxialSpring("A", 5.0, 2.0))[0]
+    K = discrete.axial(x, AxialSpring("A", 5.0, 2.0))[0]
     u = np.zeros(12)
     u[6:9] = [0.6, 0.8, 7.0]
     assert u @ K @ u == pytest.approx(5.0)
-    assert u @ spring_axial.damping(x, AxialSpring("A", 5.0, 2.0))[0] @ u == pytest.approx(2.0)
+    assert u @ discrete.axial(x, AxialSpring("A", 5.0, 2.0), of="damping")[0] @ u == pytest.approx(2.0)
     assert np.abs(K @ rigid_modes(x[0])).max() < 1e-12
     with pytest.raises(DegenerateElement, match="coincide"):
-        spring_axial.stiffness(np.zeros((1, 2, 3)), AxialSpring("A", 5.0))
+        discrete.axial(np.zeros((1, 2, 3)), AxialSpring("A", 5.0))
 
 
 def test_given_matrices_are_taken_as_they_are():
     A = np.arange(36.0).reshape(6, 6)
     section = NodalMatrices("N", A, 2 * A, 3 * A)
     x = np.zeros((2, 1, 3))
-    assert nodal.stiffness(x, section)[1] == pytest.approx(A)
-    assert nodal.mass(x, section)[0] == pytest.approx(2 * A)
-    assert nodal.damping(x, section)[0] == pytest.approx(3 * A)
+    assert discrete.given(x, section, of="stiffness")[1] == pytest.approx(A)
+    assert discrete.given(x, section, of="mass")[0] == pytest.approx(2 * A)
+    assert discrete.given(x, section, of="damping")[0] == pytest.approx(3 * A)
 
 
 def test_mass_beside_its_node_has_its_static_moment_and_steiner_inertia():
     section = PointMass("M", 2.0, (0.1, 0.2, 0.3, 0.0, 0.0, 0.0), offset=(0.0, 0.0, 0.5))
-    M = mass.mass(np.zeros((1, 1, 3)), section)[0]
+    M = discrete.mass(np.zeros((1, 1, 3)), section)[0]
     assert np.diag(M) == pytest.approx([2, 2, 2, 0.1 + 0.5, 0.2 + 0.5, 0.3])
     assert (M[0, 4], M[1, 3]) == pytest.approx((1.0, -1.0))

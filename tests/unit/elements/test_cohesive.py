@@ -10,6 +10,8 @@ from creak.elements.geometry import DegenerateElement
 from creak.model.materials import AnisotropicMaterial, SolidSection
 from helpers_fem import random_rotation, rigid_modes
 
+RECORDED = {"section": "beams and solids"}
+
 K_N, K_S, K_T = 700.0, 300.0, 200.0
 D = np.zeros((6, 6))
 D[[2, 5, 4], [2, 5, 4]] = K_N, K_S, K_T
@@ -52,7 +54,7 @@ def test_uniform_separation_has_its_energy(k, height, direction, stiffness, meas
     found = u.ravel() @ cohesive.stiffness(coords, LAYER)[0] @ u.ravel()
     name = f"cohesive layer of {2 * k} nodes: energy of a uniform separation"
     source = "k delta^2 A"
-    measured("beams and solids", name, found, stiffness * 1e-6 * area(k), rel=1e-12, unit="J", source=source)
+    measured(name, found, stiffness * 1e-6 * area(k), rel=1e-12, unit="J", source=source)
 
 
 @sizes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements import mass, spring, truss2
+from creak.elements import discrete, truss2
 from creak.elements.geometry import DegenerateElement
 from creak.elements.registry import FORMULATIONS
 from creak.model.materials import Material, PointMass, Spring, TrussSection
@@ -39,7 +39,7 @@ def test_truss_without_length_is_refused():
 
 def test_point_mass_and_inertia_fill_their_dofs():
     section = PointMass("P", 2.0, (1.0, 2.0, 3.0, 0.1, 0.2, 0.3))
-    matrix = mass.mass(np.zeros((2, 1, 3)), section)
+    matrix = discrete.mass(np.zeros((2, 1, 3)), section)
     assert matrix.shape == (2, 6, 6)
     assert np.diag(matrix[1]).tolist() == [2, 2, 2, 1, 2, 3]
     assert matrix[0, 3, 4] == matrix[0, 4, 3] == 0.1
@@ -49,7 +49,7 @@ def test_point_mass_and_inertia_fill_their_dofs():
 
 
 def test_grounded_spring_acts_on_its_dof():
-    stiffness = spring.stiffness(np.zeros((1, 1, 3)), Spring("S", dof1=3, stiffness=5.0))[0]
+    stiffness = discrete.spring(np.zeros((1, 1, 3)), Spring("S", dof1=3, stiffness=5.0))[0]
     assert stiffness[2, 2] == 5.0
     assert np.count_nonzero(stiffness) == 1
 
@@ -59,8 +59,8 @@ def test_two_node_spring_resists_relative_motion():
     u = np.zeros(12)
     u[1], u[9] = 1.0, 4.0
     coords = np.zeros((1, 2, 3))
-    assert u @ spring.stiffness(coords, section)[0] @ u == pytest.approx(5.0 * 9.0)
-    assert u @ spring.damping(coords, section)[0] @ u == pytest.approx(0.5 * 9.0)
+    assert u @ discrete.spring(coords, section)[0] @ u == pytest.approx(5.0 * 9.0)
+    assert u @ discrete.spring(coords, section, of="damping")[0] @ u == pytest.approx(0.5 * 9.0)
     assert not FORMULATIONS["spring2"].mass(coords, section, COMMON).any()
 
 

@@ -16,6 +16,8 @@ from creak.model.materials import GeneralShell, Material, SheetMaterial, ShellSe
 from creak.model.mesh import Own
 from helpers_fem import KINDS, QUADRATIC, Mesh, dof, frequencies, random_rotation, rectangle, rigid_modes
 
+RECORDED = {"section": "beams and solids"}
+
 STEEL = Material("STEEL", 2e11, 0.3, 7800.0)
 CARBON = SheetMaterial("CARBON", *lamina(140e9, 10e9, 0.3, 5e9, 5e9, 3.5e9), 1600.0)
 CROSS = laminate("C", [Ply(CARBON, 1e-3), Ply(CARBON, 1e-3, np.pi / 2)], bottom=3e-4)
@@ -52,7 +54,6 @@ def test_thickness_at_the_nodes_scales_the_section(kind, section, measured):
         expected = made(x, thick)
         error = np.abs(made(x, section, own) - expected).max() / np.abs(expected).max()
         measured(
-            "beams and solids",
             "twice the thickness at the nodes: K and M, relative error",
             error,
             at_most=1e-12,
@@ -86,13 +87,7 @@ def test_mass_of_an_offset_shell_moves_like_the_body_it_is(kind, measured):
     assert (body[0, 4], body[1, 3], body[2, 3]) == pytest.approx((m * c, -m * c, m * 0.75), rel=1e-9)
     inertia_x = m * (1.5**2 / 3 + c**2 + t**2 / 12)
     measured(
-        "beams and solids",
-        f"shell off its nodes, {kind}: moment of inertia",
-        body[3, 3],
-        inertia_x,
-        rel=1e-9,
-        unit="kg m2",
-        source="exact",
+        f"shell off its nodes, {kind}: moment of inertia", body[3, 3], inertia_x, rel=1e-9, unit="kg m2", source="exact"
     )
 
 
@@ -162,7 +157,6 @@ def test_constant_strain_and_curvature_store_the_energy_of_the_resultants(kind, 
     K = mesh.stiffness(CROSS, np.arange(mesh.n_dof))
     energy = u.ravel() @ (K @ u.ravel())
     measured(
-        "beams and solids",
         f"laminate with offset, {kind}: energy of constant strain and curvature",
         energy,
         0.24 * both @ section @ both,
@@ -192,7 +186,6 @@ def test_shear_stiffness_of_a_sandwich_is_that_of_its_core(measured):
     t, h = 1e-4, 0.02
     section = laminate("S", [Ply(skin, t), Ply(core, h), Ply(skin, t)])
     measured(
-        "beams and solids",
         "sandwich: shear stiffness",
         section.S[0, 0],
         core.shear_modulus * (h + t) ** 2 / h,
@@ -231,7 +224,6 @@ def test_specially_orthotropic_plate_vibrates_as_navier_says(kind, measured):
     ]
     expected = np.sqrt(np.sort(squares))[:3] / (2 * np.pi)
     measured(
-        "beams and solids",
         f"laminate [0 90 0] supported at its edges, {kind}: frequency {{}}",
         found,
         expected,
@@ -258,7 +250,6 @@ def test_antisymmetric_cross_ply_couples_bending_and_stretching(measured):
     without = np.sqrt(T[2, 2] / section.mass) / (2 * np.pi)
     found = simply_supported(rectangle(20, 20, a, a), section, (2, 1))[0]
     measured(
-        "beams and solids",
         "laminate [0 90] supported at its edges: frequency 1",
         found,
         expected,

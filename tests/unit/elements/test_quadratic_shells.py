@@ -21,6 +21,8 @@ from helpers_fem import QUADRATIC as SHAPES
 from helpers_fem import Mesh, dof, grid, macneal_patch, random_rotation, rectangle, rigid_modes, shell_section, solve
 from helpers_solids import with_middle_nodes
 
+RECORDED = {"section": "shell statics", "source": "MacNeal, Harder 1985"}
+
 KINDS = ["quad8", "tri6"]
 SIDES = {"quad8": ("quad", ((0, 1), (1, 2), (2, 3), (3, 0))), "tri6": ("tri", ((0, 1), (1, 2), (2, 0)))}
 
@@ -86,11 +88,9 @@ def test_constant_states_of_a_distorted_patch_are_exact(kind, state, measured):
     held = dof(outer, 1, 2, 3, 4, 5, 6)
     u = solve(mesh.stiffness(shell_section(1e-3, 1e6, 0.25)), np.zeros(mesh.n_dof), held, exact.ravel()[held])
     measured(
-        "shell statics",
         f"patch test, {state}, {kind}: largest error over largest displacement or rotation",
         float(np.abs(u - exact.ravel()).max() / np.abs(exact).max()),
         at_most=1e-7,
-        source="MacNeal, Harder 1985",
     )
 
 
@@ -101,11 +101,11 @@ def test_thin_plates_of_few_elements(kind, limit, edges, measured):
     ratio = thin_plate(edges, 6, kind)
     assert THIN_PLATES[edges]
     measured(
-        "shell modes",
         f"thin square plate {edges}, first modes, {kind} 6 x 6: largest error",
         float(np.abs(ratio - 1.0).max()),
         at_most=limit,
         source="exact or Ritz",
+        section="shell modes",
     )
 
 
@@ -117,15 +117,7 @@ def test_clamped_thin_plates_and_thick_ones_of_few_elements(kind, limit):
 
 @pytest.mark.parametrize(("kind", "n", "limit"), [("quad8", 4, 0.01), ("tri6", 4, 0.01)])
 def test_scordelis_lo_roof(kind, n, limit, measured):
-    measured(
-        "shell statics",
-        f"Scordelis-Lo roof, {kind} {n} x {n}",
-        scordelis_lo(n, kind) * ROOF,
-        ROOF,
-        rel=limit,
-        unit="ft",
-        source="MacNeal, Harder 1985",
-    )
+    measured(f"Scordelis-Lo roof, {kind} {n} x {n}", scordelis_lo(n, kind) * ROOF, ROOF, rel=limit, unit="ft")
 
 
 @pytest.mark.parametrize("kind", KINDS)

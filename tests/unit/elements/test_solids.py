@@ -13,6 +13,8 @@ from creak.model.mesh import COMMON
 from helpers_fem import dof, frequencies, random_rotation, rigid_modes, solve
 from helpers_solids import KINDS, block, in_place, solid_mesh
 
+RECORDED = {"section": "beams and solids", "source": "exact"}
+
 EXACT = 1e-10
 STEEL = SolidSection("S", Material("STEEL", 2e11, 0.3, 7800.0))
 kinds = pytest.mark.parametrize("kind", sorted(KINDS))
@@ -50,15 +52,7 @@ def test_constant_strain_on_a_distorted_mesh_is_exact(kind, measured):
     lame = 2e11 * 0.3 / (1.3 * 0.4)
     strain = 0.5 * (gradient + gradient.T)
     energy = (2 * STEEL.material.shear_modulus * (strain**2).sum() + lame * np.trace(strain) ** 2) * 0.24 * 0.2 * 0.16
-    measured(
-        "beams and solids",
-        f"patch of distorted {kind}: energy",
-        u @ (K @ u),
-        energy,
-        rel=EXACT,
-        unit="J",
-        source="Hooke",
-    )
+    measured(f"patch of distorted {kind}: energy", u @ (K @ u), energy, rel=EXACT, unit="J", source="Hooke")
 
 
 @pytest.mark.parametrize("aspect", [0.25, 1.0, 10.0])
@@ -72,14 +66,7 @@ def test_pure_bending_of_one_rectangular_hexahedron_is_exact(aspect, nu, measure
     K = mesh.stiffness(SolidSection("S", Material("M", 1e6, nu, 1.0)))
     # Equilibrium states take the least energy of all with these corner displacements.
     ratio = u.ravel() @ (K @ u.ravel()) / (1e6 / 12 * aspect)
-    measured(
-        "beams and solids",
-        "one hexahedron in pure bending, aspect to 10, nu to .4999: energy ratio",
-        ratio,
-        1.0,
-        rel=1e-9,
-        source="exact",
-    )
+    measured("one hexahedron in pure bending, aspect to 10, nu to .4999: energy ratio", ratio, 1.0, rel=1e-9)
 
 
 def cantilever(mesh, section: SolidSection, length: float) -> float:
@@ -101,15 +88,7 @@ def test_slender_cantilever_of_one_layer_follows_beam_theory(measured):
     exact = 1e3 / (3 * 1e6 / 12) + 10.0 / (5 / 6 * section.material.shear_modulus)
     # Linear curvature by element-wise constants: error 1/(4 n^2) of the deflection, .25 %; the rest is St Venant's.
     found = cantilever(mesh, section, 10.0)
-    measured(
-        "beams and solids",
-        "cantilever of 10 hexahedra: tip deflection",
-        found,
-        exact,
-        rel=1e-2,
-        unit="m",
-        source="Timoshenko",
-    )
+    measured("cantilever of 10 hexahedra: tip deflection", found, exact, rel=1e-2, unit="m", source="Timoshenko")
 
 
 def test_tetrahedra_and_wedges_bend_too_stiffly_and_converge():
@@ -143,9 +122,7 @@ def punched_cube(n: int, distortion: float) -> float:
 def test_nearly_incompressible_hexahedra_do_not_lock(distortion, measured):
     """4^3 elements are within 10 % of 8^3 (second order: 4/3 x 7 %); trilinear ones alone give 3 % of the answer."""
     coarse, fine = punched_cube(4, distortion), punched_cube(8, 0.0)
-    measured(
-        "beams and solids", "punched cube, nu = .4999, 4^3: over 8^3", coarse / fine, 1.0, rel=0.10, source="finer mesh"
-    )
+    measured("punched cube, nu = .4999, 4^3: over 8^3", coarse / fine, 1.0, rel=0.10, source="finer mesh")
 
 
 def test_hexahedra_lock_neither_in_volume_nor_in_bending_together(measured):
@@ -155,13 +132,7 @@ def test_hexahedra_lock_neither_in_volume_nor_in_bending_together(measured):
     mesh = block((20, 1, 1), (10.0, 1.0, 1.0), "hex8")
     found = cantilever(mesh, section, 10.0)
     measured(
-        "beams and solids",
-        "cantilever of 20 hexahedra, nu = .4999: tip deflection",
-        found,
-        exact,
-        rel=2e-2,
-        unit="m",
-        source="Timoshenko",
+        "cantilever of 20 hexahedra, nu = .4999: tip deflection", found, exact, rel=2e-2, unit="m", source="Timoshenko"
     )
 
 
@@ -174,15 +145,7 @@ def test_mass_has_the_right_sum_centre_and_inertia(kind, measured):
     mass = 7800 * 0.3 * 0.2 * 0.1
     assert np.diag(inertia)[:3] == pytest.approx(mass, rel=1e-12)
     # Products of linear fields are integrated exactly on rectangular elements only; the distorted ones to 1e-3.
-    measured(
-        "beams and solids",
-        f"block of {kind}: moment of inertia",
-        inertia[5, 5],
-        mass * (0.3**2 + 0.2**2) / 3,
-        rel=1e-3,
-        unit="kg m2",
-        source="exact",
-    )
+    measured(f"block of {kind}: moment of inertia", inertia[5, 5], mass * (0.3**2 + 0.2**2) / 3, rel=1e-3, unit="kg m2")
     assert inertia[1, 5] == pytest.approx(mass * 0.15, rel=1e-12)
 
 
@@ -195,7 +158,6 @@ def test_bending_frequencies_of_a_free_bar_follow_beam_theory(measured):
     assert np.abs(found[:6]).max() < 1e-2 * beam
     # Shear and rotary inertia lower it by some (pi r/L)^2 of 1e-2/2, the mesh raises it by (k h)^2/24.
     measured(
-        "beams and solids",
         "free bar of 20 hexahedra: first bending frequency",
         found[6:8],
         beam,

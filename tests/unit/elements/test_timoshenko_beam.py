@@ -16,6 +16,8 @@ from creak.model.materials import BeamSection, Material
 from creak.model.mesh import ElementBlock, Own
 from helpers_fem import Mesh, dof, random_rotation, rigid_modes
 
+RECORDED = {"section": "beams and solids"}
+
 STEEL = Material("STEEL", 2e11, 0.3, 7800.0)
 PLAIN = BeamSection("B", STEEL, 2e-3, 3e-7, 8e-7, 5e-7, (0.0, 1.0, 0.0))
 THICK = BeamSection(
@@ -53,7 +55,6 @@ def test_tip_load_bends_and_shears(measured):
         force[axis] = 1.0
         expected = 0.5**3 / (3 * 2e11 * second) + 0.5 / (G * 0.02 * 5 / 6)
         measured(
-            "beams and solids",
             f"short beam: tip deflection along axis {axis}",
             np.linalg.solve(K, force)[axis],
             expected,
@@ -90,7 +91,6 @@ def test_short_cantilever_vibrates_as_timoshenko_says(measured):
     mode_in_1 = min(found, key=lambda w: abs(w - 6350.0))
     exact = timoshenko_cantilever(THICK, 1.0, mode_in_1)
     measured(
-        "beams and solids",
         "short cantilever, L/h = 5: second mode",
         mode_in_1,
         exact,
@@ -187,11 +187,5 @@ def test_lumped_mass_keeps_mass_and_centre_and_converges(measured):
     w2 = 1 / np.linalg.eigvals(flexibility @ M[np.ix_(free, free)]).real.max()
     exact = 1.875104**4 * 2e11 * 3e-7 / (7800 * 2e-3 * 16)
     measured(
-        "beams and solids",
-        "cantilever of 40 elements, lumped mass: omega^2",
-        w2,
-        exact,
-        rel=2e-3,
-        unit="rad2/s2",
-        source="Euler-Bernoulli",
+        "cantilever of 40 elements, lumped mass: omega^2", w2, exact, rel=2e-3, unit="rad2/s2", source="Euler-Bernoulli"
     )

@@ -11,6 +11,8 @@ from creak.errors import InputError
 from creak.formats.decks import read_model
 from fuzz_decks import Tally, damaged, fuzz, one, samples
 
+RECORDED = {"section": "decks"}
+
 pytestmark = pytest.mark.once
 
 COUNTS = {"abaqus": 200, "nastran": 200, "lsdyna": 200, "study": 80, "sweep": 40}
@@ -25,7 +27,6 @@ def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
     assert tally.ended["InputError"] > COUNTS[kind] // 4
     assert sum(n for end, n in tally.ended.items() if end.startswith(("model", "study", "sweep"))) > COUNTS[kind] // 20
     measured(
-        "decks",
         f"files damaged at random, {kind}: of {COUNTS[kind]} those that end otherwise than in a model or a message",
         len(tally.faults),
         0.0,

@@ -14,6 +14,8 @@ from creak.formats.matrices.checks import dense
 from creak.formats.matrices.superelements import FORMATS, files_of, read_superelement, write_superelement
 from helpers_matrices import assert_same, random_superelement
 
+RECORDED = {"section": "decks"}
+
 
 @pytest.mark.parametrize("damping", [True, False])
 @pytest.mark.parametrize("format", FORMATS)
@@ -29,7 +31,6 @@ def test_round_trip(tmp_path, format, damping, measured):
     assert again.source == str(files[0])
     assert_same(again, part)
     measured(
-        "decks",
         f"matrices written and read, {format}: K, largest difference",
         abs(dense(again.K) - part.K).max(),
         0.0,

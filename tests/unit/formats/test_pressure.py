@@ -12,6 +12,8 @@ from creak.model.face_shapes import shapes_of
 from creak.model.steps import StaticLoads
 from helpers_nastran import motion, read, row
 
+RECORDED = {"section": "decks"}
+
 STEEL = "MAT1,1,7.+4,,0.,2.7-9"
 BOX = "\n".join(
     f"GRID,{k},,{x},{y},{z}"
@@ -130,7 +132,7 @@ def test_a_strip_under_pressure_sinks_as_beam_theory_says(tmp_path, kind, measur
             forces[key] = forces.get(key, 0.0) + f.value
     tip = motion(model, forces)[row(model, wide), 2]
     exact = p * width * length**4 / (8 * 7e4 * width / 12)
-    measured("decks", f"cantilever of {kind} under PLOAD4, tip", tip, exact, rel=0.01, unit="mm", source="beam theory")
+    measured(f"cantilever of {kind} under PLOAD4, tip", tip, exact, rel=0.01, unit="mm", source="beam theory")
 
 
 def _is_centre(line: str, wide: int) -> bool:

@@ -17,6 +17,8 @@ from creak.formats.vtu import CELLS
 from creak.model.shell_facets import facets_of_shells
 from creak.studies.models.deck_modes import deck_modes
 
+RECORDED = {"section": "decks"}
+
 N, SIDE, THICK = 4, 100.0, 1.0
 BENDING = 7e4 * THICK**3 / 12 / 0.91
 EXACT = np.array([2.0, 5.0, 5.0, 8.0]) * np.pi / (2 * SIDE**2) * np.sqrt(BENDING / (2.7e-9 * THICK))
@@ -91,7 +93,6 @@ def test_a_plate_of_either_format_vibrates_as_navier_says(kinds, limit, tmp_path
     ours, theirs = (np.array(deck_modes(tmp_path / f"a.{end}", count=4).frequencies) for end in ("inp", "bdf"))
     assert ours == pytest.approx(theirs, rel=1e-9), "PSHELL without MID3 would be rigid in shear: both have it"
     measured(
-        "decks",
         f"simply supported plate of {kinds[0]}, {kinds[1]}, 4 x 4: largest error of four frequencies",
         float(np.abs(ours / EXACT - 1.0).max()),
         at_most=limit,
@@ -109,9 +110,7 @@ def test_a_cantilever_of_three_node_beams_follows_beam_theory(tmp_path, measured
     )
     found = deck_modes(tmp_path / "a.inp", count=2).frequencies
     exact = 1.875104**2 / (2 * np.pi * length**2) * np.sqrt(7e4 / 2.7e-9 / 12) * np.array([4.0, 10.0])
-    measured(
-        "decks", "cantilever of B32, first frequency", found[0], exact[0], rel=2e-3, unit="Hz", source="beam theory"
-    )
+    measured("cantilever of B32, first frequency", found[0], exact[0], rel=2e-3, unit="Hz", source="beam theory")
     assert found[1] == pytest.approx(exact[1], rel=2e-3)
 
 

@@ -1,11 +1,21 @@
-"""What every constraint knows of itself: its nodes, those that follow, and its equations."""
+"""What every constraint knows of itself: its nodes, those that follow, and its equations.
+
+A contact law: what is none is refused where it is made.
+Systems of units: labels and sizes agree with each other.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from creak.contact.laws.parameters import laid_over
+from creak.errors import InputError
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
+from creak.model.contact_law import ContactLaw, Coulomb
+from creak.model.units import METRES, UNITS
+from creak.studies.file.config import ModelTable
+from creak.studies.prepare.unit_check import SYSTEMS
 
 COORDS = np.array([[0.0, 0.0, 0.0], [2.0, 0.0, 0.5], [0.0, 3.0, 0.0], [1.0, 1.0, 1.0], [0.5, 0.25, -1.0]])
 CORNERS = np.array([0, 1, 2])
@@ -32,3 +42,71 @@ def test_nodes_and_dependents_are_those_of_the_equations(kind):
 def test_an_equation_is_its_own():
     equation = CONSTRAINTS["equation"][0]
     assert list(equation.equations(COORDS)) == [equation]
+
+
+CURVE = np.array([[0.0, 0.0], [1e-3, 2e6], [3e-3, 3e6]])
+
+
+@pytest.mark.parametrize(
+    ("numbers", "message"),
+    [
+        ({"stiffness": -1.0}, r"study.toml:7 stiffness: stiffness = -1; expected zero or more"),
+        ({"stiffness": np.nan}, r"stiffness = nan"),
+        ({"damping": -2.0}, r"study.toml:7 damping: damping = -2"),
+        ({"stiffness": 1.0, "preload": -5.0}, r"study.toml:7 preload: preload = -5"),
+        ({"stiffness": np.inf, "preload": 5.0}, r"preload = 5 without a finite stiffness"),
+        ({"stiffness": 5.0, "curve": CURVE}, r"overclosure: both stiffness = 5.0 and an overclosure curve"),
+        ({"curve": CURVE[::-1]}, r"overclosure: the overclosure curve starts at \[0.003, 3000000.0\]"),
+        ({"friction": Coulomb(0.2, 0.3)}, r"friction: friction with static = 0.2, kinetic = 0.3, decay = 0"),
+        ({"friction": Coulomb(0.2, 0.1, np.inf)}, r"decay = inf; expected 0 <= kinetic <= static and decay >= 0"),
+    ],
+)
+def test_what_is_no_law_is_refused(numbers, message):
+    with pytest.raises(InputError, match=message):
+        ContactLaw(**numbers, where="study.toml:7")
+
+
+def test_a_law_on_channels_is_its_numbers_times_their_scale():
+    law = ContactLaw(curve=CURVE, damping=3.0, friction=Coulomb(0.3, 0.2, 5.0))
+    on = laid_over(law, np.array([2.0, 4.0]))
+    np.testing.assert_allclose(on["stiffness"], [4e9, 8e9], rtol=1e-12)  # the steepest part of the curve
+    np.testing.assert_array_equal(on["damping"], [6.0, 12.0])
+    np.testing.assert_array_equal(on["curves"].scale, [2.0, 4.0])
+    np.testing.assert_array_equal(on["friction"].decay, 5.0)
+    assert not on["step_limited"].any()
+    assert on["preload"] is None
+
+
+def test_the_elements_say_what_the_law_leaves_open():
+    on = laid_over(ContactLaw(), np.array([2.0, 4.0]), np.array([10.0, 20.0]))
+    np.testing.assert_array_equal(on["stiffness"], [20.0, 80.0])
+    assert on["step_limited"].all()
+    assert on["friction"] is None
+    with pytest.raises(ValueError, match="without stiffness on channels without elements"):
+        laid_over(ContactLaw(), np.ones(2))
+
+
+SIZES = {"mm": 1e-3, "m": 1.0, "t": 1000.0, "kg": 1.0, "mJ": 1e-3, "J": 1.0, "MPa": 1e6, "Pa": 1.0}
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_labels_are_those_of_the_sizes(name):
+    """force = mass length / time^2 is the newton in both; energy and stress follow from it."""
+    u = UNITS[name]
+    assert METRES[name] == SIZES[u.length]
+    assert u.to_kg == SIZES[u.mass]
+    assert u.to_kg * METRES[name] == 1.0
+    assert METRES[name] == SIZES[u.energy]
+    assert u.per_metre**2 == SIZES[u.stress]
+    assert u.density.split("/") == [u.mass, f"{u.length}^3"]
+
+
+def test_a_study_can_name_each_and_no_other():
+    assert ModelTable.model_json_schema()["properties"]["units"]["enum"] == [*UNITS] == [*SYSTEMS]
+
+
+def test_checks_of_a_deck_use_the_same_sizes():
+    assert [(s.length, s.stress, s.density, s.mass) for s in SYSTEMS.values()] == [
+        (1e-3, 1e6, 1e12, pytest.approx(1000.0, rel=1e-15)),
+        (1.0, 1.0, 1.0, 1.0),
+    ]

@@ -43,6 +43,8 @@ from helpers_core import (
     time_axis,
 )
 
+RECORDED = {"section": "reduction", "source": "full model"}
+
 EVERY = 10_000
 
 
@@ -79,7 +81,7 @@ def test_all_modes_kept_matches_full_model_frequencies(measured):
     a = sla.eigh(to_dense(full.K), to_dense(full.M), eigvals_only=True)
     b = sla.eigh(to_dense(reduced.K), to_dense(reduced.M), eigvals_only=True)
     # Round-off: eps x (largest / smallest eigenvalue), which is some 1e7 here.
-    measured("reduction", "two beams, all modes: omega^2 over full, worst", b / a, 1.0, rel=1e-8, source="full model")
+    measured("two beams, all modes: omega^2 over full, worst", b / a, 1.0, rel=1e-8)
 
 
 @pytest.mark.parametrize("contact", [False, True])
@@ -101,11 +103,9 @@ def test_all_modes_kept_matches_full_model_in_a_transient(contact, measured):
         # Round-off, amplified by the conditioning of K.
         error = np.abs(a - b).max(initial=0.0) / max(np.abs(a).max(initial=0.0), 1e-300)
         measured(
-            "reduction",
             f"two beams, all modes, transient{' in contact' if contact else ''}: {name}, relative error",
             error,
             at_most=1e-8,
-            source="full model",
         )
 
 
@@ -125,13 +125,7 @@ def test_fewer_modes_give_upper_bounds_and_static_response_stays_exact(measured)
             flexibility = answer if flexibility is None else flexibility
             # round-off
             error = np.abs(answer - flexibility).max() / np.abs(flexibility).max()
-            measured(
-                "reduction",
-                "two beams, 0 to 9 modes: static answer, relative error",
-                error,
-                at_most=1e-9,
-                source="full model",
-            )
+            measured("two beams, 0 to 9 modes: static answer, relative error", error, at_most=1e-9)
 
 
 def free_plate() -> System:
@@ -158,9 +152,7 @@ def test_rigid_body_mass_and_inertia_are_exact(count, measured):
     exact = r.T @ (system.M @ r)
     # Round-off of K_ii^-1 K_ib.
     error = np.abs(r_small.T @ small.M @ r_small - exact).max() / np.abs(exact).max()
-    measured(
-        "reduction", "free plate: rigid-body mass matrix, relative error", error, at_most=1e-8, source="full model"
-    )
+    measured("free plate: rigid-body mass matrix, relative error", error, at_most=1e-8)
     assert exact[0, 0] == pytest.approx(7850.0 * 1e-3 * 0.12, rel=1e-12)
     # A free part stays ungrounded: no stiffness against rigid motion.
     scale = np.abs(small.K).max()

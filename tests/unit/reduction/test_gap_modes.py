@@ -29,6 +29,8 @@ from helpers_core import NO_DAMPING, bar, chain, forces_on, free_run, system_of,
 from helpers_core import channels as channels_on
 from helpers_gap import LABELS, cantilevers, gap_rows, gaps_between, multisine_base
 
+RECORDED = {"section": "reduction", "source": "full model"}
+
 EVERYWHERE = np.arange(LABELS)
 
 
@@ -53,13 +55,7 @@ def test_answer_to_channel_forces_and_support_motion_is_exact_everywhere(count, 
     found = small.recover(static_answer(small, gap_rows(small, gaps).T @ p, s), s)
     # Round-off: eps x condition of K (1e7).
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured(
-        "reduction",
-        "gap modes: static answer to channel forces and supports, relative error",
-        error,
-        at_most=1e-9,
-        source="full model",
-    )
+    measured("gap modes: static answer to channel forces and supports, relative error", error, at_most=1e-9)
     assert small.stats.modes == count
     assert small.stats.retained == 2
     assert small.n == count + 2
@@ -258,14 +254,7 @@ def test_contact_of_a_driven_assembly_has_the_impulse_of_the_full_model(measured
     a, b = (simulate(s, gaps, loads, HHT(), OutputRequest(EVERYWHERE)) for s in (full, small))
     assert a.contact_steps > 20
     # modes to eight times the band
-    measured(
-        "reduction",
-        "gap modes, driven assembly: impulse over full",
-        b.force.sum() / a.force.sum(),
-        1.0,
-        rel=0.005,
-        source="full model",
-    )
+    measured("gap modes, driven assembly: impulse over full", b.force.sum() / a.force.sum(), 1.0, rel=0.005)
     assert b.energy_created < 2e-4
 
 
@@ -371,14 +360,7 @@ def test_bar_with_many_modes_is_the_full_bar(measured):
     """70 of 101 modes: what the time step does not resolve is left out."""
     full, small = on_wall(None), on_wall(70)
     assert duration_of(small) == pytest.approx(duration_of(full), abs=1.5 * STEP)
-    measured(
-        "reduction",
-        "bar on a wall, 70 modes, gap: impulse over full",
-        small.force.sum() / full.force.sum(),
-        1.0,
-        rel=1e-4,
-        source="full model",
-    )
+    measured("bar on a wall, 70 modes, gap: impulse over full", small.force.sum() / full.force.sum(), 1.0, rel=1e-4)
     changes = [h.energy[-1, :3].sum() / h.energy[0, :3].sum() - 1.0 for h in (small, full)]
     assert changes[0] == pytest.approx(changes[1], rel=0.02)
 

@@ -41,6 +41,8 @@ from helpers_core import (
     system_of,
 )
 
+RECORDED = {"section": "reduction", "source": "exact"}
+
 SIZE = (0.5, 0.3)
 THICKNESS = 1e-3
 N_X, N_Y = 8, 5
@@ -98,15 +100,13 @@ def test_mass_properties_are_those_of_the_plate(measured):
     a2, b2, t2 = SIZE[0] ** 2, SIZE[1] ** 2, THICKNESS**2
     # Consistent mass of a rectangle integrates x^2 exactly; the rotary inertia of a shell is t^2 / 12.
     np.testing.assert_allclose(h.rigid.inertia[:2], [m * (b2 + t2) / 12, m * (a2 + t2) / 12], rtol=1e-4)
-    measured("reduction", "health report: mass of a plate", h.rigid.mass, m, rel=1e-12, unit="kg", source="exact")
+    measured("health report: mass of a plate", h.rigid.mass, m, rel=1e-12, unit="kg")
     measured(
-        "reduction",
         "health report: inertia of a plate about its normal",
         h.rigid.inertia[2],
         m * (a2 + b2) / 12,
         rel=1e-3,
         unit="kg m2",
-        source="exact",
     )
     np.testing.assert_allclose(h.rigid.inertia[3:], 0.0, atol=1e-12 * m)
     # Round-off of K_ii^-1 K_ib: eps x condition of K_ii, some 1e8 here.
@@ -144,7 +144,6 @@ def test_frequencies_and_measured_errors(measured):
     np.testing.assert_allclose(h.free.full, exact, rtol=1e-7)
     # A difference of two frequencies, each good to eps x the spread of eigenvalues (1e9).
     measured(
-        "reduction",
         "health report: measured frequency error, worst deviation",
         np.abs(h.free.error - (ritz / exact - 1.0)).max(),
         at_most=1e-7,
@@ -197,7 +196,6 @@ def test_effective_mass_of_a_clamped_bar(measured):
     # Mesh error of a linear element: (omega dx / c)^2 / 24 and the half element at the wall, below 1 %.
     exact = np.cumsum(8 / ((2 * k - 1) * np.pi) ** 2)
     measured(
-        "reduction",
         "health report: effective mass of a clamped bar, {} modes",
         np.array(h.fixed.cumulative_mass)[:, 0],
         exact,
@@ -235,9 +233,7 @@ def test_estimate_is_close_to_the_actual_error_and_never_far_below(kind, count, 
     little = seen & (actual < 0.03) & (ritz < 0.25 * small.K.diagonal()[-1])
     assert np.count_nonzero(little) >= 2
     ratio = estimate[little] / actual[little]
-    measured(
-        "reduction", "health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part"
-    )
+    measured("health report: estimated over actual error, worst", ratio, 1.0, between=BAND, source="full part")
 
 
 @pytest.mark.parametrize("count", [0, 6, 25])

@@ -18,6 +18,8 @@ from creak.reduction.interface.interpolation import interpolation, rigid_motions
 from creak.reduction.interface.spacing import every_nth
 from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system, plate, shell
 
+RECORDED = {"section": "reduction", "source": "whole interface"}
+
 SIZE, CUT = (0.4, 0.4), 0.2
 RIGID = 6
 ELASTIC = slice(RIGID, RIGID + 6)
@@ -89,22 +91,10 @@ def test_interpolated_interface_gives_upper_bounds_that_converge(full, measured)
         error.append(np.sqrt(ratio.max()) - 1.0)
     # Nested spaces (12 | 6 | 2 | 1): no coarser one is better.
     assert error[0] >= error[1] >= error[2] >= error[3] - ROUND_OFF
-    measured(
-        "reduction",
-        "interpolated interface, every node: frequency, relative error",
-        error[3],
-        at_most=ROUND_OFF,
-        source="whole interface",
-    )
+    measured("interpolated interface, every node: frequency, relative error", error[3], at_most=ROUND_OFF)
     # A third of the spacing: a linear rate would give a third.
     assert error[2] < error[1] / 5.0
-    measured(
-        "reduction",
-        "interpolated interface, every second node: frequency, relative error",
-        error[2],
-        at_most=0.01,
-        source="whole interface",
-    )
+    measured("interpolated interface, every second node: frequency, relative error", error[2], at_most=0.01)
 
 
 # --- characteristic constraint modes --------------------------------------------------------------------
@@ -125,20 +115,9 @@ def test_all_characteristic_modes_change_nothing_and_fewer_give_upper_bounds(ful
         worst.append(ratio.max())
     assert (np.diff(worst) <= ROUND_OFF).all()
     assert worst[0] > 1.0 + 1e-4
+    measured("all characteristic constraint modes: omega^2 ratio, worst", worst[-1], 1.0, rel=ROUND_OFF)
     measured(
-        "reduction",
-        "all characteristic constraint modes: omega^2 ratio, worst",
-        worst[-1],
-        1.0,
-        rel=ROUND_OFF,
-        source="whole interface",
-    )
-    measured(
-        "reduction",
-        "24 of 78 characteristic constraint modes: frequency, relative error",
-        np.sqrt(worst[2]) - 1.0,
-        at_most=0.01,
-        source="whole interface",
+        "24 of 78 characteristic constraint modes: frequency, relative error", np.sqrt(worst[2]) - 1.0, at_most=0.01
     )
 
 

@@ -1,10 +1,18 @@
-"""Numbers read as people write them."""
+"""Numbers read as people write them.
+
+Clips and supports of a study in the words of the page.
+"""
+
+from __future__ import annotations
 
 import math
 
 import pytest
 
+from creak.report.words.method import _clip, _support
 from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
+from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.design.node_tables import SupportTable
 
 
 @pytest.mark.parametrize(
@@ -52,3 +60,12 @@ def test_speed_ups_and_ratios():
     assert times(1.66) == "1.7 times"
     assert ratio(1.0, 0.0) is None
     assert ratio(3.0, 2.0) == 1.5
+
+
+def test_clips_and_supports_are_told():
+    stop = ClipTable(type="stop", nodes="TIP", axis=(0, 0, 1), stiffness=40.0, ageing=0.8)
+    assert _clip(stop) == "stop, TIP to ground, stiffness 40, 80 % left by age"
+    pair = ClipTable(use="A-pillar", at=[(0, 0, 0)], parts=["FRAME", "PANEL"], axis=(0, 0, 1))
+    assert _clip(pair) == "A-pillar of the library, FRAME to PANEL"
+    assert _support(SupportTable(nodes="*", free=["z"])) == "*: z freed"
+    assert _support(SupportTable(nodes="ROOT", free=["z"], hold=["x", "y"])) == "ROOT: z freed and x, y held"

@@ -21,6 +21,8 @@ from creak_thesis.record import (
     study_record,
 )
 
+RECORDED = {"section": "signals", "source": "the motion it was made from"}
+
 NO_ERRORS = SensorErrors(offset=0.0, wander=0.0, noise=0.0)
 SHORT = {"duration": 8.0, "rate": 4800.0}
 
@@ -41,12 +43,10 @@ def test_omega_arithmetic_gives_the_truth_back_without_sensor_errors(measured):
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
     bound = 1e-12 * 1.9 * record.time.size
     measured(
-        "signals",
         "road record without sensor errors: displacement, error",
         np.abs(u - record.displacement).max(),
         at_most=bound,
         unit="mm",
-        source="the motion it was made from",
     )
 
 
@@ -72,9 +72,7 @@ def test_noise_left_over_is_what_theory_says(measured):
     u = integrate_twice(record.acceleration, record.step, HIGH_PASS)[0]
     rms = np.sqrt(((u - record.displacement) ** 2).mean())
     expected = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
-    measured(
-        "signals", "road record: noise left over", rms, expected, rel=0.3, unit="mm", source="spectrum of white noise"
-    )
+    measured("road record: noise left over", rms, expected, rel=0.3, unit="mm", source="spectrum of white noise")
 
 
 def test_same_seed_same_record():
@@ -107,12 +105,10 @@ def test_record_signal_of_a_study_moves_like_the_truth(measured):
     settled = t > 2.0 / HIGH_PASS
     noise = noise_after_integration(DEFAULT.noise, record.rate, HIGH_PASS)
     measured(
-        "signals",
         "road record in a study: displacement, error",
         np.abs(moved - true)[settled].max(),
         at_most=5.0 * noise,
         unit="mm",
-        source="the motion it was made from",
     )
     assert study_record(1, **SHORT).record_signal_error < 5.0 * noise
 

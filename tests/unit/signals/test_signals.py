@@ -20,6 +20,8 @@ from creak.signals.sources import (
 )
 from creak.signals.spectra import low_pass, spectrum
 
+RECORDED = {"section": "signals", "source": "closed form"}
+
 T = np.linspace(0.0, 2.0, 2001)
 H = 1e-3
 W = 2 * np.pi * 3.0
@@ -76,9 +78,7 @@ def test_table_acceleration_is_integrated_exactly(measured):
     after = np.maximum(T - 1.5, 0.0)
     np.testing.assert_allclose(motion.velocity, ramp**2 + 2 * after, atol=1e-13)
     error = np.abs(motion.displacement - (ramp**3 / 3 + after + after**2)).max()
-    measured(
-        "signals", "table of accelerations: displacement, error", error, at_most=1e-13, unit="m", source="closed form"
-    )
+    measured("table of accelerations: displacement, error", error, at_most=1e-13, unit="m")
 
 
 def test_table_displacement_passes_its_rows_and_rests_outside():
@@ -101,11 +101,9 @@ def test_a_table_of_a_sine_has_its_acceleration(count, measured):
     inside = (t > 0.02) & (t < 0.18)
     off = np.abs(motion.acceleration / w**2 + np.sin(w * t + 0.4))[inside].max()
     measured(
-        "signals",
         f"acceleration of a sine given by {count} places to a period, share of its amplitude",
         off,
         at_most=1.1 * (2.0 * np.pi / count) ** 2 / 12.0,
-        source="closed form",
     )
 
 
@@ -150,7 +148,6 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     inside = (freq >= 1.0) & (freq <= 100.0)
     # Exact: whole periods.
     measured(
-        "signals",
         "multisine: amplitude of a line, worst",
         np.abs(lines[inside]),
         1.9,
@@ -162,7 +159,6 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     np.testing.assert_allclose(np.angle(lines[inside]), np.angle(np.exp(1j * m.lines[1])), atol=1e-9)
     # 100 uniform phases: mean resultant below .3 with 99.99 % (Rayleigh: exp(-100 x .09)).
     measured(
-        "signals",
         "multisine: mean resultant of 100 phases",
         abs(np.exp(1j * m.lines[1]).mean()),
         at_most=0.3,
@@ -208,12 +204,7 @@ def test_multisine_displacement_fades_in_from_rest(measured):
     late = t >= RAMP
     error = np.abs(motion.displacement[late] - force(m, t)[late]).max()
     measured(
-        "signals",
-        "multisine as base motion: after fading in, error",
-        error,
-        at_most=1e-12,
-        unit="m",
-        source="its definition",
+        "multisine as base motion: after fading in, error", error, at_most=1e-12, unit="m", source="its definition"
     )
     derivatives_agree(motion, t, tolerance=1e-3)
 
@@ -240,22 +231,8 @@ def test_omega_arithmetic_is_exact_on_periodic_signals(measured):
     w = [2 * np.pi * k for k, _, _ in lines]
     exact_u = sum(-A / w**2 * np.cos(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
     exact_v = sum(A / w * np.sin(w * t + p) for (_, A, p), w in zip(lines, w, strict=True))
-    measured(
-        "signals",
-        "omega arithmetic, three lines: displacement, error",
-        np.abs(u - exact_u).max(),
-        at_most=1e-14,
-        unit="m",
-        source="closed form",
-    )
-    measured(
-        "signals",
-        "omega arithmetic, three lines: velocity, error",
-        np.abs(v - exact_v).max(),
-        at_most=1e-13,
-        unit="m/s",
-        source="closed form",
-    )
+    measured("omega arithmetic, three lines: displacement, error", np.abs(u - exact_u).max(), at_most=1e-14, unit="m")
+    measured("omega arithmetic, three lines: velocity, error", np.abs(v - exact_v).max(), at_most=1e-13, unit="m/s")
     np.testing.assert_allclose(same, a, atol=1e-12)
 
 
@@ -266,12 +243,10 @@ def test_omega_arithmetic_drops_the_mean_and_everything_below_the_cut_off(n, mea
     a = 5.0 + 3.0 * np.cos(2 * np.pi * 4 * t) + np.cos(2 * np.pi * 20 * t)
     u, v, kept = integrate_twice(a, h, 7.0)
     measured(
-        "signals",
         "omega arithmetic: bins below the cut-off, error",
         np.abs(kept - np.cos(2 * np.pi * 20 * t)).max(),
         at_most=1e-12,
         unit="m/s2",
-        source="closed form",
     )
     np.testing.assert_allclose(u, -np.cos(2 * np.pi * 20 * t) / (2 * np.pi * 20) ** 2, atol=1e-14)
     assert abs(v.mean()) < 1e-14
@@ -303,9 +278,7 @@ def test_record_moves_the_base_like_its_acceleration(measured):
     w = 2 * np.pi * 12.0
     np.testing.assert_allclose(motion.acceleration[late], a[late], atol=1e-8)
     error = np.abs(motion.displacement[late] + a[late] / w**2).max()
-    measured(
-        "signals", "record as base motion: displacement, error", error, at_most=1e-10, unit="m", source="closed form"
-    )
+    measured("record as base motion: displacement, error", error, at_most=1e-10, unit="m")
     assert motion.displacement[0] == motion.velocity[0] == 0.0
     same = acceleration_motion(Record(t, a, 5.0), t)
     np.testing.assert_array_equal(same.displacement, motion.displacement)
@@ -332,7 +305,6 @@ def test_low_pass_keeps_slow_and_drops_fast_without_delay(measured):
     inside = slice(500, -500)
     # Butterworth of order 4, twice: (20/200)^16 in the band, (200/2000)^8 above.
     measured(
-        "signals",
         "low pass: what it leaves of 2000 Hz and changes at 20 Hz",
         np.abs(x[inside] - slow[inside]).max(),
         at_most=1e-4,

@@ -10,20 +10,22 @@ from scipy.signal import welch
 from creak.signals.sources import Table, acceleration_motion, displacement_motion, force
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
 
+RECORDED = {"section": "signals"}
+
 NAVMAT = RandomVibration(np.array([20.0, 80.0, 350.0, 2000.0]), np.array([0.01, 0.04, 0.04, 0.007]), 4.0, seed=3)
 
 
 def test_density_between_its_points_is_a_power_of_the_frequency(measured):
     f = np.array([20.0, 40.0, 80.0, 200.0])
     expected = [0.01, 0.02, 0.04, 0.04]  # +3 dB an octave from 20 to 80 Hz
-    measured("signals", "density between points, {}", NAVMAT.at(f), expected, rel=1e-12, source="closed form")
+    measured("density between points, {}", NAVMAT.at(f), expected, rel=1e-12, source="closed form")
     zero = RandomVibration(np.array([10.0, 20.0]), np.array([0.0, 1.0]), 1.0)
     np.testing.assert_allclose(zero.at(np.array([15.0])), 0.5)
 
 
 def test_rms_is_the_root_of_the_area(measured):
     area = sum(quad(lambda f: NAVMAT.at(np.array([f]))[0], a, b)[0] for a, b in ((20, 80), (80, 350), (350, 2000)))
-    measured("signals", "random vibration: rms", NAVMAT.rms, np.sqrt(area), rel=2e-3, source="integral of the density")
+    measured("random vibration: rms", NAVMAT.rms, np.sqrt(area), rel=2e-3, source="integral of the density")
 
 
 def test_periodogram_is_the_density():
@@ -55,7 +57,7 @@ def test_oscillator_answers_as_miles_says(measured):
     gain = (1.0 + (2.0 * zeta * r) ** 2) / ((1.0 - r**2) ** 2 + (2.0 * zeta * r) ** 2)
     rms = np.sqrt(0.5 * (amplitude**2 * gain).sum())
     miles = np.sqrt(0.5 * np.pi * f0 / (2.0 * zeta) * (1.0 + 4.0 * zeta**2))
-    measured("signals", "oscillator on a shaken base: rms", rms, miles, rel=0.01, source="Miles 1954", unit="m/s2")
+    measured("oscillator on a shaken base: rms", rms, miles, rel=0.01, source="Miles 1954", unit="m/s2")
 
 
 def test_samples_that_do_not_divide_the_period_lie_on_the_same_curve():
@@ -102,9 +104,9 @@ def test_motion_of_a_sweep_follows_from_its_acceleration():
 def test_shocks_change_velocity_by_their_area(measured):
     t = np.linspace(0.0, 0.05, 501)
     half = acceleration_motion(HalfSine(1000.0, 0.011, 0.01), t)
-    measured("signals", "half-sine: change of velocity", half.velocity[-1], 2000.0 * 0.011 / np.pi, rel=1e-12)
+    measured("half-sine: change of velocity", half.velocity[-1], 2000.0 * 0.011 / np.pi, rel=1e-12)
     exact = 2000.0 * 0.011 / np.pi * (0.05 - 0.01 - 0.0055)
-    measured("signals", "half-sine: displacement", half.displacement[-1], exact, rel=1e-12)
+    measured("half-sine: displacement", half.displacement[-1], exact, rel=1e-12)
     block = acceleration_motion(Table(*trapezoid(1000.0, 0.002, 0.005, 0.004, 0.01)), t)
-    measured("signals", "trapezoid: change of velocity", block.velocity[-1], 1000.0 * (0.005 + 0.003), rel=1e-12)
+    measured("trapezoid: change of velocity", block.velocity[-1], 1000.0 * (0.005 + 0.003), rel=1e-12)
     assert force(HalfSine(2.0, 0.01), np.array([0.005, 0.02])).tolist() == [2.0, 0.0]

@@ -9,6 +9,8 @@ from creak.errors import InputError
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
 from creak.sound.rayleigh import AIR
 
+RECORDED = {"section": "sound"}
+
 RHO, C = AIR.density, AIR.speed
 RATE, RADIUS, CONTACT, PEAK = 1e6, 0.019, 1.2e-4, 3e4
 """Hz, m, s, m/s^2: steel balls of 38 mm that meet at about 2 m/s."""
@@ -57,7 +59,7 @@ def test_two_spheres_that_meet(angle, away, measured):
         cosine = sign * (listener - centre)[2] / distance
         wanted += closed_form(t - (distance - RADIUS) / C, distance, cosine)
     error = np.abs(found - wanted).max() / np.abs(wanted).max()
-    measured("sound", "two spheres that meet: largest error over the peak", error, at_most=2e-3, source="closed form")
+    measured("two spheres that meet: largest error over the peak", error, at_most=2e-3, source="closed form")
 
 
 def test_the_closed_form_starts_at_rest_and_rings_down():

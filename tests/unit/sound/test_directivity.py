@@ -11,6 +11,8 @@ from creak.sound.directivity import FlatSheet, flat_sheet
 from creak.sound.rayleigh import AIR
 from helpers_core import plate
 
+RECORDED = {"section": "sound"}
+
 SIDES = (0.5, 0.4)
 
 
@@ -49,7 +51,7 @@ def test_a_share_is_that_of_double_sums_over_the_cells(measured, monkeypatch):
     A = float((sent @ j0(k_b * apart) @ sent.conj()).real)
     B = float(area @ (j0(k_b * apart) * np.sinc(k * apart / np.pi)) @ area)
     exact = A / (B * float(area @ r**-2) / area.sum())
-    measured("sound", "share of a point in a plate's sound", found.share(point, freq, k_b), exact, rel=1e-9)
+    measured("share of a point in a plate's sound", found.share(point, freq, k_b), exact, rel=1e-9)
 
 
 @pytest.mark.parametrize(("freq", "k_b"), [(500.0, 40.0), (2000.0, 60.0), (4000.0, 60.0)])
@@ -61,9 +63,7 @@ def test_its_mean_over_all_directions_is_one(freq, k_b, measured):
     sine = np.sqrt(1 - cosine**2)
     points = [0.25, 0.2, 0.0] + 50.0 * np.stack([sine * np.cos(turn), sine * np.sin(turn), cosine], axis=1)
     shares = [found.share(p, freq, k_b) for p in points]
-    measured(
-        "sound", f"plate at {freq:g} Hz: mean share over a hemisphere", float(np.mean(shares)), 1.0, abs=0.12, unit=""
-    )
+    measured(f"plate at {freq:g} Hz: mean share over a hemisphere", float(np.mean(shares)), 1.0, abs=0.12, unit="")
 
 
 def test_above_coincidence_it_sends_at_its_angle_and_just_above_little_to_the_front():

@@ -12,6 +12,8 @@ from creak.sound.forced import Modes, faded, sound_of_forces
 from creak.sound.rayleigh import AIR
 from helpers_sound import pressure_rows
 
+RECORDED = {"section": "sound"}
+
 RATE, RADIUS, HEIGHT, BAND = 48_000.0, 0.1, 0.6, 4000.0
 TIME = np.arange(14_400) / RATE
 MASS, STIFFNESS, DAMPING = 0.3, 0.3 * (2 * np.pi * 180.0) ** 2, 0.02 * 2 * 0.3 * 2 * np.pi * 180.0
@@ -67,7 +69,6 @@ def test_piston_on_a_spring_struck_by_a_half_sine(measured):
     found = sound_of_forces(modes, means(TIME)[:, None], RATE, [np.array([0])], piston(), BAND)[0, 0]
     error = np.abs(found - exact).max() / np.abs(exact).max()
     measured(
-        "sound",
         "baffled piston on a spring struck by a half sine: largest error over the peak",
         error,
         at_most=0.01,

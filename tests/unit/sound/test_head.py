@@ -8,6 +8,8 @@ import pytest
 from creak.sound.head import RADIUS, Head, Sphere
 from creak.sound.rayleigh import AIR
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 LEFT, RIGHT = Sphere(np.array([0.0, 1.0, 0.0])), Sphere(np.array([0.0, -1.0, 0.0]))
 FAR = 1000.0
@@ -62,7 +64,7 @@ def test_level_difference_of_a_source_at_the_side_is_that_of_the_closed_form(mea
     found = 20 * np.log10(np.abs(left / right))[some]
     np.testing.assert_allclose(found, closed, atol=1e-4)
     assert found[0] < 0.5
-    measured("sound", "level difference between two ears, source at the side, 10 kHz", found[-1], 16.5, abs=1.5)
+    measured("level difference between two ears, source at the side, 10 kHz", found[-1], 16.5, abs=1.5)
 
 
 def test_delay_of_long_waves_is_longer_than_that_of_short_ones(measured):
@@ -73,4 +75,4 @@ def test_delay_of_long_waves_is_longer_than_that_of_short_ones(measured):
     alpha = 1.05 + 0.95 * np.cos(1.2 * np.pi)
     closed = (1 + np.pi / 2 + (2.0 - alpha) / 2) * RADIUS / AIR.speed
     assert late == pytest.approx(closed, rel=0.01)
-    measured("sound", "delay between two ears in long waves, a / c", late * AIR.speed / RADIUS, 3.0, abs=0.5)
+    measured("delay between two ears in long waves, a / c", late * AIR.speed / RADIUS, 3.0, abs=0.5)

@@ -7,6 +7,8 @@ import pytest
 
 from creak.sound.impulsiveness import EVERY, FAST, Onset, adjustment, fast_levels, onsets
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 
 
@@ -53,7 +55,6 @@ def test_a_jump_rises_as_the_time_weighting_lets_it(jump, measured):
     assert len(found) == len(wanted) == 1
     assert found[0].start == pytest.approx(wanted[0].start, abs=1.5 * EVERY)
     measured(
-        "sound",
         f"NT ACOU 112: prominence of a jump of {jump:.0f} dB",
         found[0].prominence,
         wanted[0].prominence,

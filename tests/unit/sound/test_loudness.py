@@ -15,6 +15,8 @@ from creak.sound.loudness import added_loudness, loudness, loudness_level, loudn
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BARK
 
+RECORDED = {"section": "sound", "source": "ISO 532-1"}
+
 SIGNALS = Path(__file__).resolve().parents[4] / "shared" / "sound"
 RATE = 48_000
 MACHINE = [
@@ -138,14 +140,7 @@ def test_signals_of_the_standard_over_time(number, measured):
     assert np.allclose(found.time, 0.002 * np.arange(wanted.size))
     miss = np.abs(found.total - wanted)
     assert (miss <= np.maximum(0.05 * wanted, 0.1)).all()
-    measured(
-        "sound",
-        f"ISO 532-1 signal {number}: largest error of N(t)",
-        miss.max(),
-        at_most=0.02,
-        unit="sone",
-        source="ISO 532-1",
-    )
+    measured(f"ISO 532-1 signal {number}: largest error of N(t)", miss.max(), at_most=0.02, unit="sone")
 
 
 @pytest.mark.parametrize(
@@ -168,14 +163,12 @@ def test_percentiles_are_those_of_the_standards_curve(number, n_max, n5, n10):
 @pytest.mark.parametrize(("freq", "level", "sone"), [(250, 80, 14.655), (1000, 60, 4.019), (4000, 40, 1.549)])
 def test_tones_of_the_standard(freq, level, sone, measured):
     found = steady_loudness(tone(freq, level), RATE).total
-    measured(
-        "sound", f"ISO 532-1, tone of {freq} Hz and {level} dB", found, sone, rel=0.01, unit="sone", source="ISO 532-1"
-    )
+    measured(f"ISO 532-1, tone of {freq} Hz and {level} dB", found, sone, rel=0.01, unit="sone")
 
 
 def test_levels_of_the_standards_machine(measured):
     found = loudness_of_levels(MACHINE).total
-    measured("sound", "ISO 532-1, signal 1 from its levels", found, 83.296, rel=1e-4, unit="sone", source="ISO 532-1")
+    measured("ISO 532-1, signal 1 from its levels", found, 83.296, rel=1e-4, unit="sone")
 
 
 def test_one_sone_is_a_tone_of_40_db_and_ten_more_double_it():
@@ -247,7 +240,6 @@ def test_sharpness_of_narrow_noise(index, measured):
     found = sharpness_at_4_sone(noise(CRITICAL[index], CRITICAL[index + 1]))
     allowed = max(0.05, 0.05 * ACUM[index])
     measured(
-        "sound",
         "DIN 45692, narrow noise: sharpness, worst band",
         found,
         ACUM[index],

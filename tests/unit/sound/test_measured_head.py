@@ -12,6 +12,8 @@ from creak.sound.measured_head import Ears, surrounding
 from creak.sound.rayleigh import AIR
 from helpers_hrtf import exact, grid, responses, unit, write_sofa
 
+RECORDED = {"section": "sound"}
+
 AHEAD, LEFT = np.array([1.0, 0.0, 0.0]), np.array([0.0, 1.0, 0.0])
 
 
@@ -58,7 +60,6 @@ def test_third_octaves_at_the_ear_are_those_of_the_exact_sphere(heard, measured)
     sees = np.array([some[:, 1] > 0.0, some[:, 1] < 0.0])
     assert np.sqrt(np.mean(error**2)) < 0.75
     measured(
-        "sound",
         "third octaves at the ear of a measured head that sees the source: largest error, dB",
         float(np.abs(error[:, sees]).max()),
         at_most=1.0,

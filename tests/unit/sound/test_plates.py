@@ -8,6 +8,8 @@ import pytest
 from creak.sound.plates import Plate, in_decibel, radiation_efficiency, relative_variance
 from creak.sound.rayleigh import AIR
 
+RECORDED = {"section": "sound"}
+
 E, NU, RHO, ETA = 2.1e11, 0.3, 7850.0, 0.04
 WIDTH = 10.0**0.05 - 10.0**-0.05
 COUNT = 50
@@ -68,12 +70,12 @@ def test_means_and_scatter_of_fifty_plates(thick, freq, measured):
     of = f"{1e3 * thick:g} mm at {freq:.0f} Hz"
     for name, found, true in (("Re Y", plate.mobility, Y), ("energy", energy, v2), ("sound", sound, p2)):
         off = 10 * np.log10(found / true.mean())
-        measured("sound", f"statistical {name} of a plate, {of}: dB off the mean of 50", off, 0.0, abs=1.0, unit="dB")
+        measured(f"statistical {name} of a plate, {of}: dB off the mean of 50", off, 0.0, abs=1.0, unit="dB")
     overlap, bandwidth = np.array([freq * ETA * plate.density]), np.array([WIDTH / ETA])
     for name, true, at_a_point in (("energy", v2, False), ("sound", p2, True)):
         told = in_decibel(relative_variance(overlap, bandwidth, at_a_point=at_a_point))[0]
         seen = np.std(10 * np.log10(true))
-        measured("sound", f"scatter of the {name} of 50 plates, {of}", told, seen, abs=1.0, unit="dB")
+        measured(f"scatter of the {name} of 50 plates, {of}", told, seen, abs=1.0, unit="dB")
 
 
 def by_integral(plate: Plate, a: float, b: float, freq: float) -> float:
@@ -111,7 +113,6 @@ def test_radiation_efficiency_against_rayleigh_integrals_of_modes(thick, freq, w
     true = by_integral(plate, a, b, freq)
     off = 10 * np.log10(radiation_efficiency(plate, np.array([freq]))[0] / true)
     measured(
-        "sound",
         f"radiation efficiency of a plate at {freq / plate.coincidence:.2f} of coincidence: dB off its modes",
         off,
         0.0,
@@ -160,7 +161,6 @@ def test_edges_of_half_a_plate(share, measured):
         assert plate.wavenumber(freq)[0] == pytest.approx(wave)
         kind = "supported" if supported else "free"
         measured(
-            "sound",
             f"what a {kind} edge sends at {share:g} of its coincidence, over rho c <v^2> / k_b",
             radiation_efficiency(plate, freq)[0] * area * wave / long,
             sent_by_an_edge(share, supported=supported),

@@ -9,6 +9,8 @@ from creak.sound.loudness import loudness, steady_loudness
 from creak.sound.quality import STEADY, TOO_FAINT, TOO_LOUD, TOO_LOW, TOO_SHORT, quality_of
 from creak.sound.third_octave import a_weighted_level, a_weighted_sum, third_octave_levels
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 A_WEIGHTS = {31.5: -39.4, 63: -26.2, 125: -16.1, 250: -8.6, 500: -3.2, 1000: 0.0, 2000: 1.2, 4000: 1.0, 8000: -1.1}
 """dB of the octaves, IEC 61672-1, table 3; 16 kHz below."""
@@ -33,7 +35,7 @@ def quality(x, window=(0.0, np.inf), **how):
 def test_one_acum_is_noise_of_a_critical_band_at_1_khz_and_60_db(measured):
     """DIN 45692, 920 to 1080 Hz."""
     found = steady_loudness(band(920, 1080, 60), RATE).sharpness
-    measured("sound", "DIN 45692: one acum", found, 1.0, rel=0.01, unit="acum", source="DIN 45692")
+    measured("DIN 45692: one acum", found, 1.0, rel=0.01, unit="acum", source="DIN 45692")
 
 
 def test_a_weighting_is_that_of_the_standard_up_to_16_khz(measured):
@@ -41,9 +43,7 @@ def test_a_weighting_is_that_of_the_standard_up_to_16_khz(measured):
     for nominal, weight in (*A_WEIGHTS.items(), (16_000, -6.6)):
         freq = 1000.0 * 10 ** (0.3 * np.rint(np.log10(nominal / 1000.0) / 0.3))
         found = a_weighted_level(tone(freq, 60.0, 2.0), RATE, (0.5, 1.5)) - 60.0  # without the click of its start
-        measured(
-            "sound", "A weighting: worst octave", found, weight, abs=0.06, unit="dB", source="IEC 61672-1, table 3"
-        )
+        measured("A weighting: worst octave", found, weight, abs=0.06, unit="dB", source="IEC 61672-1, table 3")
 
 
 def test_level_of_third_octaves_is_about_that_of_the_sound():

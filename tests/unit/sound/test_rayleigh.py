@@ -10,6 +10,8 @@ from creak.errors import InputError
 from creak.sound.rayleigh import AIR, PressureRows, equivalent_power, pressure_weights
 from helpers_sound import pressure_rows
 
+RECORDED = {"section": "sound", "source": "closed form"}
+
 RATE = 48_000.0
 RHO, C = AIR.density, AIR.speed
 RADIUS = 0.1
@@ -65,13 +67,7 @@ def test_piston_on_its_axis_over_time(height, measured):
     found = found[: t.size]
     exact = RHO * C * (velocity(t - height / C) - velocity(t - np.hypot(height, RADIUS) / C))
     error = np.abs(found - exact).max() / np.abs(exact).max()
-    measured(
-        "sound",
-        "baffled piston on its axis, pulse: largest error over the peak",
-        error,
-        at_most=0.01,
-        source="closed form",
-    )
+    measured("baffled piston on its axis, pulse: largest error over the peak", error, at_most=0.01)
 
 
 @pytest.mark.parametrize("ka", [1.0, 4.0, 8.0])
@@ -84,7 +80,7 @@ def test_directivity_of_a_piston(ka, measured):
     u = ka * np.sin(angle)
     wanted = np.where(u > 0, 2 * j1(u) / np.where(u > 0, u, 1), 1.0) * RHO * RADIUS**2 / (2 * distance)
     error = np.abs(found - np.abs(wanted)).max() / wanted[0]
-    measured("sound", "directivity of a piston, worst error over the axis", error, at_most=0.01, source="closed form")
+    measured("directivity of a piston, worst error over the axis", error, at_most=0.01)
 
 
 @pytest.mark.parametrize("over", [0.4, 0.9, 1.6])
@@ -102,13 +98,7 @@ def test_plate_below_and_above_coincidence_far_away(mode, over, measured):
 
     wanted = RHO / (2 * np.pi * distance) * side(3, SIDES[0], towards[:, 0]) * side(2, SIDES[1], towards[:, 1])
     error = np.abs(np.abs(found) - np.abs(wanted)).max() / np.abs(wanted).max()
-    measured(
-        "sound",
-        "simply supported plate, far field below and above coincidence",
-        error,
-        at_most=0.01,
-        source="closed form",
-    )
+    measured("simply supported plate, far field below and above coincidence", error, at_most=0.01)
 
 
 @pytest.mark.parametrize("over", [0.4, 1.6])
@@ -138,7 +128,7 @@ def test_a_small_sphere_that_breathes(measured):
     rows = pressure_rows(points, volumes, [[distance, 0, 0]], RATE, baffled=False)
     found = abs(response(rows, 0.05 * C / radius / 2 / np.pi)[0, 0])
     wanted = RHO * radius**2 / distance / np.hypot(1, 0.05)
-    measured("sound", "small pulsating sphere", found, wanted, rel=0.01, unit="Pa", source="closed form")
+    measured("small pulsating sphere", found, wanted, rel=0.01, unit="Pa")
 
 
 def test_delays_between_samples():

@@ -11,6 +11,8 @@ from creak.sound.room import Room, diffuse_squares, ear_noise
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BANDS
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 DISTANCE = 0.7
 """m"""
@@ -43,7 +45,7 @@ def test_a_source_of_known_power_has_sabines_level(time, measured):
     sabine = 4 * AIR.density * AIR.speed * power * (1 - area / walls) / area
     assert cabin.absorption[KHZ] == pytest.approx(area, rel=1e-4)
     found = third_octave_levels(out, RATE, (0.7, 2.1)) - third_octave_levels(x, RATE, (0.7, 2.1))
-    measured("sound", f"room of {time:g} s: level", found[KHZ], 10 * np.log10(sabine), abs=0.2, unit="dB")
+    measured(f"room of {time:g} s: level", found[KHZ], 10 * np.log10(sabine), abs=0.2, unit="dB")
 
 
 def test_after_the_source_it_falls_by_60_db_in_the_reverberation_time(measured):
@@ -51,7 +53,7 @@ def test_after_the_source_it_falls_by_60_db_in_the_reverberation_time(measured):
     (square,) = diffuse_squares(cabin, x, 1.0, np.array([KHZ]))
     at = np.array([1.25, 1.65])
     level = 10 * np.log10(np.interp(at, np.arange(x.size) / RATE, square))
-    measured("sound", "room: decay in its reverberation time", (level[0] - level[1]) * 0.5 / 0.4, 60.0, abs=0.5)
+    measured("room: decay in its reverberation time", (level[0] - level[1]) * 0.5 / 0.4, 60.0, abs=0.5)
     assert square[: int(0.15 * RATE)].max() < 1e-6 * square.max()  # nothing before the sound itself
 
 

@@ -7,6 +7,8 @@ import pytest
 
 from creak.sound.roughness import roughness
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 ZWICKER = {
     125: {20: 0.232, 30: 0.334, 40: 0.327, 50: 0.253, 70: 0.151},
@@ -37,7 +39,7 @@ def rough(x: np.ndarray) -> float:
 
 def test_its_unit_is_a_tone_of_1_khz_modulated_at_70_hz(measured):
     found = rough(modulated(1000, 70))
-    measured("sound", "Daniel and Weber: one asper", found, 1.0, rel=1e-3, unit="asper", source="its definition")
+    measured("Daniel and Weber: one asper", found, 1.0, rel=1e-3, unit="asper", source="its definition")
 
 
 @pytest.mark.parametrize("rate", MODEL)
@@ -54,7 +56,6 @@ def test_modulated_tones_are_as_rough_as_listeners_found(carrier, measured):
     """17 % is what listeners just notice. The model is off by more at some: by .16 asper at most."""
     apart = {rate: rough(modulated(carrier, rate)) - heard for rate, heard in ZWICKER[carrier].items()}
     measured(
-        "sound",
         "Daniel and Weber, modulated tones: largest difference from listeners, worst carrier",
         max(map(abs, apart.values())),
         at_most=0.16,

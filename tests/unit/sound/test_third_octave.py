@@ -9,6 +9,8 @@ from creak.errors import InputError
 from creak.sound.third_octave import SILENCE, a_weighted_level, third_octave_levels
 from creak.sound.zwicker_tables import BANDS
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 
 
@@ -21,7 +23,6 @@ def test_a_tone_in_the_middle_of_a_band_has_its_level_there(band, measured):
     assert (levels[[b for b in (band - 1, band + 1) if 0 <= b < 28]] < 94 - 17).all()
     assert (levels[[b for b in range(28) if abs(b - band) > 1]] < 94 - 28).all()
     measured(
-        "sound",
         "third octaves: a tone in the middle, worst band",
         levels[band],
         93.98,

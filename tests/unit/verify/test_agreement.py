@@ -10,6 +10,8 @@ from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import compare_statistics, is_crowded, ks_distance
 
+RECORDED = {"section": "verdicts", "source": "by hand"}
+
 
 def event(t: float, force: float = 1.0, impulse: float = 1.0) -> Event:
     return Event("a", "a:1", 0, t, t, t, force, force, impulse, 0.0, 1, force)
@@ -19,8 +21,8 @@ def test_precision_and_recall(measured):
     match = match_events(
         [event(t) for t in (1.0, 2.0, 3.0, 4.0)], [event(1.001), event(2.002), event(5.0)], 0.01, (0, 9)
     )
-    measured("verdicts", "precision of matched events", match.precision, 2 / 3, rel=1e-6, source="by hand")
-    measured("verdicts", "recall of matched events", match.recall, 0.5, rel=1e-6, source="by hand")
+    measured("precision of matched events", match.precision, 2 / 3, rel=1e-6)
+    measured("recall of matched events", match.recall, 0.5, rel=1e-6)
     assert match.time_error.each == pytest.approx([0.001, 0.002])
 
 
@@ -34,17 +36,9 @@ def test_errors_of_each_event_and_of_the_mean(measured):
     assert match.impulse_error.each == pytest.approx([0.1, 0.05])
     assert match.impulse_error.mean == pytest.approx(0.075)
     assert match.time_error.mean == pytest.approx(0.003)
-    measured("verdicts", "events: mean force error", match.force_error.mean, 0.1, rel=1e-6, source="by hand")
+    measured("events: mean force error", match.force_error.mean, 0.1, rel=1e-6)
     # linear between .002 and .004
-    measured(
-        "verdicts",
-        "events: time error, 95th percentile",
-        match.time_error.percentile_95,
-        0.0039,
-        rel=1e-6,
-        unit="s",
-        source="by hand",
-    )
+    measured("events: time error, 95th percentile", match.time_error.percentile_95, 0.0039, rel=1e-6, unit="s")
 
 
 def test_no_events_no_figures():
@@ -62,7 +56,6 @@ def test_distance_is_that_of_kolmogorov_and_smirnov(measured):
     found = ks_distance(a, b)
     assert found is not None
     measured(
-        "verdicts",
         "distance of two distributions",
         found.value,
         ks_2samp(a, b).statistic,
@@ -78,9 +71,7 @@ def test_critical_distance_is_passed_by_one_pair_of_samples_in_twenty(measured):
     rng = np.random.default_rng(1)
     beyond = sum(not ks_distance(*rng.exponential(1.0, (2, 150))).alike for _ in range(600))
     # 5 % of 600 are 30, standard deviation 5.3; the asymptotic bound errs to the safe side (fewer).
-    measured(
-        "verdicts", "like samples called different, of 600", beyond, 30.0, between=(10.0, 46.0), source="5 %, binomial"
-    )
+    measured("like samples called different, of 600", beyond, 30.0, between=(10.0, 46.0), source="5 %, binomial")
 
 
 def test_statistics_of_two_runs_in_a_window():

@@ -9,6 +9,8 @@ import scipy.linalg as sla
 from creak.reduction.sensitivity import frequency_slopes
 from creak.verify.bounded_fit import Z95, Fit, bounded_fit
 
+RECORDED = {"section": "models"}
+
 WIDE = np.full(3, 5.0)
 
 
@@ -116,7 +118,6 @@ def test_intervals_hold_the_truth_in_95_of_100_tests(measured):
     source = "100 tests with noise, seeds 0 to 99"
     for j, name in enumerate(("stiffness to ground", "stiffness of the links", "mass")):
         measured(
-            "models",
             f"update of a chain, {name}: truth within the 95 % interval, of 100",
             int(held[:, j].sum()),
             between=(91, 100),
@@ -138,7 +139,6 @@ def test_intervals_of_few_data_whose_noise_is_more_than_was_stated(data, paramet
         fit = Fit(x, A @ x - noise, A, np.zeros(parameters, dtype=bool))
         held += int(abs(x[0]) <= fit.half_width[0])
     measured(
-        "models",
         f"update of {parameters} from {data} data with 3 times the noise stated: truth within the interval, of 100",
         held / 40.0,
         between=(100.0 * least, 97.0),

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from creak.contact.laws.parameters import Friction
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import History
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP, pressing, rub_of, rubbing
-from helpers_core import channels
+from helpers_core import channels, history_of
 
 H, END, N = 1e-4, 1.0, 10.0
 TIME = H * np.arange(round(END / H) + 1)
@@ -29,10 +29,7 @@ def record(speed: np.ndarray, force: np.ndarray | float = N) -> History:
     force = np.broadcast_to(np.reshape(force, (-1, 1)), (TIME.size, m)).copy()
     sliding, tangential = np.zeros((TIME.size, 2 * m)), np.zeros((TIME.size, 2 * m))
     sliding[:, ::2], tangential[:, ::2] = speed * (force > 0.0), -0.3 * force * np.sign(speed)
-    none, energy = np.zeros((TIME.size, 0)), np.zeros((TIME.size, len(ENERGIES)))
-    gap = np.zeros((TIME.size, m))
-    at = np.arange(TIME.size)
-    return History(TIME, gap, force, gap, at, none, energy, 0, 0.0, tangential=tangential, sliding=sliding)
+    return history_of(TIME, np.zeros(force.shape), force, tangential=tangential, sliding=sliding)
 
 
 def bumps(period: float, duration: float, end: float = END, speed: float = 0.02) -> np.ndarray:

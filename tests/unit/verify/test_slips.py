@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from creak.contact.laws.parameters import Friction
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.verify.slips import find_slips, find_squeaks, squeak_rates
-from helpers_core import channels, system_of
+from helpers_core import channels, history_of, system_of
+
+RECORDED = {"section": "friction", "source": "closed form"}
 
 H = 1e-4
 # Belt squeak: m = 1, k = 1e4, N = 10, mu .5 / .3, belt .01 m/s.
@@ -28,7 +30,7 @@ def rubbing(m: int = 1, groups: tuple[str, ...] | None = None):
     return gaps if groups is None else replace(gaps, group=groups)
 
 
-def history_of(time: np.ndarray, speed: np.ndarray, tau: np.ndarray | None = None, force: np.ndarray | None = None):
+def rubbed(time: np.ndarray, speed: np.ndarray, tau: np.ndarray | None = None, force: np.ndarray | None = None):
     """A record of signed slip speeds (n_time, m) along the first tangent, pressed with NORMAL throughout."""
     speed = np.asarray(speed, dtype=float).reshape(time.size, -1)
     m = speed.shape[1]
@@ -36,19 +38,7 @@ def history_of(time: np.ndarray, speed: np.ndarray, tau: np.ndarray | None = Non
     sliding, tangential = np.zeros((time.size, 2 * m)), np.zeros((time.size, 2 * m))
     sliding[:, ::2] = speed
     tangential[:, ::2] = -KINETIC * force * np.sign(speed) if tau is None else tau
-    return History(
-        time,
-        np.zeros((time.size, m)),
-        force,
-        np.zeros((time.size, m)),
-        np.arange(time.size),
-        np.zeros((time.size, 0)),
-        np.zeros((time.size, len(ENERGIES))),
-        0,
-        0.0,
-        tangential=tangential,
-        sliding=sliding,
-    )
+    return history_of(time, np.zeros(force.shape), force, tangential=tangential, sliding=sliding)
 
 
 def belt_speed(time: np.ndarray) -> np.ndarray:
@@ -74,7 +64,7 @@ def test_squeak_of_a_mass_on_a_belt(uneven, measured):
     time = H * np.arange(8001)
     if uneven:
         time = np.delete(time, np.flatnonzero((np.mod(time, STICK + duration()) < 0.035) & (np.arange(8001) % 7 > 0)))
-    history, gaps = history_of(time, belt_speed(time)), rubbing()
+    history, gaps = rubbed(time, belt_speed(time)), rubbing()
     events = find_slips(history, gaps, 0.005)
     assert len(events) == 9
     for k, e in enumerate(events):
@@ -88,32 +78,14 @@ def test_squeak_of_a_mass_on_a_belt(uneven, measured):
         assert (e.group, e.channel, len(e.slips), e.rate) == ("stop", "stop:0", 1, None)
     chain = find_slips(history, gaps, 0.05)
     assert len(chain) == 1
+    measured("squeak of a block on a belt: rate", chain[0].rate, 12.3932817, rel=1e-5, unit="Hz")
+    measured("squeak of a block on a belt: belt per cycle", events[0].slip_length, 0.80688788e-3, rel=1e-4, unit="m")
     measured(
-        "friction",
-        "squeak of a block on a belt: rate",
-        chain[0].rate,
-        12.3932817,
-        rel=1e-5,
-        unit="Hz",
-        source="closed form",
-    )
-    measured(
-        "friction",
-        "squeak of a block on a belt: belt per cycle",
-        events[0].slip_length,
-        0.80688788e-3,
-        rel=1e-4,
-        unit="m",
-        source="closed form",
-    )
-    measured(
-        "friction",
         "squeak of a block on a belt: end of the first slip",
         events[0].t_end,
         STICK + duration(),
         abs=0.02 * H,
         unit="s",
-        source="closed form",
     )
     assert chain[0].slip_length == pytest.approx(9 * 0.80688788e-3, rel=1e-4)
     # Windows of whole periods hold whole numbers of slips.
@@ -123,7 +95,7 @@ def test_squeak_of_a_mass_on_a_belt(uneven, measured):
 def test_impulses_per_length_of_travel_of_the_belt(measured):
     """One slip each .80688788 mm of belt: 1.2393 per mm. In whole cycles travel is that of the belt."""
     time, cycle = H * np.arange(8001), STICK + duration()
-    history, gaps = history_of(time, belt_speed(time)), rubbing()
+    history, gaps = rubbed(time, belt_speed(time)), rubbing()
     assert [e.per_length for e in find_slips(history, gaps, 0.005)] == pytest.approx([1e3 * 1.2393295] * 9, rel=1e-4)
     (one,) = find_squeaks(history, gaps, (0.0, 8.0 * cycle))
     assert (one.group, one.channel, one.slips) == ("stop", "stop:0", 8)
@@ -132,13 +104,7 @@ def test_impulses_per_length_of_travel_of_the_belt(measured):
     assert one.energy == pytest.approx(8 * KINETIC * NORMAL * 0.80688788e-3, rel=1e-4)
     assert one.rate == pytest.approx(12.3932817, rel=1e-7)
     measured(
-        "friction",
-        "squeak of a block on a belt: impulses per length of travel",
-        one.per_length,
-        1239.33,
-        rel=1e-4,
-        unit="1/m",
-        source="closed form",
+        "squeak of a block on a belt: impulses per length of travel", one.per_length, 1239.33, rel=1e-4, unit="1/m"
     )
 
 
@@ -147,7 +113,7 @@ def test_the_squeak_of_a_pair_is_that_of_its_hardest_worked_channel_in_the_windo
     speed = np.zeros((300, 2))
     speed[20:30, 0], speed[25:60, 1], speed[80:90, 1], speed[200:210, 0] = 1.0, 2.0, 2.0, 1.0
     speed[220:, 1] = 1.0  # slides on to the end: travel, and no slip between two sticks
-    history = history_of(time, speed)
+    history = rubbed(time, speed)
     (one,) = find_squeaks(history, rubbing(2), (0.0, 300 * H))
     assert (one.channel, one.slips) == ("stop:1", 2)
     assert one.travel == pytest.approx(H * (45 * 2.0 + 79.5))
@@ -162,13 +128,13 @@ def test_sliding_from_the_touch_or_into_the_release_is_no_stick_slip():
     speed = np.zeros(100)
     speed[20:30] = 1.0
     closed = np.full(100, NORMAL)
-    assert len(find_slips(history_of(time, speed, force=closed), rubbing(), 0.0)) == 1
+    assert len(find_slips(rubbed(time, speed, force=closed), rubbing(), 0.0)) == 1
     for rows in (slice(0, 20), slice(30, 100)):
         force = closed.copy()
         force[rows] = 0.0
-        assert find_slips(history_of(time, speed, force=force), rubbing(), 0.0) == []
+        assert find_slips(rubbed(time, speed, force=force), rubbing(), 0.0) == []
     speed[20:] = 1.0
-    assert find_slips(history_of(time, speed), rubbing(), 0.0) == []  # not over by the end
+    assert find_slips(rubbed(time, speed), rubbing(), 0.0) == []  # not over by the end
 
 
 def test_a_reversal_is_no_stick():
@@ -177,18 +143,18 @@ def test_a_reversal_is_no_stick():
     speed = np.zeros(100)
     speed[20:60] = np.sin(2 * np.pi * np.arange(40) / 40 + 0.01)
     speed[40] = 0.0
-    one = find_slips(history_of(time, speed), rubbing(), 0.0)
+    one = find_slips(rubbed(time, speed), rubbing(), 0.0)
     assert len(one) == 1
     assert one[0].slip_length == pytest.approx(H * np.abs(speed).sum())
     speed[41] = 0.0
-    assert len(find_slips(history_of(time, speed), rubbing(), 0.0)) == 2
+    assert len(find_slips(rubbed(time, speed), rubbing(), 0.0)) == 2
 
 
 def test_slips_of_a_pair_merge_and_the_hardest_worked_channel_leads():
     time = H * np.arange(300)
     speed = np.zeros((300, 2))
     speed[20:30, 0], speed[25:60, 1], speed[80:90, 1], speed[200:210, 0] = 1.0, 2.0, 2.0, 1.0
-    history = history_of(time, speed)
+    history = rubbed(time, speed)
     first, second = find_slips(history, rubbing(2), 0.003)
     assert (first.channel, len(first.slips), second.channel) == ("stop:1", 2, "stop:0")
     assert first.t_start == pytest.approx(19 * H)
@@ -207,7 +173,7 @@ def test_only_rubbing_channels_count():
     speed[10:20] = 1.0
     gaps = channels(np.eye(3), 0.0, 1e3)
     gaps = replace(gaps, friction=Friction(np.array([0.0, 0.0, 0.4]), np.array([0.0, 0.0, 0.4]), np.zeros(3)))
-    one = history_of(time, speed)
+    one = rubbed(time, speed)
     force = np.zeros((50, 3))
     force[:, 2] = NORMAL
     every = replace(one, force=force, gap=np.zeros((50, 3)))
@@ -220,18 +186,18 @@ def test_what_slides_by_atoms_sticks():
     speed[200:220] = 1.0
     dust = np.arange(20, 190, 35)
     speed[dust] = speed[dust + 200] = 1e-7
-    (only,) = find_slips(history_of(time, speed), rubbing(), 0.0)
+    (only,) = find_slips(rubbed(time, speed), rubbing(), 0.0)
     assert only.slip_length == pytest.approx(2e-3, rel=1e-6)
     assert len(only.slips) == 1
-    (squeak,) = find_squeaks(history_of(time, speed), rubbing(), (0.0, time[-1]))
+    (squeak,) = find_squeaks(rubbed(time, speed), rubbing(), (0.0, time[-1]))
     assert squeak.slips == 1
-    alone = history_of(time, np.where(speed < 1e-3, speed, 0.0))
+    alone = rubbed(time, np.where(speed < 1e-3, speed, 0.0))
     assert find_slips(replace(alone, gap=np.full((400, 1), -1e-7)), rubbing(), 0.0) == []
     assert len(find_slips(alone, rubbing(), 0.0)) == 10
 
 
 def test_without_friction_nothing_slips():
-    history = history_of(H * np.arange(20), np.ones(20))
+    history = rubbed(H * np.arange(20), np.ones(20))
     assert find_slips(history, channels(np.eye(1), 0.0, 1e3), 0.0) == []
     bare = replace(history, tangential=np.zeros((0, 0)), sliding=np.zeros((0, 0)))
     assert find_slips(bare, rubbing(), 0.0) == []

@@ -7,12 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import History
 from creak.verify.events import Event, find_events
 from creak.verify.mac import mac_matrix, pair_modes
 from creak.verify.matching import match_events
 from creak.verify.nrmse import nrmse_by_axis, nrmse_fit
-from helpers_core import channels
+from helpers_core import channels, history_of
+
+RECORDED = {"section": "verdicts", "source": "by hand"}
 
 # --- modes ------------------------------------------------------------------------------------------------------
 
@@ -20,14 +22,7 @@ from helpers_core import channels
 def test_mac_of_a_tilted_shape_is_the_squared_cosine(measured):
     angle = 0.3
     a, b = np.array([[1.0], [0.0]]), np.array([[np.cos(angle)], [np.sin(angle)]])
-    measured(
-        "verdicts",
-        "MAC of a shape tilted by .3 rad",
-        mac_matrix(a, b)[0, 0],
-        np.cos(angle) ** 2,
-        rel=1e-6,
-        source="by hand",
-    )
+    measured("MAC of a shape tilted by .3 rad", mac_matrix(a, b)[0, 0], np.cos(angle) ** 2, rel=1e-6)
     assert mac_matrix(a, np.zeros((2, 1)))[0, 0] == 0.0
 
 
@@ -51,7 +46,7 @@ def test_repeated_modes_are_compared_as_a_subspace(measured):
     freq = np.array([7.0, 7.0, 9.0])
     found = pair_modes(freq, shapes, freq, turned)
     assert found.matrix[0, 0] == pytest.approx(0.5)
-    measured("verdicts", "MAC of repeated modes in any rotation", found.mac, 1.0, rel=1e-12, source="by hand")
+    measured("MAC of repeated modes in any rotation", found.mac, 1.0, rel=1e-12)
     apart = pair_modes(np.array([7.0, 7.5, 9.0]), shapes, np.array([7.0, 7.5, 9.0]), turned)
     np.testing.assert_allclose(apart.mac[:2], 0.5)
 
@@ -74,7 +69,7 @@ def test_no_modes_are_no_error(n_ref, n_red):
 
 def test_nrmse_is_one_minus_error_over_spread(measured):
     r, x = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 4.0])
-    measured("verdicts", "NRMSE of three values", nrmse_fit(r, x), 1.0 - 1.0 / np.sqrt(2.0), rel=1e-6, source="by hand")
+    measured("NRMSE of three values", nrmse_fit(r, x), 1.0 - 1.0 / np.sqrt(2.0), rel=1e-6)
     assert nrmse_fit(r, r) == 1.0
     assert nrmse_fit(r, np.full(3, 2.0)) == pytest.approx(0.0)  # the mean is worth nothing
     assert nrmse_fit(r, -r) < 0.0
@@ -112,20 +107,7 @@ H = 1e-3
 
 def history(gap: np.ndarray, stiffness: float = 1e3) -> History:
     """A history of given gaps (n_time, m); the force is that of a penalty."""
-    gap = np.asarray(gap, dtype=float).reshape(len(gap), -1)
-    n = gap.shape[0]
-    force = stiffness * np.maximum(0.0, -gap)
-    return History(
-        H * np.arange(n),
-        gap,
-        force,
-        np.zeros_like(gap),
-        np.arange(n),
-        np.zeros((n, 0)),
-        np.zeros((n, len(ENERGIES))),
-        int((force > 0).any(axis=1).sum()),
-        0.0,
-    )
+    return history_of(H * np.arange(len(gap)), gap, stiffness=stiffness)
 
 
 def operator(m: int, groups: tuple[str, ...] | None = None):
@@ -152,9 +134,8 @@ def test_one_contact_gives_onset_release_peak_and_impulse(measured):
     # Linear interpolation of a sine: curvature is zero at its zeros, so far better than a step.
     assert e.t_end == pytest.approx(start + 2 * half, abs=0.02 * H)
     assert e.t_peak == pytest.approx(start + half, abs=H)
-    measured("verdicts", "event of a half sine: onset", e.t_start, start, abs=0.02 * H, unit="s", source="closed form")
+    measured("event of a half sine: onset", e.t_start, start, abs=0.02 * H, unit="s", source="closed form")
     measured(
-        "verdicts",
         "event of a half sine: peak force",
         e.force_peak,
         k * depth,
@@ -164,7 +145,6 @@ def test_one_contact_gives_onset_release_peak_and_impulse(measured):
     )
     # trapezoid, (pi/20)^2/12
     measured(
-        "verdicts",
         "event of a half sine: impulse",
         e.impulse,
         k * depth * 2 * (2 * half) / np.pi,

@@ -15,12 +15,10 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.flight.collocation import radau_iia
 from creak.dynamics.flight.course import Course
 from creak.dynamics.flight.step import FlightStep, choose
-from creak.dynamics.history import History
 from creak.dynamics.instant import FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
-from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import Scheme
-from creak.dynamics.simulate import CondensedStepper, Progress, march
+from creak.dynamics.simulate import CondensedStepper
 from creak.dynamics.state import LinearTerms
 
 PIECES = 10
@@ -136,31 +134,3 @@ class FlightStepper:
             self._flight.refresh(after)
             self._flown_by = 0
         return after
-
-
-def simulate_high_order(
-    system: System,
-    gaps: GapOperator,
-    loads: Loads,
-    scheme: Scheme,
-    asked: OutputRequest,
-    *,
-    substeps: int = 1,
-    flight: int | None = None,
-    progress: Progress | None = None,
-) -> History:
-    """March the System through the loads: flights, and contact at every sample (`FlightStepper`).
-
-    Loads enter at the stages of a flight, interpolated between the samples (`StageLoads`).
-
-    Parameters
-    ----------
-    scheme : of the steps with contact.
-    others : as for `simulate`; an output step is `substeps` samples.
-    flight : samples of a flight of order 9; None: `flight.step.choose`.
-
-    Raises
-    ------
-    NumericalError, Stopped : as `simulate`.
-    """
-    return march(FlightStepper(system, gaps, loads, scheme, substeps, flight), asked, progress)

@@ -23,13 +23,13 @@ than the filter leaves modes are not determined, and no solver finds them."""
 
 
 @inner
-def go_ahead(model, P, gain, D, steady, x, end):  # type: ignore[no-untyped-def]
+def go_ahead(P, gain, D, steady, x, end):  # type: ignore[no-untyped-def]
     """z at the end of a step from x without a kick at x, but with the forces that go on; x.F, none yet, is used."""
     going = steady.mark[0] != NONE
     if going:
         add(x.F, -1.0, steady.push)
         add(D[0], 1.0, steady.lean)
-    fly(model, P, gain, D, x, end, going)
+    fly(P, gain, D, x, end, going)
     if going:
         add(D[0], -1.0, steady.lean)
         fill(x.F, 0.0)
@@ -39,7 +39,7 @@ def go_ahead(model, P, gain, D, steady, x, end):  # type: ignore[no-untyped-def]
 def look_ahead(model, laws, P, gain, D, h, steady, now, after, later):  # type: ignore[no-untyped-def]
     """Of what presses and rubs: its place, and how far the coming step takes it from there without a kick (`slip`)."""
     m, u = after.gap.size, after.x.reshape(after.x.size)[model.u0 : model.u1]
-    go_ahead(model, P, gain, D, steady, after, later)
+    go_ahead(P, gain, D, steady, after, later)
     ahead = later.x.reshape(later.x.size)[model.u0 : model.u1]
     for i in range(after.slip.size):
         if after.gap[laws.rubs[i // 2]] < 0.0:

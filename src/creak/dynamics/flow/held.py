@@ -228,8 +228,8 @@ def respond(model, laws, P, gain, h, held, slot, moved):  # type: ignore[no-unty
         fill(D[0], 0.0)
         fill(D[1], 0.0)
         lean_on(model.lean[held.channel[j % c]], 1.0 if j < c else 0.0, 0.0 if j < c else 1.0, h, D)
-        fly(model, P, gain, D, held.rest, moved, np.bool_(False))
-        mean_of(model, P, D, held.rest, held.mean)
+        fly(P, gain, D, held.rest, moved, np.bool_(False))
+        mean_of(P, D, held.rest, held.mean)
         z = moved.x.reshape(moved.x.size)
         u, v = z[model.u0 : model.u1], z[model.v0 : model.v1]
         for i in range(c):

@@ -185,9 +185,9 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
             break
         level += 1
     if not is_short(model, level, levels, False):
-        mean_of(model, P[level], D, now, desk.together.mean)
+        mean_of(P[level], D, now, desk.together.mean)
     if kicked:
-        if lessen(model, laws, W, gain, h, now, after, desk.share):
+        if lessen(model, laws, W, h, now, after, desk.share):
             less = let_go(model, laws, W, h, steady, now, after.gap)
             now.energy[GIVEN] += less
             after.energy[GIVEN] += less

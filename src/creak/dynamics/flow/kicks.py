@@ -145,7 +145,7 @@ def settled(W, h, x):  # type: ignore[no-untyped-def]
 
 
 @inner
-def lessen(model, laws, W, gain, h, now, after, share):  # type: ignore[no-untyped-def]
+def lessen(model, laws, W, h, now, after, share):  # type: ignore[no-untyped-def]
     """Shares of the second half of a kick where channels open in the step that it begins; True if there are any.
 
     `after`: the end of that step with the whole kick. The forces on the coordinates become those of the shares.

@@ -176,8 +176,8 @@ def hold(model, scheme, desk, level, h, begin, now, after, block):  # type: igno
     if held.known[slot] != level:
         respond(model, laws, P, gain, h, held, slot, after)
         held.known[slot] = level
-    fly(model, P, gain, D, begin, after, np.bool_(False))
-    mean_of(model, P, D, begin, held.mean)
+    fly(P, gain, D, begin, after, np.bool_(False))
+    mean_of(P, D, begin, held.mean)
     settle_supports(desk.course, h, after)
     see(model, held, desk.course, h, now, after)
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
@@ -254,8 +254,8 @@ def go(model, scheme, desk, P, h, begin, now, after, block):  # type: ignore[no-
     quiet(after)
     put(after.stuck, 0, now.stuck)
     load(model, held, c, h, 1.0, D)
-    fly(model, P, gain, D, begin, after, np.bool_(False))
-    mean_of(model, P, D, begin, held.mean)
+    fly(P, gain, D, begin, after, np.bool_(False))
+    mean_of(P, D, begin, held.mean)
     load(model, held, c, h, -1.0, D)
     if under_way(block):
         look_near(block, model, now, after, h, np.bool_(True))

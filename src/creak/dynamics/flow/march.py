@@ -116,7 +116,6 @@ def flow_states(
     at: Sequence[int],
     *,
     resolution: Resolution = SETTLED,
-    progress: Progress | None = None,
     solver: bool = False,
 ) -> FlowStates:
     """The run of `simulate_flow` at the ends of the sorted flight steps `at`; step 0 is the start.
@@ -129,7 +128,7 @@ def flow_states(
     asked = OutputRequest(nothing, max(1, loads.n_step // SAMPLES))
     run = FlowRun(system, gaps, loads, asked, resolution, solver)
     found = [run.form.motion(run.start())] if 0 in at else []
-    march_chunks(run, progress, at, lambda x: found.append(run.form.motion(x)))
+    march_chunks(run, None, at, lambda x: found.append(run.form.motion(x)))
     q, v = (np.array([pair[j] for pair in found]).reshape(len(found), system.n).T for j in (0, 1))
     return FlowStates(q, v, run.steps.laws.stiffness)
 

@@ -113,7 +113,7 @@ def shift_loads(D, h):  # type: ignore[no-untyped-def]
 
 
 @inner
-def fly(model, P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
+def fly(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
     """z after the second half of a kick (force F on the coordinates) and the exact motion of a step."""
     if P.shape[0] == SINGLE:
         fly_single(P, gain, D, now, after, kicked)
@@ -155,7 +155,7 @@ def fly_pairs(P, gain, D, now, after, kicked):  # type: ignore[no-untyped-def]
 
 
 @inner
-def mean_of(model, P, D, now, out):  # type: ignore[no-untyped-def]
+def mean_of(P, D, now, out):  # type: ignore[no-untyped-def]
     """Mean of the displacements z[u0:u1] over a step without a kick."""
     if P.shape[0] == SINGLE:
         mean_single(P, D, now, out)

@@ -100,14 +100,14 @@ def fly_on(model, P, gain, D, h, steady, now, after, kicked):  # type: ignore[no
     Returns what they give beyond that: the way that they push, as in a long step, less that of both half kicks.
     """
     if steady.mark[0] == NONE:
-        fly(model, P, gain, D, now, after, kicked)
+        fly(P, gain, D, now, after, kicked)
         return 0.0
     if steady.mark[0] == NEW:
         gather(model, steady)
         steady.mark[0] = KNOWN
     add(now.F, -1.0, steady.push)
     add(D[0], 1.0, steady.lean)
-    fly(model, P, gain, D, now, after, kicked)
+    fly(P, gain, D, now, after, kicked)
     add(D[0], -1.0, steady.lean)
     return take_back(model, gain, h, steady, now, after)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -33,7 +34,9 @@ DILATION = np.array([1.0, 1.0, 0.0])
 """e11, e22, 2 e12 of a growth by the same share in all directions."""
 
 
-def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
+def stiffness(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON, *, softened: bool = False
+) -> FloatArray:
     """Stiffness of four-node shells, flat or warped.
 
     x = sum h_i x_i + z sum h_i V_i,   u = sum h_i u_i + z sum h_i theta_i x V_i,   |z| <= t/2
@@ -58,24 +61,15 @@ def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     four-node membrane that passes the patch test without drilling shape functions is (MacNeal, Int. J.
     Numer. Meth. Eng. 24 (1987) 1793).
 
+    Softened: bilinear rotations and shear with S^-1 + h^2/(12 D) along each direction instead of S^-1. A linear element
+    of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an error of the order
+    (k h)^2/12 in the stiffness of a wave of number k. That bending also takes Poisson's ratio times the bending across,
+    see `varying_curvature`. Constant states are as exact. It goes with lumped and linear mass, as in decks made for it.
+    It is too soft in torsion of strips that are few elements wide, and by (k h)^2/7 in waves along the diagonal.
+    Source: MacNeal, Computers and Structures 8 (1978) 175.
+
     Nodes: counter-clockwise about the positive normal.
     """
-    return _stiffness(coords, section, own, softened=False)
-
-
-def softened_stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Bilinear rotations and shear with S^-1 + h^2/(12 D) along each direction instead of S^-1.
-
-    A linear element of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an
-    error of the order (k h)^2/12 in the stiffness of a wave of number k. That bending also takes Poisson's ratio times
-    the bending across, see `varying_curvature`. Constant states are as exact as in `stiffness`. It goes with lumped and
-    linear mass, as in decks made for it. It is too soft in torsion of strips that are few elements wide, and by
-    (k h)^2/7 in waves along the diagonal. Source: MacNeal, Computers and Structures 8 (1978) 175.
-    """
-    return _stiffness(coords, section, own, softened=True)
-
-
-def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, *, softened: bool) -> FloatArray:
     require_convex(coords)
     points, weights = gauss_square(2)
 
@@ -98,6 +92,9 @@ def _stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Ow
         return total
 
     return in_chunks(kernel, coords, 24, own)
+
+
+softened_stiffness = partial(stiffness, softened=True)
 
 
 def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
@@ -144,7 +141,9 @@ def geometric_stiffness(
     )
 
 
-def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray) -> FloatArray:
+def heat_load(
+    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray, *, softened: bool = False
+) -> FloatArray:
     """N on the membrane strains, M on the curvature; the enhanced modes, which see both where B is, condensed out.
 
     Splitting the energy as the stiffness does, A (e + A^-1 B k)^2 + (D - B A^-1 B) k^2, the first takes N along with
@@ -154,19 +153,6 @@ def heat_load(coords: FloatArray, section: ShellSection | GeneralShell, own: Own
     The mean of the strains without stress is a dilation u = m x, which a warped element takes up without stress though
     its assumed strains are not m everywhere: it comes as K u, and what N and M have besides as above.
     """
-    return _heat_load(coords, section, own, rise, softened=False)
-
-
-def softened_heat_load(
-    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray
-) -> FloatArray:
-    """The same of elements with `softened_stiffness`."""
-    return _heat_load(coords, section, own, rise, softened=True)
-
-
-def _heat_load(
-    coords: FloatArray, section: ShellSection | GeneralShell, own: Own, rise: FloatArray, *, softened: bool
-) -> FloatArray:
     points, weights = gauss_square(2)
     surface = evaluate(coords, points, weights)
     stiff = rigidity(section, surface.axes, own, shape(points))
@@ -179,8 +165,11 @@ def _heat_load(
         taken = (stiff.B @ np.linalg.solve(stiff.A, N[..., None]))[..., 0]
         full = weighted_gram(both, replace(stiff, D=stiff.D - stiff.neutral).coupled, surface.weights)
         load, M = weighted_sum(both, np.concatenate([N, taken], axis=2), surface.weights), M - taken
-    dilated = (_stiffness(coords, section, own, softened=softened) @ grown)[..., 0]
+    dilated = (stiffness(coords, section, own, softened=softened) @ grown)[..., 0]
     return dilated + condensed_load(full, load, 24) + weighted_sum(bent, M, surface.weights)
+
+
+softened_heat_load = partial(heat_load, softened=True)
 
 
 def dilation(

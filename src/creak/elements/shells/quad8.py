@@ -13,8 +13,6 @@ from creak.elements.shells.quad4_geometry import CORNERS
 from creak.elements.shells.quad4_geometry import shape as bilinear
 from creak.elements.shells.quadratic import Shape, shear_tying
 from creak.elements.solids.common import Reference, serendipity
-from creak.model.materials import GeneralShell, ShellSection
-from creak.model.mesh import COMMON, Own
 
 NODES = np.concatenate([CORNERS, 0.5 * (CORNERS + np.roll(CORNERS, -1, axis=0))])
 """(r, s) of the eight nodes."""
@@ -62,24 +60,18 @@ def _shape() -> Shape:
 SHAPE = _shape()
 
 
-def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Stiffness of eight-node shells, flat or curved, see `shells.quadratic.stiffness`.
+stiffness = partial(quadratic.stiffness, SHAPE)
+"""Stiffness of eight-node shells, flat or curved, see `shells.quadratic.stiffness`.
 
-    Membrane strains are sampled at 2 x 2 points; shear and bending are those of MITC9, whose deflection has the eight
-    nodes and whose rotations have a ninth. Exact in constant strain and curvature
-    where sides are straight, their middle nodes in the middle. Sides whose middle nodes lie off the middle, and
-    angles far from 90 degrees, cost accuracy, as with all serendipity elements. Sources: Ahmad, Irons and Zienkiewicz,
-    Int. J. Numer. Meth. Eng. 2 (1970) 419; Bathe, Brezzi and Cho, Comput. Struct. 32 (1989) 797.
+Membrane strains are sampled at 2 x 2 points; shear and bending are those of MITC9, whose deflection has the eight
+nodes and whose rotations have a ninth. Exact in constant strain and curvature
+where sides are straight, their middle nodes in the middle. Sides whose middle nodes lie off the middle, and
+angles far from 90 degrees, cost accuracy, as with all serendipity elements. Sources: Ahmad, Irons and Zienkiewicz,
+Int. J. Numer. Meth. Eng. 2 (1970) 419; Bathe, Brezzi and Cho, Comput. Struct. 32 (1989) 797.
 
-    Nodes: corners counter-clockwise about the positive normal, then the middles of sides 1-2, 2-3, 3-4, 4-1.
-    """
-    return quadratic.stiffness(SHAPE, coords, section, own)
-
-
-def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Consistent mass, 3 x 3 points."""
-    return quadratic.mass(SHAPE, coords, section, own)
-
-
+Nodes: corners counter-clockwise about the positive normal, then the middles of sides 1-2, 2-3, 3-4, 4-1.
+"""
+mass = partial(quadratic.mass, SHAPE)
+"""Consistent mass, 3 x 3 points."""
 geometric_stiffness = partial(quadratic.geometric_stiffness, SHAPE)
 heat_load = partial(quadratic.heat_load, SHAPE)

@@ -16,7 +16,7 @@ from creak.elements.shells.quad4_membrane import condensed
 from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
 from creak.elements.solids.common import Reference
 from creak.model.materials import GeneralShell, ShellSection
-from creak.model.mesh import Own
+from creak.model.mesh import COMMON, Own
 
 Monomials = Callable[[FloatArray], FloatArray]
 STABLE = 1e-4
@@ -61,7 +61,7 @@ def shear_tying(space: Monomials, at: FloatArray, sampled: FloatArray, condition
     return np.asarray(np.einsum("gak,kpb->gapb", space(at), np.tensordot(np.linalg.inv(moments), conditions, 1)))
 
 
-def stiffness(shape: Shape, coords: FloatArray, section: ShellSection | GeneralShell, own: Own) -> FloatArray:
+def stiffness(shape: Shape, coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """integral of [e k]' [A B; B D] [e k] + g' S g.
 
     x = sum h_i x_i + z sum h_i V_i,   u = sum h_i u_i + z (sum h_i theta_i x V_i + b beta),   |z| <= t/2
@@ -97,7 +97,7 @@ def stiffness(shape: Shape, coords: FloatArray, section: ShellSection | GeneralS
     return in_chunks(kernel, coords, n_dof, own)
 
 
-def mass(shape: Shape, coords: FloatArray, section: ShellSection | GeneralShell, own: Own) -> FloatArray:
+def mass(shape: Shape, coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
     """Consistent mass with rotary inertia, see `shell_mass`; the shape functions themselves are quadratic."""
     coords = np.asarray(coords, dtype=np.float64)
     _require_sound(shape, coords)

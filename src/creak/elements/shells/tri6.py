@@ -11,8 +11,6 @@ from creak.elements.geometry import gauss_triangle
 from creak.elements.shells import quadratic
 from creak.elements.shells.quadratic import Shape, shear_tying
 from creak.elements.solids.common import Reference
-from creak.model.materials import GeneralShell, ShellSection
-from creak.model.mesh import COMMON, Own
 
 NODES = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [0.5, 0.0], [0.5, 0.5], [0.0, 0.5]])
 """(r, s) of the six nodes."""
@@ -88,22 +86,16 @@ def _shape() -> Shape:
 SHAPE = _shape()
 
 
-def stiffness(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Stiffness of six-node shells, flat or curved, see `shells.quadratic.stiffness`.
+stiffness = partial(quadratic.stiffness, SHAPE)
+"""Stiffness of six-node shells, flat or curved, see `shells.quadratic.stiffness`.
 
-    Bending and shear are those of MITC7; membrane strains are linear, from three points for each side (Lee and Bathe,
-    Comput. Struct. 82 (2004) 945). Exact in constant strain and curvature where sides are straight, their middle nodes
-    in the middle. Sources: Bathe, Brezzi and Cho, Comput. Struct. 32 (1989) 797.
+Bending and shear are those of MITC7; membrane strains are linear, from three points for each side (Lee and Bathe,
+Comput. Struct. 82 (2004) 945). Exact in constant strain and curvature where sides are straight, their middle nodes
+in the middle. Sources: Bathe, Brezzi and Cho, Comput. Struct. 32 (1989) 797.
 
-    Nodes: corners counter-clockwise about the positive normal, then the middles of sides 1-2, 2-3, 3-1.
-    """
-    return quadratic.stiffness(SHAPE, coords, section, own)
-
-
-def mass(coords: FloatArray, section: ShellSection | GeneralShell, own: Own = COMMON) -> FloatArray:
-    """Consistent mass, six points, exact where sides are straight."""
-    return quadratic.mass(SHAPE, coords, section, own)
-
-
+Nodes: corners counter-clockwise about the positive normal, then the middles of sides 1-2, 2-3, 3-1.
+"""
+mass = partial(quadratic.mass, SHAPE)
+"""Consistent mass, six points, exact where sides are straight."""
 geometric_stiffness = partial(quadratic.geometric_stiffness, SHAPE)
 heat_load = partial(quadratic.heat_load, SHAPE)

@@ -114,7 +114,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     assigned = read_sections(deck, elements, element_names, read_materials(deck), geometry)
     assigned = with_added_mass(deck, elements, element_names, assigned, nodes.coords)
     constraints = read_couplings(deck, surfaces, elements, node_names, element_names, place)
-    fasteners = read_fasteners(deck, surfaces, node_names, nodes.coords, place.orientations)
+    fasteners = read_fasteners(deck, surfaces, node_names, geometry)
     nodes = extended(nodes, fasteners.points)
     constraints += fasteners.constraints
     constraints += joint_constraints((*assigned.connectors, *fasteners.joints), nodes.coords)

@@ -5,10 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 
 from creak.errors import InputError
+
+
+class _HasPlace(Protocol):
+    @property
+    def where(self) -> str: ...
+
+
+class Placed:
+    """What stands at a place of a deck, `where`: a card, a keyword with its lines."""
+
+    def error(self: _HasPlace, what: str, *, expected: str = "", fix: str = "") -> InputError:
+        """What is wrong with it."""
+        return InputError(what, expected=expected, where=self.where, fix=fix)
 
 
 @contextmanager

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
+from creak.formats.deck.groups import Group
 from creak.model.constraints import Constraint, Equation, Tie
-from creak.model.face_shapes import FEW, FaceShapes
+from creak.model.face_shapes import FEW, FaceShapes, shapes_of
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.solid_faces import FACES, faces_of, free_faces
 
 DEFAULT_TOLERANCE = 0.05
 """Position tolerance as a share of the mean edge length of the main surface (Abaqus: 5 % of a typical element)."""
@@ -54,6 +57,48 @@ def main_surface(
 ) -> MainSurface:
     """From facets with corners (n, 4), and the places of all nodes."""
     return MainSurface(corners, coords[corners], sheets, solid, shapes, coords[shapes.nodes])
+
+
+Piece = tuple[IntArray, tuple[float, float], bool]
+"""Facets (n, 4), their sheet as of a `MainSurface`, and whether they are of solids."""
+
+
+@dataclass(frozen=True)
+class Side:
+    """One side of what is tied, as a deck in which elements stand in groups tells it."""
+
+    corners: IntArray
+    """(n, 4) node rows of its facets; a triangle repeats its third."""
+    sheets: FloatArray
+    """(n, 2) as of a `MainSurface`."""
+    solid: BoolArray
+
+    @classmethod
+    def of(cls, pieces: Sequence[Piece]) -> Side:
+        corners = np.concatenate([np.zeros((0, 4), dtype=np.int64), *(facets for facets, _, _ in pieces)])
+        count = [len(facets) for facets, _, _ in pieces]
+        sheets = np.repeat(np.array([sheet for _, sheet, _ in pieces]).reshape(-1, 2), count, axis=0)
+        return cls(corners, sheets, np.repeat(np.array([solid for _, _, solid in pieces], dtype=np.bool_), count))
+
+    def main(self, elements: list[tuple[str, IntArray]], coords: FloatArray) -> MainSurface:
+        """What nodes can be tied to; `elements`: kind and nodes of each group of the deck."""
+        return main_surface(shapes_of(self.corners, elements), self.corners, self.sheets, self.solid, coords)
+
+
+def facets_of_elements(groups: Sequence[Group], chosen: Sequence[Sequence[bool]]) -> list[Piece]:
+    """Shells, and last the free faces of solids, of the chosen elements of each group."""
+    found: list[Piece] = []
+    wanted, every = [np.zeros((0, 4), dtype=np.int64)], []
+    for group, mask in zip(groups, chosen, strict=True):
+        nodes = np.array(group.nodes, dtype=np.int64)
+        mine = nodes[np.array(mask, dtype=np.bool_)]
+        if group.kind in FACES:
+            every.append(faces_of(group.kind, nodes).reshape(-1, 4))
+            wanted.append(faces_of(group.kind, mine).reshape(-1, 4))
+        elif group.kind in SHELL_FACETS and mine.size:
+            found.append((facets_of_shells(group.kind, mine).reshape(-1, 4), sheet_of(group.section), False))
+    faces = np.concatenate(wanted)
+    return [*found, (faces[free_faces(faces, every)], NO_SHEET, True)]
 
 
 @dataclass(frozen=True)

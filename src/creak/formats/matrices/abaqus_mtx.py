@@ -18,8 +18,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import by_node, checked, dense, first_of, number, read_text, reordered
-from creak.formats.matrices.dof_map import DofMap, beside, read_dof_map, write_dof_map
+from creak.formats.matrices.checks import DofMap, by_node, checked, dense, first_of, number, read_text, reordered
+from creak.formats.matrices.dof_map import beside, read_dof_map, write_dof_map
 from creak.formats.matrices.triplets import from_entries, lower_entries, read_table
 from creak.model.superelement import Superelement
 
@@ -83,7 +83,7 @@ def read_user_element(path: Path, map_file: Path | None = None) -> Superelement:
     table = DofMap(nodes, dofs) if map_file is None else read_dof_map(map_file)
     if map_file is not None:
         _check_map(nodes, dofs, table, map_file)
-    return checked(path.stem, table.node_ids, table.dofs, K, M, matrices.get("C"), table.positions, path)
+    return checked(path.stem, table, K, M, matrices.get("C"), path)
 
 
 def _check_map(nodes: IntArray, dofs: IntArray, table: DofMap, map_file: Path) -> None:
@@ -350,9 +350,7 @@ def _from_coordinates(tables: dict[str, FloatArray], table: DofMap, path: Path) 
                 fix="Give the map of these matrices",
             )
         matrices[key] = from_entries(rows, columns, entries[:, 2], n)
-    return checked(
-        _name(path), table.node_ids, table.dofs, matrices["K"], matrices["M"], matrices.get("C"), table.positions, path
-    )
+    return checked(_name(path), table, matrices["K"], matrices["M"], matrices.get("C"), path)
 
 
 def _from_labels(tables: dict[str, FloatArray], map_file: Path | None, path: Path) -> Superelement:
@@ -368,7 +366,7 @@ def _from_labels(tables: dict[str, FloatArray], map_file: Path | None, path: Pat
         matrices[key] = from_entries(i, j, table[:, 4], codes.size)
     nodes, dofs = (np.where(internal, 0, numbers)[order] for numbers in (labels, dofs))
     positions = {} if map_file is None else read_dof_map(map_file).positions
-    return checked(_name(path), nodes, dofs, matrices["K"], matrices["M"], matrices.get("C"), positions, path)
+    return checked(_name(path), DofMap(nodes, dofs, positions), matrices["K"], matrices["M"], matrices.get("C"), path)
 
 
 def _name(path: Path) -> str:

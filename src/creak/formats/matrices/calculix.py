@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import Matrix
 from creak.errors import InputError
-from creak.formats.matrices.checks import checked, read_text
+from creak.formats.matrices.checks import DofMap, checked, read_text
 from creak.formats.matrices.dof_map import beside, read_dof_map
 from creak.formats.matrices.triplets import from_entries, read_table
 from creak.model.superelement import Superelement
@@ -32,7 +32,7 @@ def read_calculix(path: Path, map_file: Path | None = None) -> Superelement:
     K, M = (_matrix(path.with_suffix(ending), n) for ending in (".sti", ".mas"))
     map_file = map_file or beside(path, "_dofs.csv")
     positions = {} if map_file is None else read_dof_map(map_file).positions
-    return checked(path.stem, nodes, dofs, K, M, None, positions, path)
+    return checked(path.stem, DofMap(nodes, dofs, positions), K, M, None, path)
 
 
 def _rows(path: Path) -> tuple[np.ndarray, np.ndarray]:

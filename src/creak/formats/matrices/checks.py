@@ -6,6 +6,7 @@ import codecs
 import math
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -24,28 +25,28 @@ SYMMETRY = 1e-8
 T = TypeVar("T")
 
 
-def checked(
-    name: str,
-    node_ids: Iterable[int] | IntArray,
-    dofs: Iterable[int] | IntArray,
-    K: Matrix,
-    M: Matrix,
-    C: Matrix | None,
-    positions: Mapping[int, FloatArray],
-    source: Path,
-) -> Superelement:
+@dataclass(frozen=True)
+class DofMap:
+    """Node and dof of every row; 0, 0 for a generalised coordinate."""
+
+    node_ids: IntArray
+    dofs: IntArray
+    positions: Mapping[int, FloatArray] = field(default_factory=dict)
+
+
+def checked(name: str, rows: DofMap, K: Matrix, M: Matrix, C: Matrix | None, source: Path) -> Superelement:
     """A superelement with symmetric, finite matrices that fit its rows; rounding of symmetry is averaged out.
 
     Raises
     ------
     InputError : matrices of the wrong size, not finite, not symmetric to 1e-8; dofs outside 1..6; a row given twice.
     """
-    nodes, components = np.asarray(node_ids, dtype=np.int64), np.asarray(dofs, dtype=np.int64)
+    nodes, components = np.asarray(rows.node_ids, dtype=np.int64), np.asarray(rows.dofs, dtype=np.int64)
     _check_rows(nodes, components, source)
     matrices = {"K": K, "M": M} if C is None else {"K": K, "M": M, "C": C}
     fine = {key: symmetric(matrix, key, nodes.size, source) for key, matrix in matrices.items()}
     known = {int(n) for n in nodes if n > 0}
-    places = {n: np.asarray(x, dtype=float) for n, x in positions.items() if n in known}
+    places = {n: np.asarray(x, dtype=float) for n, x in rows.positions.items() if n in known}
     lost = [n for n, x in places.items() if x.shape != (3,) or not np.all(np.isfinite(x))]
     if lost:
         raise InputError(

@@ -3,30 +3,19 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import read_text
+from creak.formats.matrices.checks import DofMap, read_text
 from creak.formats.measured.csv_rows import csv_rows
 from creak.model.superelement import Superelement
 
 HEADER = ("node", "dof", "x", "y", "z")
 LARGEST = 10**15
 """Of a label."""
-
-
-@dataclass(frozen=True)
-class DofMap:
-    """Node and dof of every row; 0, 0 for a generalised coordinate."""
-
-    node_ids: IntArray
-    dofs: IntArray
-    positions: dict[int, FloatArray] = field(default_factory=dict)
 
 
 def read_dof_map(path: Path) -> DofMap:

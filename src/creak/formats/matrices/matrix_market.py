@@ -40,7 +40,7 @@ def read_matrix_market(path: Path, map_file: Path | None = None) -> Superelement
     n = rows.node_ids.size
     K, M = (_read(file, key, n) for file, key in zip(files, "KM", strict=False))
     C = _read(files[2], "C", n) if files[2].is_file() else None
-    return checked(prefix.name, rows.node_ids, rows.dofs, K, M, C, rows.positions, path)
+    return checked(prefix.name, rows, K, M, C, path)
 
 
 def _prefix(path: Path) -> Path:

@@ -56,8 +56,7 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
     points = nastran.points_of(cards) if map_file is None else nastran.read_points(map_file)
     rotation = nastran.to_basic(points, rows, map_file or path)
     K, M, C = (nastran.rotated(matrix, rotation) for matrix in (K, M, C))
-    nodes, dofs, positions = nastran.labels(points, rows)
-    made = checked(path.stem, nodes, dofs, K, M, C, positions, path)
+    made = checked(path.stem, nastran.labels(points, rows), K, M, C, path)
     return replace(made, in_deck_frames=nastran.without_card(points, rows))
 
 

@@ -52,16 +52,14 @@ def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = Non
             fix=f"Give the .asm file of the same run, or put it beside as {path.stem}.asm",
         )
     if map_file.suffix.lower() == ".csv":
-        table = read_dof_map(map_file)
-        made = checked(path.stem, table.node_ids, table.dofs, K, M, C, table.positions, path)
+        made = checked(path.stem, read_dof_map(map_file), K, M, C, path)
         return replace(made, in_deck_frames=frozenset(made.node_ids[made.node_ids > 0].tolist()))
     points = nastran.read_points(map_file)
     rows = nastran.all_rows(points, map_file)
     _check_size(K.shape[0], rows, path, map_file)
     rotation = nastran.to_basic(points, rows, map_file)
     stiffness, mass, damping = (nastran.rotated(matrix, rotation) for matrix in (K, M, C))
-    nodes, dofs, positions = nastran.labels(points, rows)
-    return checked(path.stem, nodes, dofs, stiffness, mass, damping, positions, path)
+    return checked(path.stem, nastran.labels(points, rows), stiffness, mass, damping, path)
 
 
 def _check_size(n: int, rows: list[tuple[int, int]], path: Path, map_file: Path) -> None:

@@ -11,6 +11,7 @@ from scipy import sparse
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.formats.matrices.checks import DofMap
 from creak.formats.nastran.mesh.coordinate_systems import axes_at, point_in_basic, read_systems
 from creak.formats.nastran.text.bulk_data import Card, free_card, id_list, read_cards, real
 from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
@@ -159,12 +160,12 @@ def all_rows(points: PointMap, path: Path) -> list[tuple[int, int]]:
     return rows
 
 
-def labels(points: PointMap, rows: list[tuple[int, int]]) -> tuple[IntArray, IntArray, dict[int, FloatArray]]:
+def labels(points: PointMap, rows: list[tuple[int, int]]) -> DofMap:
     """Node labels (exterior), dofs and positions of the rows; scalar points become generalised coordinates."""
     nodes = np.array([0 if dof == SCALAR else points.label(i) for i, dof in rows], dtype=np.int64)
     dofs = np.array([dof for _, dof in rows], dtype=np.int64)
     grids = {points.label(i): points.grid(i) for i, dof in rows if dof != SCALAR}
-    return nodes, dofs, {label: grid.position for label, grid in grids.items() if grid is not None}
+    return DofMap(nodes, dofs, {label: grid.position for label, grid in grids.items() if grid is not None})
 
 
 def without_card(points: PointMap, rows: list[tuple[int, int]]) -> frozenset[int]:

@@ -11,7 +11,7 @@ from scipy import sparse
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import checked, dense
+from creak.formats.matrices.checks import DofMap, checked, dense
 from creak.formats.stored.npz_arrays import read_arrays
 from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.model.superelement import Superelement
@@ -52,8 +52,9 @@ def read_npz(path: Path) -> Superelement:
         )
     name = str(arrays["name"]) if "name" in arrays and not arrays["name"].ndim else path.stem
     positions = dict(zip(nodes.tolist(), places, strict=True))
-    rows = [_whole(arrays[key], key, path) for key in ("node_ids", "dofs")]
-    return checked(name, rows[0], rows[1], K, M, C, positions, path)
+    node_ids, dofs = (_whole(arrays[key], key, path) for key in ("node_ids", "dofs"))
+    rows = DofMap(node_ids, dofs, positions)
+    return checked(name, rows, K, M, C, path)
 
 
 def _whole(array: NDArray, key: str, path: Path) -> IntArray:

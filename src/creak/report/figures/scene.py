@@ -20,7 +20,6 @@ from creak.report.figures.view import front, outward
 from creak.report.words.text import fixed, number
 from creak.studies.findings.places import Place, place_of
 from creak.studies.findings.tree import Findings, FoundRun
-from creak.studies.run.compared import main_run
 from creak.verify.events import counted_instants
 
 MODE_SIZE, MODE_FRAMES = 0.05, 24
@@ -193,7 +192,7 @@ def node_impulses(result: Findings, run: FoundRun, window: tuple[float, float]) 
 
 def _impulses(result: Findings, surface: Surface) -> dict[str, Any] | None:
     """Impulse of the contact nodes of the main run in the window, 8-bit shares of the largest; None: none has any."""
-    run = main_run(result.runs)
+    run = result.main
     if run is None:
         return None
     nodes, sums = node_impulses(result, run, result.window)

@@ -106,9 +106,9 @@ def front(coords: FloatArray, outward: FloatArray) -> View:
     return View(np.column_stack([np.cross(u, t), u, t]))
 
 
-def three_quarter(straight: View, azimuth: float = -32.0, elevation: float = 18.0) -> View:
-    """The front view turned about the vertical and tilted, degrees."""
-    a, e = np.radians([azimuth, elevation])
+def three_quarter(straight: View) -> View:
+    """The front view turned by 32 degrees about the vertical and tilted by 18."""
+    a, e = np.radians([-32.0, 18.0])
     right, up, toward = straight.matrix.T
     t = np.cos(e) * (np.cos(a) * toward + np.sin(a) * right) + np.sin(e) * up
     r = np.cos(a) * right - np.sin(a) * toward

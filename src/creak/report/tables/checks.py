@@ -12,7 +12,6 @@ from creak.report.words.correlation import GOOD_DB, GOOD_FRAC, frf_fits
 from creak.report.words.text import NONE, THIN, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.studies.converge.settling import SETTLED, UNREDUCED
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import event_statistics
 from creak.verify import nrmse
 from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC
 from creak.verify.reliability import CONTACT_BAR, ENERGY_BAR
@@ -44,7 +43,7 @@ def checks(result: Findings, summary: dict[str, Any]) -> list[Check]:
     if "reference" not in result.runs and "reduced" in result.runs:
         judged = [*_spots(result), *_rubs(result)]
     if result.events is not None and is_chaotic(summary):
-        judged = [*(_not_judged(check) for check in judged), *_statistics(event_statistics(result.runs, result.window))]
+        judged = [*(_not_judged(check) for check in judged), *_statistics(result.statistics)]
     return [_mac(result), _nrmse(result), *judged, _energy(summary)]
 
 

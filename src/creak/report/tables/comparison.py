@@ -14,7 +14,6 @@ from creak.errors import InputError
 from creak.model.units import UNITS, Units
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
 from creak.studies.sweep.figures import OF_A_PLACE, friction_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
@@ -131,7 +130,7 @@ def compare_results(a: Side, b: Side) -> Comparison:
     InputError : they are in different units, or one of them ended before it had a run.
     """
     for side in (a, b):
-        if main_run(side.found.runs) is None:
+        if side.found.main is None:
             raise InputError(f"{side.name} holds no run", fix="Run the study again.")
     one, other = (s.found.setup.study.config.model.units for s in (a, b))
     if one != other:
@@ -215,7 +214,7 @@ def _value(x: Any) -> Value:
 
 
 def _closest(side: Side, contact: str) -> float | None:
-    run = main_run(side.found.runs)
+    run = side.found.main
     if run is None or contact not in side.found.contacts or not run.closest.size:
         return None
     return float(run.closest[:, side.found.contacts.index(contact)].min())
@@ -230,7 +229,7 @@ def _motion(a: Side, b: Side, units: Units) -> Iterator[Figure]:
 
 
 def _rms(found: Findings, axis: int) -> float | None:
-    run = main_run(found.runs)
+    run = found.main
     lines = None if found.spectra is None or run is None else found.spectra.spectra.get(run.name)
     if lines is None or not lines.size:
         return None

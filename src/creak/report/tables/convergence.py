@@ -150,7 +150,7 @@ def total_table(c: Convergence) -> Table:
     return Table(head, rows)
 
 
-def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
+def event_table(c: Convergence, units: Units) -> Table:
     """Each event of the base run: figures with the base step and the shortest one, and how far they have settled."""
     unit = {
         "start": "s",
@@ -163,9 +163,13 @@ def event_table(c: Convergence, units: Units, most: int = MOST_EVENTS) -> Table:
     head = ["where", *([BASE, c.finest, "within"] * len(FIGURES)), ""]
     rows = [
         [e.event.group, *(x for f in e.figures.values() for x in _cells(f, c.finest)), _verdict(e)]
-        for e in c.events[:most]
+        for e in c.events[:MOST_EVENTS]
     ]
-    cut = f"The first {most} of {len(c.events)} events; convergence.csv holds all." if len(c.events) > most else ""
+    cut = (
+        f"The first {MOST_EVENTS} of {len(c.events)} events; convergence.csv holds all."
+        if len(c.events) > MOST_EVENTS
+        else ""
+    )
     note = " ".join(filter(None, (PARTED if c.chaotic else "", cut)))
     return Table(head, rows, 1, note, groups=groups)
 

@@ -12,7 +12,6 @@ from creak.report.tables.run import Table
 from creak.report.words.text import NONE, fixed, number, percent, plural, ratio, share
 from creak.studies.findings.elines import against_measured, measured_rates
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import Event, events_in
 from creak.verify.slips import SlipEvent, squeak_rates
 
@@ -100,7 +99,7 @@ def where(group: str, node_idx: int, result: Findings) -> str:
 
 
 def _single_event_table(result: Findings, units: Units) -> Table:
-    run = main_run(result.runs)
+    run = result.main
     events = events_in(run.events, result.window) if run else []
     head = [
         "time, s",
@@ -152,7 +151,7 @@ def _distribution_words(result: Findings) -> str:
     """How far the distributions of both runs are apart."""
     if result.events is None:
         return ""
-    s = event_statistics(result.runs, result.window)
+    s = result.statistics
     if s.force is None or s.impulse is None:
         return ""
     return (

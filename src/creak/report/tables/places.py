@@ -15,7 +15,6 @@ from creak.report.words.verdict import span
 from creak.studies.findings.limits import limit_words
 from creak.studies.findings.places import Place, near
 from creak.studies.findings.tree import Findings
-from creak.studies.run.compared import main_run
 from creak.verify.rubbing import SLIDING, STICK
 from creak.words import listed
 
@@ -52,7 +51,7 @@ class PlaceRow:
 
 def place_parts(result: Findings, summary: dict[str, Any], motions: Animations, units: Units) -> dict[str, Any]:
     """What the template needs of the places."""
-    places, run = result.places, main_run(result.runs)
+    places, run = result.places, result.main
     told = [] if run is None else summary["runs"][run.name]["places"]
     heard = any(p["level"] is not None for p in told)
     audio = players(result)
@@ -75,7 +74,7 @@ def place_parts(result: Findings, summary: dict[str, Any], motions: Animations, 
 
 
 def _words(result: Findings, places: tuple[Place, ...], units: Units, summary: dict[str, Any], *, heard: bool) -> str:
-    run = main_run(result.runs)
+    run = result.main
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
     if not places and run.events:

@@ -15,7 +15,6 @@ from creak.report.tables.checks import CREATED, ROUND_OFF, RUN_WORDS, finite
 from creak.report.words.text import NONE, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.words.verdict import penetration
 from creak.studies.findings.tree import Findings, FoundPart, FoundRun, FoundSetup
-from creak.studies.run.compared import main_run
 
 BALANCE = {
     "external": "work from outside",
@@ -121,7 +120,7 @@ def gap_table(result: Findings, units: Units) -> Table | None:
 
 
 def _penetration_cells(result: Findings, group: str) -> list[str]:
-    run = main_run(result.runs)
+    run = result.main
     p = None if run is None else penetration(result, run, group)
     return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
 

@@ -14,7 +14,6 @@ from creak.report.words.text import number, percent, plural, ratio, share, tidy,
 from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.findings.tree import Findings, FoundRun
-from creak.studies.run.compared import event_statistics, main_run
 from creak.verify.events import events_in
 from creak.verify.reliability import UNRELIABLE
 
@@ -56,7 +55,7 @@ def penetration(result: Findings, run: FoundRun, group: str) -> Penetration | No
 
 def sentence(result: Findings, summary: dict[str, Any], units: Units) -> str:
     """What happened and how far it can be trusted, in plain words."""
-    run = main_run(result.runs)
+    run = result.main
     if run is None:
         return "Nothing was computed: the study has no run."
     events = events_in(run.events, result.window)
@@ -144,7 +143,7 @@ def _main(summary: dict[str, Any]) -> dict[str, Any]:
 def span(result: Findings) -> str:
     """The verification window in words."""
     start, end = result.window
-    length, run = end - start, main_run(result.runs)
+    length, run = end - start, result.main
     if run is not None and end < float(run.history.time[-1]) * (1.0 - 1e-9):
         return f"from {tidy(start)} to {tidy(end)} s, where both models were run"
     if start <= 0.0:
@@ -183,7 +182,7 @@ def _found(result: Findings, summary: dict[str, Any]) -> str:
     if match.extra:
         text += f" and {len(match.extra)} more"
     if is_chaotic(summary):
-        rate = event_statistics(result.runs, result.window).rate
+        rate = result.statistics.rate
         return f"{text}; motion is chaotic: {number(rate[1], 3)} events per second against {number(rate[0], 3)}"
     mean = match.amplitude_ratio_mean
     return text + (f", mean force {percent(mean)}" if mean is not None else "")
@@ -220,7 +219,7 @@ def warnings(result: Findings) -> list[str]:
 
 def first_mistakes(result: Findings, units: Units) -> list[str]:
     """What the run itself shows of a study that may not be meant so: contact that never happens, or never ends."""
-    run = main_run(result.runs)
+    run = result.main
     if run is None or run.nearest is None:
         return []
     h = run.history
@@ -240,7 +239,7 @@ def first_mistakes(result: Findings, units: Units) -> list[str]:
 
 def _deep(result: Findings) -> list[str]:
     """Contacts that penetrate by a good part of their clearance."""
-    run = main_run(result.runs)
+    run = result.main
     if run is None:
         return []
     found = {g: penetration(result, run, g) for g in dict.fromkeys(result.gaps.group)}

@@ -25,7 +25,6 @@ from creak.studies.findings.sound import heard_places
 from creak.studies.models.reference import ReferenceModel, rejoined
 from creak.studies.prepare.marching import Scope
 from creak.studies.prepare.setup import Setup
-from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.run.static_start import started
 from creak.studies.sound.ear import Ear, n5_of
@@ -68,7 +67,7 @@ def try_changes(
     found: StudyResult, ear: Ear | None, place: Place, cause: Cause
 ) -> tuple[Effect, list[tuple[Change, Effect]]]:
     """The place as it is, and with each change that can be marched, on the reduced model."""
-    setup, scope, run = found.setup, found.scope, main_run(found.runs)
+    setup, scope, run = found.setup, found.scope, found.main
     assert run is not None
     assert found.reduced is not None
     system, marching = run.system, setup.marching
@@ -110,7 +109,7 @@ def checked_by_run(setup: Setup, ear: Ear | None, progress: Progress, place: Pla
         again = run_study(setup, progress)
     except CreakError as error:
         return str(error)
-    run = main_run(again.runs)
+    run = again.main
     if run is None or again.stopped is not None or not is_modal(run.system):
         return again.stopped or "damping couples the modes"
     return effect_of(again.scope, place, run.system, run.gaps, run.history, ear)
@@ -145,7 +144,7 @@ def causes_of(
     ----------
     changes : "none", "predicted" or "checked", as `creak.run` has it.
     """
-    setup, run = found.setup, main_run(found.runs)
+    setup, run = found.setup, found.main
     places = [p for p in heard_places(found.scope, run, sound) if p.events]
     progress("what causes it", 0, 1)
     causes = find_causes(setup.marching, setup.reduction, None if found.stopped is not None else run, places)

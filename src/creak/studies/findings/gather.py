@@ -41,9 +41,10 @@ from creak.studies.findings.tree import (
 from creak.studies.prepare.marching import Scope
 from creak.studies.prepare.static_loads import StaticStart, static_gravity
 from creak.studies.prepare.unit_check import other_units
-from creak.studies.run.compared import main_run
+from creak.studies.run.compared import ResultBase, RunBase, of_base
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
+from creak.studies.sound.band import SoundBase
 from creak.studies.sound.heard import Sound
 from creak.studies.warned import Warned
 from creak.verify.events import resting
@@ -70,7 +71,7 @@ def findings_of(
     causes : of each place of the main run, by its number (`creak.studies.cause.told`).
     tests : measurements beside it (`creak.studies.findings.measured`).
     """
-    s, main, unanswered = result.setup, main_run(result.runs), result.unanswered
+    s, main, unanswered = result.setup, result.main, result.unanswered
     study, model, c = s.study, s.model, s.study.config
     stages = ((), "") if result.band is None else (result.band.stages, result.band.why)
     with_modes = "reduced" in result.runs and c.reduction.method != "guyan"
@@ -100,23 +101,18 @@ def findings_of(
         mass=result.reference.system.stats.mass,
         unread=model.unread,
     )
+    runs = {
+        name: _run(run, result.scope, verdict(run), sound, (causes or {}) if run is main else None)
+        for name, run in result.runs.items()
+    }
     return Findings(
+        **of_base(ResultBase, result) | {"runs": runs},
         creak=version(),
-        identity=result.identity,
         setup=setup,
         gaps=_channels(result.gaps),
-        closed_later=result.closed_later,
         static=static,
-        runs={
-            name: _run(run, result.scope, verdict(run), sound, (causes or {}) if run is main else None)
-            for name, run in result.runs.items()
-        },
         band=FoundBand(s.band.f_max, *stages) if with_modes else None,
         linear_gaps=result.reference.linear_gaps,
-        modes=result.modes,
-        spectra=result.spectra,
-        events=result.events,
-        elines=result.elines,
         measured_rates={
             line.name: MeasuredRate(line.material, measured_rates(line, c.model.units))
             for line in s.watch.lines.lines
@@ -127,12 +123,10 @@ def findings_of(
         health=result.health,
         convergence=convergence,
         tests=tests,
-        window=result.window,
         said=tuple(Note(str(text), isinstance(text, Warned)) for text in result.notes),
         unanswered=unanswered,
         other_units=other_units(model, c.model.units),
         provenance=tuple(_provenance(study.path, (study.places.sibling(c.model.deck), model.source), result.identity)),
-        stopped=result.stopped,
     )
 
 
@@ -164,15 +158,8 @@ def _run(
         row, j = np.unravel_index(int(h.gap.argmin()), h.gap.shape)
         nearest = (run.gaps.names[int(j)], float(h.time[row]), float(h.gap[row, j]))
     return FoundRun(
-        name=run.name,
-        integrator=run.integrator,
-        stopped=run.stopped,
+        **of_base(RunBase, run),
         dof=run.system.n,
-        retained=run.retained,
-        modes=run.modes,
-        cost=run.cost,
-        offline_cpu_s=run.offline_cpu_s,
-        offline_wall_s=run.offline_wall_s,
         time=h.time,
         force=h.force,
         energy=h.energy,
@@ -183,9 +170,6 @@ def _run(
         contact_steps=h.contact_steps,
         setup_s=h.setup_s,
         residual=h.residual,
-        events=run.events,
-        slips=run.slips,
-        squeaks=run.squeaks,
         places=places,
         resting=resting_places(scope, run),
         verdict=verdict,
@@ -205,7 +189,7 @@ def _closest(h: History, gaps: GapOperator) -> SingleArray:
 def _sound(sound: Sound) -> FoundSound:
     every = zip(sound.listeners, sound.compact, sound.heard, sound.backgrounds, strict=True)
     return FoundSound(
-        run=sound.run,
+        **of_base(SoundBase, sound),
         listeners=tuple(
             FoundListener(
                 x.name,
@@ -221,13 +205,7 @@ def _sound(sound: Sound) -> FoundSound:
             for x, compact, heard, background in every
         ),
         pressure=sound.pressure[0],
-        band=sound.band,
-        full_scale=sound.full_scale,
         power=dict(sound.equivalent_power),
-        wall_s=sound.wall_s,
-        cpu_s=sound.cpu_s,
-        offline_cpu_s=sound.offline_cpu_s,
-        room=sound.room,
     )
 
 

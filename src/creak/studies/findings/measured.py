@@ -27,7 +27,6 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.measurements import OF_SOUND, Measurement
 from creak.studies.prepare.reduction import Watch
-from creak.studies.run.compared import main_run
 from creak.studies.run.job import StudyResult
 from creak.studies.run.one_run import Run
 from creak.studies.sound.heard import Sound
@@ -54,7 +53,7 @@ def beside_tests(
 ) -> tuple[FoundTest, ...]:
     """The measurements of the study over what was computed; what cannot be compared becomes a note."""
     s, reduced, found = result.setup, result.reduced, []
-    tests, main, c = s.tests, main_run(result.runs), s.study.config
+    tests, main, c = s.tests, result.main, s.study.config
     units, f_max = c.model.units, c.verification.f_max
     if any(test.top for test in tests) and result.reference.of_parts is not None:
         notes.append("modes and functions of tests: memory does not hold the unreduced model, they are not compared")
@@ -65,7 +64,7 @@ def beside_tests(
         of_run = partial(_histories, main, units, s.model.nodes, s.watch, s.marching)
         histories = attempted("time histories beside the tests", of_run, None, notes)
     structure = partial(_structure, s.model, result.reference, s.structure.modal)
-    of_frfs = structure, s.structure.modal, None if reduced is None else reduced.system, units, progress
+    of_frfs = structure, s.structure.modal, None if reduced is None else reduced.system, progress
     for k, test in enumerate(tests):
         progress("beside the tests", k, len(tests))
         what = f"test {test.name}"
@@ -98,14 +97,13 @@ def _frfs(
     structure: Callable[[], _Structure],
     modal: ModalDamping | None,
     reduced: System | None,
-    units: str,
     progress: Progress,
     test: Measurement,
 ) -> FrfFit | None:
     if test.frfs is None:
         return None
     top, damping = max(float(f.freq[-1]) for f in test.frfs[0].functions), (modal, ["damping is that of the study"])
-    return fit_frfs(structure(), *test.frfs, top, damping, reduced=reduced, units=units, progress=progress)
+    return fit_frfs(structure(), *test.frfs, top, damping, reduced=reduced, progress=progress)
 
 
 def _records(

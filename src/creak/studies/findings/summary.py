@@ -20,7 +20,6 @@ from creak.studies.findings.places import Place
 from creak.studies.findings.sound import heard_at, place_name, sound_summary
 from creak.studies.findings.spots import bars_of_reference, beside_bars, spots_of
 from creak.studies.findings.tree import Findings, FoundBand, FoundRun, FoundSetup, FoundTest, MeasuredRate
-from creak.studies.run.compared import event_statistics
 from creak.verify.events import Event, EventKey
 from creak.verify.matching import Errors, EventMatch
 from creak.verify.reliability import UNRELIABLE
@@ -317,7 +316,7 @@ def _errors(e: Errors) -> dict[str, Any]:
 
 
 def _statistics(f: Findings) -> dict[str, Any]:
-    s = event_statistics(f.runs, f.window)
+    s = f.statistics
     distances = {"force": s.force, "impulse": s.impulse}
     return {
         "chaotic": is_chaotic(f.convergence, s.count[0], s.length, f.setup.study.config.highest),

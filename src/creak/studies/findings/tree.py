@@ -13,11 +13,9 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.assembly.part import Rayleigh
 from creak.dynamics.history import History
-from creak.formats.stored.run_identity import RunIdentity
 from creak.model.mesh import Unread
 from creak.model.plain_mesh import PlainMesh
 from creak.reduction.health import Health
-from creak.sound.room import Room
 from creak.studies.converge.settled import Verdict
 from creak.studies.converge.settling import Convergence
 from creak.studies.file.config import StudyConfig
@@ -25,16 +23,10 @@ from creak.studies.findings.beside_records import RecordFits
 from creak.studies.findings.places import Place
 from creak.studies.models.frfs import FrfFit
 from creak.studies.models.reduced import Stage
-from creak.studies.run.agreement import ModeComparison, SpectraComparison
-from creak.studies.run.compared import main_run
-from creak.studies.run.costs import Cost
-from creak.studies.run.elines import LineFindings
-from creak.studies.sound.band import Band
+from creak.studies.run.compared import ResultBase, RunBase
+from creak.studies.sound.band import SoundBase
 from creak.studies.sound.loud import Heard
-from creak.verify.events import Event
-from creak.verify.matching import EventMatch
 from creak.verify.mode_fit import ModeFit
-from creak.verify.slips import SlipEvent, Squeak
 
 
 @dataclass(frozen=True)
@@ -113,20 +105,10 @@ class FoundSetup:
 
 
 @dataclass(frozen=True)
-class FoundRun:
+class FoundRun(RunBase):
     """One time integration at all its instants, gaps as the smallest of each contact."""
 
-    name: str
-    integrator: str
-    """In a few words."""
-    stopped: str | None
-    """Why it ended early; None: it did not."""
     dof: int
-    retained: int
-    modes: int
-    cost: Cost
-    offline_cpu_s: float
-    offline_wall_s: float
     time: FloatArray
     """(n_time,)"""
     force: FloatArray
@@ -144,9 +126,6 @@ class FoundRun:
     contact_steps: int
     setup_s: float
     residual: float
-    events: list[Event]
-    slips: tuple[SlipEvent, ...]
-    squeaks: tuple[Squeak, ...]
     places: tuple[Place, ...]
     """Where it rattles or squeaks, the loudest first; where it was not heard, the hardest hit first."""
     resting: tuple[Place, ...]
@@ -210,24 +189,14 @@ class FoundListener:
 
 
 @dataclass(frozen=True)
-class FoundSound:
+class FoundSound(SoundBase):
     """What is heard of one run."""
 
-    run: str
     listeners: tuple[FoundListener, ...]
     pressure: SingleArray
     """(n_place + 1, n) Pa at the first listener from t = 0, in the order of the places; last all contact together."""
-    band: Band
-    """What is in it."""
-    full_scale: float
-    """Pa of full scale in every file made of it."""
     power: dict[str, float]
     """Part -> dB re 1 pW of its mean equivalent radiated power over the window, loudest first."""
-    wall_s: float
-    cpu_s: float
-    offline_cpu_s: float
-    room: Room | None = None
-    """Around the listeners; None: none is known."""
 
 
 @dataclass(frozen=True)
@@ -260,30 +229,21 @@ class Note:
 
 
 @dataclass(frozen=True)
-class Findings:
+class Findings(ResultBase[FoundRun]):
     """Everything that a study found."""
 
     creak: str
     """The version that found it."""
-    identity: RunIdentity
     setup: FoundSetup
     gaps: Channels
     """Channels that were kept, contacts first, connectors after."""
-    closed_later: int
-    """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
     static: dict[str, Any] | None
     """What the runs start from; None: from rest without loads."""
-    runs: dict[str, FoundRun]
     band: FoundBand | None
     """Of the reduced run; None: nothing was reduced by modes up to a frequency."""
     linear_gaps: FloatArray | None
     """(m,) smallest gap of each channel of the contacts in the pre-check, taken on to where its motion repeats; None:
     there was none."""
-    modes: ModeComparison | None
-    spectra: SpectraComparison | None
-    events: EventMatch | None
-    elines: LineFindings | None
-    """E-lines in the main run and without contact; None: there are none."""
     measured_rates: dict[str, MeasuredRate]
     """Contact -> what was measured of its materials."""
     sound: FoundSound | None
@@ -295,8 +255,6 @@ class Findings:
     """What repeated runs and the unreduced model say; None: nobody asked."""
     tests: tuple[FoundTest, ...]
     """Measurements beside the run."""
-    window: tuple[float, float]
-    """Of the verification, s."""
     said: tuple[Note, ...]
     unanswered: str | None
     """Why the runs say nothing of rattle; None: they do."""
@@ -304,18 +262,11 @@ class Findings:
     """Why figures are not in the units that they are labelled with; None: nothing says so."""
     provenance: tuple[tuple[str, str], ...]
     """Name and value: files with their digests, versions, machine."""
-    stopped: str | None = None
-    """Why the study ended early; None: it did not."""
 
     @property
     def contacts(self) -> tuple[str, ...]:
         """Contacts and connectors that have a channel."""
         return tuple(dict.fromkeys(self.gaps.group))
-
-    @property
-    def main(self) -> FoundRun | None:
-        """The run that the study speaks of: the reduced one where there is one."""
-        return main_run(self.runs)
 
     @property
     def places(self) -> tuple[Place, ...]:

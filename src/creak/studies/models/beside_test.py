@@ -8,12 +8,13 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.measured.mode_files import read_test
+from creak.formats.measured.modes import Measured
 from creak.progress import Progress, silent
 from creak.studies.models.correlation import Correlation, correlate
 from creak.studies.models.deck_modes import DeckModes, deck_modes
 from creak.studies.models.frfs import FrfComparison, compare_frfs
 from creak.studies.prepare.measured_damping import ABOVE
-from creak.studies.prepare.sensors import read_sensor_map
+from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,8 @@ def deck_beside_test(
 
     Raises
     ------
-    InputError : a file is wrong, or as `correlate` and `compare_frfs`. NumericalError : the modes could not be found.
+    InputError : a file is wrong, or as `locate`, `correlate` and `compare_frfs`. NumericalError : the modes
+        could not be found.
     """
     measured = read_test(test)
     if not functions:
@@ -68,21 +70,14 @@ def deck_beside_test(
     highest = ABOVE * max(tops) if f_max is None and count is None else f_max
     found = deck_modes(deck, f_max=highest, count=count, about=about, ignore=ignore, progress=progress)
     modes = frfs = None
+
+    def at(one: Measured) -> Sensors:
+        return locate(found.model, one, units, test_units, read_sensor_map(sensors, found.model, one))
+
     if measured.modes is not None:
-        mapped = read_sensor_map(sensors, found.model, measured.modes)
-        modes = correlate(found, measured.modes, units=units, test_units=test_units, mapped=mapped)
+        modes = correlate(found, measured.modes, at(measured.modes))
     if measured.frfs is not None:
         top = tops[-1] if f_max is None else min(tops[-1], f_max)
         top = top if count is None else min(top, found.frequencies[-1])
-        mapped = read_sensor_map(sensors, found.model, measured.frfs)
-        frfs = compare_frfs(
-            found,
-            measured.frfs,
-            top,
-            modes=modes,
-            units=units,
-            test_units=test_units,
-            mapped=mapped,
-            progress=progress,
-        )
+        frfs = compare_frfs(found, measured.frfs, at(measured.frfs), top, modes=modes, progress=progress)
     return BesideTest(found, modes, frfs)

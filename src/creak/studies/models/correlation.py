@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Protocol
 
@@ -16,7 +16,7 @@ from creak.model.mesh import Model
 from creak.reduction.modal import ModalDamping, shares_at
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import PairedShapes, pair_shapes
-from creak.studies.prepare.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors, locate
+from creak.studies.prepare.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors
 from creak.studies.prepare.unit_check import across
 from creak.verify.mac import mac_matrix
 from creak.verify.mode_fit import ModeFit, ModePair
@@ -92,25 +92,13 @@ class Correlation(ModeFit):
         return told | super().as_dict()
 
 
-def correlate(
-    found: DeckModes,
-    measured: MeasuredModes,
-    *,
-    units: str = "mm-t-s",
-    test_units: str | None = None,
-    mapped: Mapping[str, int] | None = None,
-) -> Correlation:
+def correlate(found: DeckModes, measured: MeasuredModes, sensors: Sensors) -> Correlation:
     """Compare the modes of a deck with measured ones, at the sensors and along their directions.
-
-    Parameters
-    ----------
-    units, test_units, mapped : as `sensors.locate`.
 
     Raises
     ------
-    InputError : the sensors are not on the model, the modes are complex through and through, or none has a partner.
+    InputError : the modes are complex through and through, or none has a partner.
     """
-    sensors = locate(found.model, measured, units, test_units, mapped or {})
     fit, both = fit_modes(found, measured, sensors)
     if (turned := (both.turn != np.eye(len(both.turn))).any(axis=0)).any():
         shapes = found.shapes.copy()

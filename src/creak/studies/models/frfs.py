@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -23,7 +23,7 @@ from creak.reduction.transfer_modes import TransferModel, modal_transfer, recept
 from creak.studies.models.correlation import Correlation, WithModes, sensor_notes
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import channel_rows, damping_notes, damping_shares
-from creak.studies.prepare.sensors import Sensors, locate
+from creak.studies.prepare.sensors import Sensors
 from creak.studies.prepare.unit_check import likely_units
 from creak.studies.warned import Warned
 from creak.verify.mac import frac
@@ -114,12 +114,10 @@ def _polar(values: ComplexArray) -> dict[str, list[float]]:
 def compare_frfs(
     found: DeckModes,
     measured: MeasuredFrfs,
+    sensors: Sensors,
     top: float,
     *,
     modes: Correlation | None = None,
-    units: str = "mm-t-s",
-    test_units: str | None = None,
-    mapped: Mapping[str, int] | None = None,
     progress: Progress = silent,
 ) -> FrfComparison:
     """The functions of the model at the sensors of a test, up to `top` Hz.
@@ -127,20 +125,19 @@ def compare_frfs(
     Parameters
     ----------
     found : the modes of the deck up to somewhat above `top`. modes : those of the same test, whose damping is taken.
-    units, test_units, mapped : as `sensors.locate`; the functions have the units that their file tells, else those of
-        `test_units` and N, else the model's.
+    sensors : of the test; functions have the units that their file tells, else those of the test and N, else the
+        model's.
 
     Raises
     ------
-    InputError : the sensors are not on the model, or supports hold one; no function has two frequencies up to `top`.
+    InputError : supports hold a sensor; no function has two frequencies up to `top`.
     """
-    sensors = locate(found.model, measured, units, test_units, mapped or {})
     shares, said = _measured_damping(modes), ["damping is that of the deck"]
     if shares is not None and modes is not None:
         said = damping_notes(shares, modes.measured, [p.fits for p in modes.pairs])
     elif found.damped is None:
         said = ["neither test nor deck tells damping: the functions of the model have none"]
-    fit = fit_frfs(found, measured, sensors, top, (shares, said), units=units, test_units=test_units, progress=progress)
+    fit = fit_frfs(found, measured, sensors, top, (shares, said), progress=progress)
     return FrfComparison(fit.pairs, fit.error, fit.notes, measured=measured, sensors=sensors)
 
 
@@ -152,8 +149,6 @@ def fit_frfs(
     damping: tuple[ModalDamping | None, Sequence[str]],
     *,
     reduced: System | None = None,
-    units: str = "mm-t-s",
-    test_units: str | None = None,
     progress: Progress = silent,
 ) -> FrfFit:
     """The agreement of all functions up to `top` Hz.
@@ -181,7 +176,7 @@ def fit_frfs(
     modal = transfer_model(damped or found.system, (omega2, found.shapes), rows, loads, top, progress)
     if shares is not None:
         modal = replace(modal, C=np.diag(2.0 * shares_at(shares, modal.omega2) * np.sqrt(modal.omega2)))
-    system = likely_units(found.model, units)
+    system, test_units = likely_units(found.model, sensors.units), sensors.test_units
     length, force = (1.0 / PER_METRE[test_units], 1.0) if test_units else (system.length, system.force)
     scales, to_si = (1.0, length / force), system.length / system.force
     inside = [replace(f, values=f.values * scales[not f.has_units]) for f in kept]

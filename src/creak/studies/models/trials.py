@@ -31,7 +31,7 @@ from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.measured_damping import ABOVE, shapes_at
 from creak.studies.prepare.pairs import plays_of
-from creak.studies.prepare.sensors import Sensors
+from creak.studies.prepare.sensors import Sensors, locate
 from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.mac import mac_matrix, pair_measured, turned_twins
 from creak.verify.real_modes import real_shapes
@@ -163,13 +163,13 @@ def correlated(case: UpdateCase, trial: Trial) -> Correlation:
 
     Raises
     ------
-    InputError : as `correlate`.
+    InputError : as `locate` and `correlate`.
     """
     of = trial.joined
     parts = [*of.parts, *([of.loose] if of.loose is not None else [])]
     found = structure_modes(of.structure, parts, of.system, trial.found)
     units = case.study.config.model.units
-    return correlate(found, case.measured, units=units, test_units=case.test_units, mapped=case.mapped)
+    return correlate(found, case.measured, locate(found.model, case.measured, units, case.test_units, case.mapped))
 
 
 def closed_joints(touching: Touching, path: Path, model: Model, names: Collection[str]) -> GapOperator:

@@ -192,7 +192,7 @@ def measured_damping(structure: Structure, path: Path, units: str, where: str) -
         raise InputError(
             f"{path.name} has a mode with damping of {known.max():g} of critical", where=where, expected="below 1"
         )
-    sensors = locate(structure.model, measured, units, None, {})
+    sensors = locate(structure.model, measured, units)
     loose = loose_system(structure.model, UNDAMPED)
     system = structure.joined([structure.part(k) for k in range(len(structure.model.parts))], loose)
     found = modes_up_to(system, ABOVE * float(measured.frequencies.max()))

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -51,15 +52,25 @@ class Sensors:
     """(n_channel,) node of another part that is as near to a sensor as the one it was put on; -1: there is none."""
     choices: tuple[str, ...]
     """(n_channel,) `66 or 1009`: the node that was taken and its twin; empty where there is none."""
+    units: str
+    """Of the model where its materials leave them open."""
+    test_units: str | None
+    """Of the test where they were given, a key of `PER_METRE`."""
 
 
-def locate(model: Model, measured: Measured, units: str, test_units: str | None, mapped: Mapping[str, int]) -> Sensors:
+def locate(
+    model: Model,
+    measured: Measured,
+    units: str = "mm-t-s",
+    test_units: str | None = None,
+    mapped: Mapping[str, int] = MappingProxyType({}),
+) -> Sensors:
     """The node of each channel.
 
     Parameters
     ----------
-    units : of the model where its materials leave them open. test_units : of the test's points, a key of `PER_METRE`;
-        None: those that its file tells, or those of the model.
+    units, test_units : as `Sensors` has them; without those of the test its points are in what the file tells, or in
+        those of the model.
     mapped : sensor -> row of a node, which goes before label and place.
 
     Raises
@@ -100,7 +111,7 @@ def locate(model: Model, measured: Measured, units: str, test_units: str | None,
     twins = np.where(by_place, twins, -1)
     name = model.nodes.label
     choices = (f"{name(a)} or {name(b)}" if b >= 0 else "" for a, b in zip(rows.tolist(), twins.tolist(), strict=True))
-    return Sensors(rows, shown, distance, tuple(how), scale, twins, tuple(choices))
+    return Sensors(rows, shown, distance, tuple(how), scale, twins, tuple(choices), units, test_units)
 
 
 def read_sensor_map(path: Path | None, model: Model, measured: Measured) -> dict[str, int]:

@@ -40,7 +40,7 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
         _excitation(found),
         _damping(model),
         _reduction(),
-        _precheck(found),
+        _precheck(),
         _time(found),
         [
             "[reference]",
@@ -189,7 +189,7 @@ def _reduction() -> list[str]:
     ]
 
 
-def _precheck(found: Proposal) -> list[str]:
+def _precheck() -> list[str]:
     return [
         "[precheck]",
         key_line("enabled", True, "keep contact only where a linear run closes the gap"),

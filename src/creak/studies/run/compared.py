@@ -1,36 +1,82 @@
-"""Runs of a study side by side; of a result at hand, or as results.h5 keeps them."""
+"""What a study found beside its models: of a result at hand, and as results.h5 keeps it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Protocol, TypeVar
+from dataclasses import dataclass, fields
+from typing import Any, Generic, TypeVar
 
+from creak.formats.stored.run_identity import RunIdentity
+from creak.studies.run.agreement import ModeComparison, SpectraComparison
+from creak.studies.run.costs import Cost
+from creak.studies.run.elines import LineFindings
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
+from creak.verify.slips import SlipEvent, Squeak
 from creak.verify.statistics import EventStatistics, compare_statistics
 
-T = TypeVar("T")
+
+@dataclass(frozen=True, kw_only=True)
+class RunBase:
+    """One time integration, whatever is kept of it."""
+
+    name: str
+    integrator: str
+    """In a few words."""
+    stopped: str | None = None
+    """Why it ended early; None: it did not."""
+    retained: int = 0
+    modes: int = 0
+    cost: Cost
+    offline_cpu_s: float = 0.0
+    """Of the reduction."""
+    offline_wall_s: float = 0.0
+    events: list[Event]
+    slips: tuple[SlipEvent, ...] = ()
+    """Stick-slip events of the pairs that rub."""
+    squeaks: tuple[Squeak, ...] = ()
+    """Stick-slip of each pair that rubs, in the verification window."""
 
 
-class HasEvents(Protocol):
-    """A run."""
+R = TypeVar("R", bound=RunBase)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResultBase(Generic[R]):
+    """What a study found, whatever is kept of its models."""
+
+    identity: RunIdentity
+    runs: dict[str, R]
+    modes: ModeComparison | None
+    spectra: SpectraComparison | None
+    events: EventMatch | None
+    elines: LineFindings | None
+    """E-lines in the main run and without contact; None: there are none."""
+    window: tuple[float, float]
+    """Of the verification, s."""
+    closed_later: int
+    """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
+    stopped: str | None = None
+    """Why the study ended early; None: it did not."""
 
     @property
-    def events(self) -> list[Event]: ...
+    def main(self) -> R | None:
+        """The run that the study speaks of: the reduced one where there is one."""
+        return self.runs.get("reduced") or self.runs.get("reference")
+
+    @property
+    def statistics(self) -> EventStatistics:
+        """Of the events of both runs in the verification window."""
+        return compare_statistics(self.runs["reference"].events, self.runs["reduced"].events, self.window)
 
 
-def main_run(runs: Mapping[str, T]) -> T | None:
-    """The run that a study speaks of: reduced where there is one."""
-    return runs.get("reduced") or runs.get("reference")
+def of_base(base: type, record: Any) -> dict[str, Any]:
+    """The fields that a record has of its base, by name."""
+    return {f.name: getattr(record, f.name) for f in fields(base)}
 
 
-def compare_events(runs: Mapping[str, HasEvents], tolerance: float, window: tuple[float, float]) -> EventMatch | None:
+def compare_events(runs: Mapping[str, RunBase], tolerance: float, window: tuple[float, float]) -> EventMatch | None:
     """Events of the reduced run against those of the reference; None where one of them is missing."""
     if "reference" not in runs or "reduced" not in runs:
         return None
     return match_events(runs["reference"].events, runs["reduced"].events, tolerance, window)
-
-
-def event_statistics(runs: Mapping[str, HasEvents], window: tuple[float, float]) -> EventStatistics:
-    """Statistics of the events of both runs in the verification window."""
-    return compare_statistics(runs["reference"].events, runs["reduced"].events, window)

@@ -12,7 +12,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
-from creak.dynamics.flight.stepper import FlightStepper, simulate_high_order
+from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.flow.coupled import MOST, can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
@@ -113,9 +113,7 @@ def simulate_settled(
     if flows is not None:
         return simulate_flow(flows, gaps, refined(loads, SAMPLES), asked, progress=progress)
     parts, springs = steps_in_contact(system, gaps, loads.step, SETTLED.stepped)
-    return simulate_high_order(
-        system, springs, refined(loads, parts), IN_CONTACT, asked, substeps=parts, progress=progress
-    )
+    return march(FlightStepper(system, springs, refined(loads, parts), IN_CONTACT, parts), asked, progress)
 
 
 def linear_gaps(

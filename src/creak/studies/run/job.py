@@ -11,7 +11,6 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
-from creak.formats.stored.run_identity import RunIdentity
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
@@ -25,14 +24,12 @@ from creak.studies.prepare.start_check import never_closed
 from creak.studies.prepare.watched import motion_warnings
 from creak.studies.run.agreement import (
     Fit,
-    ModeComparison,
-    SpectraComparison,
     compare_modes,
     compare_spectra,
     response_fit,
 )
 from creak.studies.run.checkpoint import Checkpoints
-from creak.studies.run.compared import compare_events, main_run
+from creak.studies.run.compared import ResultBase, compare_events
 from creak.studies.run.elines import LineFindings, compare_lines, touched_points
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.foretold import foretold
@@ -41,7 +38,6 @@ from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import ready, run_with_closed, with_closed
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
-from creak.verify.matching import EventMatch
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.unreduced import Structure
 
@@ -80,29 +76,17 @@ Settle = Callable[[ReducedRun, ReferenceModel, March, Progress], ReducedRun]
 
 
 @dataclass(frozen=True)
-class StudyResult:
-    """Everything that a study found."""
+class StudyResult(ResultBase[Run]):
+    """Everything that a study found, with its models."""
 
     setup: Setup
     gaps: GapOperator
     """Channels that were kept, contacts first, connectors after."""
-    runs: dict[str, Run]
     reference: ReferenceModel
     reduced: ReducedModel | None
-    modes: ModeComparison | None
-    spectra: SpectraComparison | None
-    events: EventMatch | None
-    window: tuple[float, float]
     notes: list[str]
     health: dict[str, Health]
     """Of each superelement, by name."""
-    identity: RunIdentity
-    stopped: str | None = None
-    """Why the study ended early; None: it did not."""
-    closed_later: int = 0
-    """Contact channels that the pre-check dropped and that were kept after all, as one closed in the run."""
-    elines: LineFindings | None = None
-    """Of the main run beside that without contact; None: there are no lines."""
     band: ReducedRun | None = None
     """How f_max was found; None: nothing was reduced."""
 
@@ -116,7 +100,7 @@ class StudyResult:
         """Why its run says nothing of rattle, in a sentence; None: it does, whatever it says."""
         if why := self.setup.no_contact:
             return why
-        run = main_run(self.runs)
+        run = self.main
         if run is None or run.history.force.any():
             return None
         linear = self.reference.linear_gaps
@@ -233,7 +217,7 @@ def run_study(
         notes.append(never_closed(gaps, next(iter(runs.values())).history))
     window, v, watch = marching.window, c.verification, setup.watch
     whole = {} if stopped else runs
-    main, condensed = main_run(whole), None if reduced is None else reduced.system
+    main, condensed = whole.get("reduced") or whole.get("reference"), None if reduced is None else reduced.system
     reduction, loads = setup.reduction, marching.loads
 
     def lines_of(main: Run) -> LineFindings:
@@ -257,20 +241,20 @@ def run_study(
     return StudyResult(
         setup,
         gaps,
-        runs,
         reference,
         reduced,
-        modes,
-        spectra,
-        compare_events(whole, v.event_tolerance, window),
-        window,
         [*setup.notes, *notes],
         health,
-        new_identity(setup.study.text, setup.digests),
-        stopped,
-        gaps.m - kept,
-        lines,
         band,
+        identity=new_identity(setup.study.text, setup.digests),
+        runs=runs,
+        modes=modes,
+        spectra=spectra,
+        events=compare_events(whole, v.event_tolerance, window),
+        elines=lines,
+        window=window,
+        closed_later=gaps.m - kept,
+        stopped=stopped,
     )
 
 

@@ -22,48 +22,31 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.output_steps import field_steps, output_every
 from creak.studies.run.checkpoint import Checkpoint
-from creak.studies.run.costs import Cost, Meter
+from creak.studies.run.compared import RunBase
+from creak.studies.run.costs import Meter
 from creak.studies.run.elines import LineMotion, line_steps, measured
 from creak.studies.run.integrate import integrate
 from creak.studies.run.motion import NO_STEPS, AtContact, Recording, at_contact, at_steps, recorded, recorded_steps
 from creak.studies.run.static_start import with_static
 from creak.verify.elines import PointMeasures
-from creak.verify.events import Event, find_events
-from creak.verify.slips import SlipEvent, Squeak, find_slips, find_squeaks
-
-NO_SIZE = (0, 0, 0.0, 0.0)
-"""Retained dofs, modes and s of an unreduced model."""
+from creak.verify.events import find_events
+from creak.verify.slips import find_slips, find_squeaks
 
 
 @dataclass(frozen=True)
-class Run:
+class Run(RunBase):
     """One time integration."""
 
-    name: str
     system: System
     gaps: GapOperator
     """Its channels."""
     history: History
-    events: list[Event]
-    cost: Cost
-    retained: int
-    modes: int
-    offline_cpu_s: float
-    offline_wall_s: float
-    slips: tuple[SlipEvent, ...] = ()
-    """Stick-slip events of the pairs that rub."""
-    integrator: str = ""
-    """In a few words."""
-    stopped: str | None = None
-    """Why the run ended early; None: it did not."""
     recording: Recording | None = None
     """Motion around the hardest events; None where nobody asked for it."""
     at_contact: AtContact | None = None
     """All coordinates while something touches; None where nobody asked for them, or they are not there."""
     lines: PointMeasures | None = None
     """At the points of the E-lines; None where nobody asked for them."""
-    squeaks: tuple[Squeak, ...] = ()
-    """Stick-slip of each pair that rubs, in the verification window."""
     line_motion: LineMotion | None = None
     """Over time, with `lines`."""
     notes: tuple[str, ...] = ()
@@ -108,7 +91,10 @@ def march_run(
     cost = meter.read() if keeper is None else keeper.cost
     system, history = with_static(observed.static, observed.nodes, system, history)
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
-    size = (model.retained, model.modes, model.cpu_s, model.wall_s) if isinstance(model, ReducedModel) else NO_SIZE
+    size: dict[str, Any] = {}
+    if isinstance(model, ReducedModel):
+        size = {"retained": model.retained, "modes": model.modes}
+        size |= {"offline_cpu_s": model.cpu_s, "offline_wall_s": model.wall_s}
     shown = at_steps(history, np.union1d(fields, on_trial))
     recording = recorded(marching, period, system, shown, events) if observed.record else None
     touching = at_contact(marching, system, shown, events) if observed.record else None
@@ -117,13 +103,13 @@ def march_run(
     left, told = at_steps(history, fields), spacing_words(history.spacing)
     at_lines, moved = (None, None) if found is None else found
     return Run(
-        name,
         system,
         gaps,
         left,
-        events,
-        cost,
-        *size,
+        **size,
+        name=name,
+        events=events,
+        cost=cost,
         slips=slips,
         integrator=how,
         stopped=stopped,

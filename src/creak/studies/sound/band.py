@@ -16,6 +16,7 @@ from creak.model.shell_facets import SHELL_FACETS
 from creak.model.skin import Skin
 from creak.sound.forced import LOWEST
 from creak.sound.rayleigh import AIR, HIGHEST
+from creak.sound.room import Room
 from creak.sound.zwicker_tables import RATE
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.run.integrate import shortest_step
@@ -81,6 +82,24 @@ class Band:
     def _limits(self) -> dict[str, float]:
         own = {"mesh": self.mesh, "step": self.step, "rate": HIGHEST * RATE}
         return {**own, "modes": self.modes} if self.handover is None else {**own, "unreduced": self.beyond}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SoundBase:
+    """What is heard of one run, whatever is kept of it."""
+
+    run: str
+    band: Band
+    """What is in it."""
+    full_scale: float
+    """Pa of full scale in every file made of it."""
+    wall_s: float
+    cpu_s: float
+    """Without what is made once for a model and its listeners."""
+    offline_cpu_s: float
+    """That: rows of parts and listeners."""
+    room: Room | None = None
+    """Around the listeners; None: none is known."""
 
 
 def band_of(

@@ -18,7 +18,6 @@ from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
 from creak.sound.carriers import Noise, Span
 from creak.sound.forced import LOWEST, without_clicks
-from creak.sound.room import Room
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES, a_weighted_sum
 from creak.sound.zwicker_tables import RATE
 from creak.studies.file.case import Listening
@@ -29,7 +28,7 @@ from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.one_run import Run
 from creak.studies.sound.background import NOTHING, background_of
-from creak.studies.sound.band import Band, band_of
+from creak.studies.sound.band import Band, SoundBase, band_of
 from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes, losses_of
 from creak.studies.sound.ear import Ear, Records, figures_of, records_of, scatter_of, together
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
@@ -64,12 +63,10 @@ WHAT = {
 
 
 @dataclass(frozen=True)
-class Sound:
+class Sound(SoundBase):
     """The sound of a run's contact at each listener."""
 
-    run: str
     listeners: tuple[Listener, ...]
-    band: Band
     pressure: NDArray[np.float32]
     """(n_listener, n_place + 1, n) Pa at 48 kHz from t = 0, faded in and out: each place by itself, the loudest to the
     first listener first, last all contact together."""
@@ -77,13 +74,6 @@ class Sound:
     """Listener by listener, as `pressure`."""
     order: tuple[int, ...]
     """Of the places as they were given: that of the loudest first."""
-    full_scale: float
-    """Pa of full scale in every file made of it."""
-    wall_s: float
-    cpu_s: float
-    """Without what is made once for a model and its listeners."""
-    offline_cpu_s: float
-    """That: rows of parts and listeners."""
     equivalent_power: Mapping[str, float]
     """Part -> dB re 1 pW of its mean equivalent radiated power over the window, loudest first."""
     compact: tuple[tuple[str, ...], ...]
@@ -99,8 +89,6 @@ class Sound:
     other: Mapping[int, NDArray[np.float32]] = field(default_factory=dict)
     """Row of a listener with a head -> (n_place + 1, n) Pa at its other ear, as `pressure`, which is at the ear that
     hears all contact louder."""
-    room: Room | None = None
-    """Around the listeners; None: none is known."""
     backgrounds: tuple[FloatArray | None, ...] = ()
     """(28,) dB re 20 uPa of the third octaves that each listener hears besides."""
 
@@ -219,16 +207,10 @@ def hear(
     small = {model.parts[b.part].name: b.highest for ears in to for one in ears for b in one.bodies}
     ears = [one[0] for one in louder]
     return Sound(
-        run.name,
         tuple(one.listener for one in ears),
-        band,
         pressure.astype(SINGLE),
         tuple(tuple(of_one[k] for k in (*order, len(places))) for of_one in heard),
         tuple(order),
-        full_scale_for(np.array([largest])),
-        clock.perf_counter() - wall,
-        clock.process_time() - cpu - offline,
-        offline,
         power,
         compact,
         tuple(_notes(ears, band, heard, power, small, further, more, model.parts)),
@@ -236,8 +218,14 @@ def hear(
         tuple(ways[k] for k in order) if ways else (),
         tuple(scatter[k] for k in order) if scatter else (),
         {k: x.astype(SINGLE) for k, x in other.items()},
-        room,
         tuple(one.background for one in ears),
+        run=run.name,
+        band=band,
+        full_scale=full_scale_for(np.array([largest])),
+        wall_s=clock.perf_counter() - wall,
+        cpu_s=clock.process_time() - cpu - offline,
+        offline_cpu_s=offline,
+        room=room,
     )
 
 

@@ -9,7 +9,6 @@ from dataclasses import replace
 from creak.progress import Progress
 from creak.studies.findings.places import Place
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.run.compared import event_statistics
 from creak.studies.run.job import ReducedRun, StudyResult
 from creak.studies.spots.check import check_spots
 from creak.studies.spots.handover import Handover, handed_over
@@ -44,7 +43,7 @@ def beside_unreduced(
             found = attempted(
                 "spot checks", lambda: _checked(result.reference, run, places, bars, progress, notes), FAILED, notes
             )
-    samples = None if result.events is None else event_statistics(result.runs, result.window)
+    samples = None if result.events is None else result.statistics
     return found.beside(result.events, samples)
 
 

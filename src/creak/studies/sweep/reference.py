@@ -96,5 +96,5 @@ def _read(
     if not history.time.size or abs(history.time[-1] - end) > ROUND_OFF * end:
         return None
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
-    size = 0, 0, 0.0, 0.0
-    return Run("reference", reference.system, gaps, history, events, cost, *size, slips, saved["integrator"])
+    of = {"name": "reference", "integrator": saved["integrator"], "cost": cost, "events": events, "slips": slips}
+    return Run(reference.system, gaps, history, **of)

@@ -12,6 +12,8 @@ from creak.assembly.system import to_dense
 from creak.errors import InputError
 from helpers_nastran import assembled, matrix, motion, read, rigid_mass, unread
 
+RECORDED = {"section": "beams and solids"}
+
 E, G, L = 2.0e5, 8.0e4, 100.0
 A, I1, I2, J = 50.0, 400.0, 150.0, 320.0
 MATERIAL = f"MAT1,1,{E},{G},,7.8-9\n"
@@ -214,7 +216,7 @@ def test_a_tapered_beam_bends_as_its_sections_say(tmp_path, card, measured):
     stretched = np.log(2.0) * length / (E_STEEL * 50.0)
     for k, (name, exact, rel) in enumerate((("stretch", stretched, 1e-9), ("deflection", bent, 5e-3))):
         what, source = f"tapered CBEAM: {name} of the tip", "integral over the sections"
-        measured("beams and solids", what, tip[k], exact, rel=rel, unit="mm/N", source=source)
+        measured(what, tip[k], exact, rel=rel, unit="mm/N", source=source)
     assert rigid_mass(model)[0, 0] == pytest.approx(RHO * 75.0 * length, rel=1e-9)
     ids = sorted(int(i) for b in model.blocks for i in b.ids)
     assert ids[0] == 7

@@ -19,6 +19,8 @@ from creak.studies.findings.sound import heard_places
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_findings import summarised
 
+RECORDED = {"section": "verdicts"}
+
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
 BASE = BASE.replace("f_max = 3000", "f_max = 1500").replace("0.05,", "0.08,")
 STOP = """
@@ -64,7 +66,6 @@ def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
     worst = max(abs(c.total - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
     parts = max(abs(sum(v for _, v in c.parts) - (c.gap - c.gap0)) / max(c.gap0, 1e-3) for c in causes)
     measured(
-        "verdicts",
         "cause of a place: modes times sources against the run's gap",
         max(worst, parts),
         0.0,
@@ -146,7 +147,6 @@ def test_predicted_changes_hold_in_a_full_run(result, places, causes, measured):
         # Motion with more mass is chaotic: round-off alone moves the impulse of one place by .2 of that now.
         assert effect.impulse == pytest.approx(checked.impulse, abs=0.4 * now.impulse)
     measured(
-        "verdicts",
         "change predicted on the reduced model: impulse of all places against a full run",
         worst,
         0.0,

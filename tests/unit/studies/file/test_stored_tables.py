@@ -1,16 +1,29 @@
-"""A study comes back from a file of results as it went in, whichever keys it sets."""
+"""A study comes back from a file of results as it went in, whichever keys it sets.
+
+Tables written as TOML read back the same.
+By what files a study is known again.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import tomllib
 from dataclasses import dataclass
 from typing import Any, get_args
 
 import h5py
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from creak.formats.stored.tree import read_tree, write_tree
 from creak.studies.file.config import StudyConfig
+from creak.studies.file.identity import digests_of
+from creak.studies.file.paths import Contents
+from creak.studies.file.reader import read_study
 from creak.studies.file.table import Table
+from creak.studies.file.toml_text import toml_text
+from helpers_decks import STUDY, write_strips
 
 
 @dataclass(frozen=True)
@@ -127,3 +140,66 @@ def kinds_named(hint: Any) -> set[type]:
 
 def test_every_kind_of_table_is_among_them():
     assert set().union(*(kinds_in(made(tables)) for tables in TABLES)) == kinds_named(StudyConfig)
+
+
+CHARACTERS = st.characters(exclude_categories=["Cs"])
+PLAIN = (
+    st.booleans()
+    | st.integers(-(2**63), 2**63 - 1)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.text(CHARACTERS, max_size=8)
+)
+VALUES = st.recursive(
+    PLAIN,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.text(CHARACTERS, max_size=5), inner, max_size=3),
+    max_leaves=8,
+)
+
+
+@given(st.dictionaries(st.text(CHARACTERS, max_size=5), VALUES, max_size=4))
+def test_tables_read_back_the_same(data):
+    assert tomllib.loads(toml_text(data)) == data
+
+
+def test_tables_have_headers():
+    text = toml_text({"a": {"b": {"c": 1}}, "list": [{"x": 1.0, "in": {"y": "z"}}], "title": 'with "quotes"'})
+    assert "[a.b]\nc = 1" in text
+    assert "[[list]]\nx = 1.0" in text
+    assert text.startswith("title =")
+
+
+def test_what_toml_has_no_word_for():
+    with pytest.raises(TypeError, match="NoneType"):
+        toml_text({"a": None})
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+PLACE = ("superelement", "*", "file")
+
+
+@pytest.mark.parametrize("named", ["BEAM_K.mtx", "BEAM"])
+@pytest.mark.parametrize("changed", ["BEAM_K.mtx", "BEAM_M.mtx", "BEAM_dofs.csv"])
+def test_matrices_that_come_as_several_files_all_count(changed, named, tmp_path):
+    files = {"BEAM_K.mtx": b"stiffness", "BEAM_M.mtx": b"mass", "BEAM_dofs.csv": b"rows"}
+    for name, content in files.items():
+        (tmp_path / name).write_bytes(content)
+    (tmp_path / "OTHER_K.mtx").write_bytes(b"of another part")
+    study = read_study(write_strips(tmp_path, study=f'{STUDY}\n[superelement.BEAM]\nfile = "{named}"\n'))
+    found, of_sweep = digests_of(study)[1], Contents().of(PLACE, tmp_path / named)
+    assert found == sha256("".join(f"{sha256(content)}\n" for content in files.values()).encode())
+    (tmp_path / "OTHER_K.mtx").write_bytes(b"changed")
+    assert digests_of(study)[1] == found
+    (tmp_path / changed).write_bytes(b"changed")
+    assert digests_of(study)[1] != found
+    assert Contents().of(PLACE, tmp_path / named) != of_sweep
+
+
+def test_a_file_alone_has_its_own_digest(tmp_path):
+    study = read_study(write_strips(tmp_path, study=f'clips = "clips.toml"\n{STUDY}'))
+    (tmp_path / "clips.toml").write_bytes(b"x = 1\n")
+    (tmp_path / "clips_b.toml").write_bytes(b"x = 2\n")
+    (tmp_path / "clips.csv").write_bytes(b"of something else")
+    assert digests_of(study)[1] == sha256(b"x = 1\n")

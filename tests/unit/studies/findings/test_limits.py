@@ -1,4 +1,7 @@
-"""Limits and background of the user, and places ranked by what is heard: two strips that hit each other."""
+"""Limits and background of the user, and places ranked by what is heard: two strips that hit each other.
+
+A change that alters a place by less than its bar is told as such.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from creak.sound.zwicker_tables import BANDS, NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.findings.limits import judged, limit_words
 from creak.studies.findings.places import find_places, ranked
+from creak.studies.findings.spots import beside_bars
 from creak.studies.sound.background import NOTHING, background_of
 from creak.studies.sound.heard import Sound
 from helpers_cli import caller, empty_reports
@@ -267,3 +271,26 @@ def test_limits_of_sound_are_judged_at_every_listener(tmp_path, first):
     assert of_one == ["near", "far"]  # worst first
     ran.save(tmp_path / "out")
     assert judged(limit, creak.open_result(tmp_path / "out").summary) == [*found.values()]
+
+
+def cause(now: dict, *then: dict) -> dict:
+    changes = [{"now": now, "predicted": t} for t in then]
+    return {"words": "mode", "changes": changes, "changes_words": [f"change {k}" for k in range(len(then))]}
+
+
+def test_a_small_change_is_told_as_one():
+    told = beside_bars(cause({"n5": 10.0, "impulse": 1.0}, {"n5": 9.2, "impulse": 0.1}, {"n5": 5.0}), {"n5": 0.1})
+    assert told["changes_words"] == ["change 0; within the uncertainty of the place, 10 %", "change 1"]
+
+
+@pytest.mark.parametrize(("bar", "small"), [(0.2, True), (0.05, False), (None, False)])
+def test_without_sound_the_impulse_decides(bar, small):
+    told = beside_bars(cause({"n5": None, "impulse": 1.0}, {"n5": None, "impulse": 0.9}), {"n5": 0.9, "impulse": bar})
+    assert ("uncertainty" in told["changes_words"][0]) is small
+
+
+def test_nothing_is_said_where_nothing_is_told():
+    assert beside_bars(None, {"n5": 0.1}) is None
+    assert beside_bars({"words": "mode"}, {"n5": 0.1}) == {"words": "mode"}
+    same = cause({"n5": 10.0}, {"n5": None})
+    assert beside_bars(same, {"n5": 0.5}) == same

@@ -14,9 +14,9 @@ from creak.errors import InputError
 from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.uff import write_uff
 from creak.report.words.correlation import sentence
-from creak.studies.models.correlation import correlate
+from creak.studies.models import correlation
 from creak.studies.models.deck_modes import deck_modes
-from creak.studies.prepare.sensors import read_sensor_map
+from creak.studies.prepare.sensors import locate, read_sensor_map
 from helpers_decks import STEEL, patch
 from helpers_modal import (
     COUNT,
@@ -204,6 +204,10 @@ def test_table(strip, tmp_path, name):
     path = tmp_path / "test.csv"
     path.write_text(TABLES[name](t), encoding="utf-8")
     holds(found, t, path)
+
+
+def correlate(found, measured, **how):
+    return correlation.correlate(found, measured, locate(found.model, measured, **how))
 
 
 def holds(found, t, path, **options):

@@ -25,6 +25,8 @@ from creak.studies.warned import warnings_of
 from helpers_core import chain, system_of
 from helpers_decks import STUDY, two_strips, write_strips
 
+RECORDED = {"section": "verdicts"}
+
 ZETA = 0.02
 UNDAMPED = re.sub(r"\*DAMPING[^\n]*\n", "", two_strips())
 MODAL = STUDY.replace("step = 5e-4\n", "").replace("[reduction]", f"[damping]\nmodal = {ZETA}\n[reduction]")
@@ -51,12 +53,7 @@ def test_modes_beyond_the_computed_ones_are_damped_like_their_stiffness(measured
     alone = fractions(with_modal_damping(system, found, np.zeros((20, 0)), ZETA))[1]
     np.testing.assert_allclose(alone, np.where(np.arange(20) < 5, ZETA, 0.0), atol=1e-9)
     measured(
-        "verdicts",
-        "fraction of critical of the highest mode",
-        zeta[-1],
-        expected[-1],
-        rel=1e-7,
-        source="zeta omega / omega_b",
+        "fraction of critical of the highest mode", zeta[-1], expected[-1], rel=1e-7, source="zeta omega / omega_b"
     )
 
 

@@ -11,6 +11,8 @@ from creak.errors import InputError
 from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import STEEL, strip
 
+RECORDED = {"section": "models", "source": "closed form"}
+
 STRIP = STEEL + "*SHELL SECTION, ELSET=A, MATERIAL=STEEL\n1.0,\n"
 CLAMPED = "*BOUNDARY\nROOT_A, 1, 6\n"
 MASS_ON_A_LINK = """\
@@ -71,22 +73,8 @@ def test_effective_masses_of_a_cantilever(deck, measured):
     mass = np.pi * 1000.0 * 7.85e-9
     assert found.mass == pytest.approx(mass, rel=1e-9)
     assert found.effective.total[4:] == pytest.approx([mass * 1000.0**2 / 3.0] * 2, rel=1e-4)
-    measured(
-        "models",
-        "cantilever: effective mass in deflection, mode {}",
-        share[:, 1],
-        expected,
-        rel=1e-3,
-        source="closed form",
-    )
-    measured(
-        "models",
-        "cantilever: effective mass about the root, mode {}",
-        share[:, 5],
-        3.0 * 4.0 / beta**4,
-        rel=1e-3,
-        source="closed form",
-    )
+    measured("cantilever: effective mass in deflection, mode {}", share[:, 1], expected, rel=1e-3)
+    measured("cantilever: effective mass about the root, mode {}", share[:, 5], 3.0 * 4.0 / beta**4, rel=1e-3)
 
 
 def test_all_modes_carry_all_that_does_not_ride_on_the_supports(deck):

@@ -1,14 +1,25 @@
-"""Every way to reduce, through a study: contact is found and agrees with the unreduced model."""
+"""Every way to reduce, through a study: contact is found and agrees with the unreduced model.
+
+A factor of the stiffness of what may move freely: with as much mass as it takes.
+Static shapes of forces need a structure that is held without contact.
+"""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import h5py
 import numpy as np
 import pytest
 
+from creak.errors import InputError
+from creak.linalg.factor import SingularMatrixError
+from creak.progress import silent
 from creak.studies.file.reader import read_study
+from creak.studies.models.reference import build_reference, held_factor, static_shapes
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
+from helpers_core import system_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_findings import save_plain, summarised
 from helpers_nastran_strips import strips
@@ -74,3 +85,33 @@ def test_whole_field_is_recovered_and_agrees_with_the_watched_nodes(tmp_path):
             motion = own["displacement"][:][at][:, :, :3]
             # Two routes to the same motion; round-off of K_ii^-1 K_ib.
             np.testing.assert_allclose(field["displacement"][:][:, rows], motion, atol=1e-7 * np.abs(motion).max())
+
+
+@pytest.mark.parametrize("sparse", [True, False])
+def test_a_body_whose_stiffness_is_round_off_has_a_factor(sparse):
+    """Links make it rigid: what is left of K is of either sign, and larger than a trace of mass."""
+    M = np.diag([2.0, 2.0, 2.0, 0.1])
+    K = 1e-9 * np.array([[1.0, 0.3, 0.0, 0.0], [0.3, -0.5, 0.1, 0.0], [0.0, 0.1, 2.0, 0.2], [0.0, 0.0, 0.2, -0.1]])
+    found = held_factor(system_of(M, K, sparse=sparse))
+    assert np.isfinite(found.solve(np.ones(4))).all()
+
+
+def test_motion_without_stiffness_and_mass_has_none():
+    with pytest.raises(SingularMatrixError, match="row 1"):
+        held_factor(system_of(np.diag([1.0, 0.0]), np.diag([1.0, 0.0]), sparse=False))
+
+
+def test_a_structure_that_only_contact_holds_has_none(tmp_path):
+    text = STUDY.replace('node_set = "ROOT_UPPER"', 'node_set = "PAIRS"').replace(
+        'kind = "displacement"', 'kind = "force"'
+    )
+    deck = two_strips().replace("ROOT_UPPER, 1, 2", "ROOT_UPPER, 1, 3")
+    path = write_strips(tmp_path, deck, text.replace("f_max = 3000", 'method = "gap-modes"'))
+    setup = set_up(read_study(path))
+    reference = build_reference(setup.structure, setup.band, silent)
+    shapes = static_shapes(reference, setup.reduction)
+    assert shapes.shape == (reference.system.n, 1)
+    pushed = np.asarray(reference.system.K @ shapes[:, 0])
+    assert np.abs(pushed).sum() == pytest.approx(4.0, rel=1e-6)  # one on each of four nodes
+    with pytest.raises(InputError, match="only contact holds the structure"):
+        static_shapes(replace(reference, stiffness=None), setup.reduction)

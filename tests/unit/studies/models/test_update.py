@@ -24,6 +24,8 @@ from helpers_decks import STUDY, write_strips
 from helpers_modal import csv_text, measured_strip, strip_deck
 from helpers_update import KEYS, TRUE, true_modes, write_plate, write_plate_test
 
+RECORDED = {"section": "models"}
+
 BENDING = (0, 1, 3)
 """Modes of the strip that bend it across its plane; the others twist it or bend it in its plane."""
 JOINTS = (
@@ -102,14 +104,7 @@ def test_a_plate_with_wrong_thickness_modulus_and_springs_is_found(plate, tmp_pa
     found = update(update_case(study, write_plate_test(true, tmp_path / "test.csv", seed=1)), KEYS)
     source = "the model that made the test"
     for e in found.estimates:
-        measured(
-            "models",
-            f"update of a plate from noisy modes: {e.key}",
-            e.value,
-            value_of(e.key),
-            rel=0.01,
-            source=source,
-        )
+        measured(f"update of a plate from noisy modes: {e.key}", e.value, value_of(e.key), rel=0.01, source=source)
         assert e.low < value_of(e.key) < e.high
         assert e.high / e.low < 1.05
     before, after = found.unexplained
@@ -257,14 +252,12 @@ def test_intervals_of_the_plate_hold_the_truth_in_95_of_100_tests(plate, tmp_pat
     source = "100 tests with 1 % noise, seeds 0 to 99"
     for j, key in enumerate(KEYS):
         measured(
-            "models",
             f"update of a plate, {key}: truth within the 95 % interval, of 100",
             int(held[:, j].sum()),
             between=(90, 100),
             source=source,
         )
         measured(
-            "models",
             f"update of a plate, {key}: standard deviation from the truth",
             float(off[:, j].std()),
             at_most=0.012,

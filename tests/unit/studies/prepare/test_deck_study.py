@@ -14,6 +14,8 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, STEP, bar_deck, cantilever_deck, stop_deck
 
+RECORDED = {"section": "decks", "source": "closed form"}
+
 
 @pytest.fixture
 def deck(tmp_path):
@@ -44,33 +46,11 @@ def test_mass_on_a_penalty_stop(run, measured):
     result, found = run(stop_deck(step=STEP.replace("1.E-5", "2.E-5")))
     (event,) = found.events
     w = math.sqrt(1.01e6 / 100.0)
+    measured("*DYNAMIC, mass on a penalty stop: peak force", event.force_peak, 9950.3719, rel=1e-6, unit="N")
     measured(
-        "decks",
-        "*DYNAMIC, mass on a penalty stop: peak force",
-        event.force_peak,
-        9950.3719,
-        rel=1e-6,
-        unit="N",
-        source="closed form",
+        "*DYNAMIC, mass on a penalty stop: duration", event.t_end - event.t_start, 0.0312600153, rel=1e-6, unit="s"
     )
-    measured(
-        "decks",
-        "*DYNAMIC, mass on a penalty stop: duration",
-        event.t_end - event.t_start,
-        0.0312600153,
-        rel=1e-6,
-        unit="s",
-        source="closed form",
-    )
-    measured(
-        "decks",
-        "*DYNAMIC, mass on a penalty stop: impulse",
-        event.impulse,
-        2.0e6 / w**2,
-        rel=1e-6,
-        unit="N s",
-        source="closed form",
-    )
+    measured("*DYNAMIC, mass on a penalty stop: impulse", event.impulse, 2.0e6 / w**2, rel=1e-6, unit="N s")
     velocity = np.gradient(found.history.displacement[:, 2], found.history.time)[-1]
     after = 0.04 - math.pi / w
     assert velocity == pytest.approx(math.cos(10.0 * after), rel=1e-4)  # then on the spring alone
@@ -95,33 +75,9 @@ def test_bar_on_a_rigid_wall(run, measured):
     assert event.t_start == pytest.approx(start, abs=time[1])
     inside = (time > start + 0.2 * duration) & (time < start + 0.8 * duration)
     # two elements of 80 and the penalty
-    measured(
-        "decks",
-        "*DYNAMIC, bar on a wall: duration",
-        event.t_end - event.t_start,
-        duration,
-        rel=0.02,
-        unit="s",
-        source="closed form",
-    )
-    measured(
-        "decks",
-        "*DYNAMIC, bar on a wall: impulse",
-        force.sum() * time[1],
-        2.0 * 78.5,
-        rel=0.005,
-        unit="N s",
-        source="closed form",
-    )
-    measured(
-        "decks",
-        "*DYNAMIC, bar on a wall: force",
-        force[inside].mean(),
-        7850.0 * C * 0.01,
-        rel=0.005,
-        unit="N",
-        source="closed form",
-    )
+    measured("*DYNAMIC, bar on a wall: duration", event.t_end - event.t_start, duration, rel=0.02, unit="s")
+    measured("*DYNAMIC, bar on a wall: impulse", force.sum() * time[1], 2.0 * 78.5, rel=0.005, unit="N s")
+    measured("*DYNAMIC, bar on a wall: force", force[inside].mean(), 7850.0 * C * 0.01, rel=0.005, unit="N")
 
 
 def test_node_to_surface_takes_pressure_times_area(deck):
@@ -164,13 +120,7 @@ def test_sine_base_motion_as_the_study_has_it(run, tmp_path, kind, amplitude, me
     largest = np.abs(other).max()
     assert largest > 0.5 * 0.001
     error = np.abs(found.history.displacement - other).max() / largest
-    measured(
-        "decks",
-        f"*DYNAMIC, base moved by {kind}: relative difference",
-        error,
-        at_most=1e-12,
-        source="the same as a study",
-    )
+    measured(f"*DYNAMIC, base moved by {kind}: relative difference", error, at_most=1e-12, source="the same as a study")
 
 
 def tip(found):

@@ -25,6 +25,8 @@ from creak.verify.elines import PointMeasures
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_findings import summarised, to_draw
 
+RECORDED = {"section": "verdicts"}
+
 EXACT = STUDY.replace("step = 5e-4\n", 'accuracy = "quick"\n').replace("[time]", "[reference]\nrun = false\n\n[time]")
 SLANTED = EXACT.replace('dof = "z"\nkind', 'dof = "x"\nkind')
 LINES = """
@@ -97,13 +99,7 @@ def test_without_contact_both_runs_measure_the_same(silent, measured):
     rows = line_rows(found, silent.setup.study.config.limit, "mm-t-s")
     assert {r.outcome for r in rows} == {"neither"}
     measured(
-        "verdicts",
-        "E-lines without contact: linear against nonlinear",
-        worst,
-        0.0,
-        abs=1e-9,
-        unit="-",
-        source="same equations",
+        "E-lines without contact: linear against nonlinear", worst, 0.0, abs=1e-9, unit="-", source="same equations"
     )
 
 

@@ -13,6 +13,8 @@ from creak.signals.vibration import HalfSine
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.spread import resolved
 
+RECORDED = {"section": "time"}
+
 T = np.arange(3001) * 1e-5
 """A thousand steps of 3e-5 s."""
 WIDTHS = [1e-8, 1e-6, 3e-6, 1e-5, 3e-5, 1e-4]
@@ -110,7 +112,6 @@ def test_an_arm_on_a_base_that_is_set_going_swings_as_far(tmp_path, measured, st
     (tmp_path / "study.toml").write_text(STUDY.format(start=start, end=start + width))
     found = creak.run(read_study(tmp_path / "study.toml"), converge=False)
     measured(
-        "time",
         f"arm on a base that is set going within {width:g} s, from {start:g} s on: swing",
         0.65 - float(found.main.history.gap.min()),
         expected=10.0 * 2.0 * 10.0 * 100.0 / np.sqrt(4e6 * 300.0),

@@ -1,4 +1,7 @@
-"""Sobol indices of draws of which too few rattle, or too few do not, are left out with a note; bounds are shares."""
+"""Sobol indices of draws of which too few rattle, or too few do not, are left out with a note; bounds are shares.
+
+What of a run counts in the odds is told where it is not all of it.
+"""
 
 from __future__ import annotations
 
@@ -10,6 +13,7 @@ import creak
 from creak.report.tables.robust import sentence
 from creak.studies.robust.findings import SHOWN, _valid
 from creak.verify.odds import Index, sobol_index
+from helpers_decks import STUDY, write_strips
 
 VARY = """[scatter.vary]
 "connector.0.upper" = { type = "normal", mean = 16.0, sigma = 1.5 }
@@ -55,3 +59,22 @@ def test_shares_and_their_bounds_lie_between_none_and_all():
             assert 0.0 <= index.total_bounds[0] <= index.total <= index.total_bounds[1] <= 1.0
             ends += [*index.first_bounds, *index.total_bounds]
     assert {0.0, 1.0} <= {*ends}
+
+
+SPREAD = '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.4, high = 0.6 }\n'
+PERIODS = STUDY.replace("step = 5e-4\n", "").replace("f_min = 5", "f_min = 20").replace("period = 0.2", "period = 0.05")
+PERIODS += SPREAD
+
+
+def test_odds_of_the_last_period_say_so(tmp_path):
+    """Two periods of .05 s, of which the second counts."""
+    found = creak.robust(write_strips(tmp_path, None, PERIODS), 4, indices=False, threads=1)
+    assert " of 4 draws (what touches from 0.05 to 0.1 s of 0.1 s counts)" in sentence(found)
+    assert found.as_dict()["window"] == pytest.approx([0.05, 0.1])
+
+
+def test_odds_of_a_whole_run_need_no_word(tmp_path):
+    text = PERIODS.replace("periods = 2", "end = 0.02")
+    found = creak.robust(write_strips(tmp_path, None, text), 4, indices=False, threads=1)
+    assert "counts" not in sentence(found)
+    assert found.as_dict()["window"] == pytest.approx([0.0, 0.02])

@@ -28,6 +28,8 @@ from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.verify.rubbing import FIGURES as OF_RUB
 from helpers_decks import STUDY, write_strips
 
+RECORDED = {"section": "contact, exact flow"}
+
 pytestmark = pytest.mark.slow
 
 FREE = STUDY.replace("step = 5e-4\n", "")
@@ -177,7 +179,6 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
     assert events["impulse_ratio_mean"] == pytest.approx(1.0, abs=0.05)  # the accuracy of an event
     runs = found.summary["runs"]
     measured(
-        "contact, exact flow",
         "two strips, exact flow on the reduced / collocation on the unreduced model: total impulse",
         runs["reduced"]["impulse_total"] / runs["reference"]["impulse_total"],
         1.0,

@@ -1,4 +1,7 @@
-"""What a study asks of the time integration is done, or refused; nothing else is run in silence."""
+"""What a study asks of the time integration is done, or refused; nothing else is run in silence.
+
+A screening looks at the whole run, from rest.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +14,10 @@ import creak
 from creak.api.study import make_study
 from creak.cli.run import first_look
 from creak.errors import InputError
+from creak.progress import silent
 from creak.studies.file.reader import read_study
+from creak.studies.prepare.setup import set_up
+from creak.studies.run.screen import screen
 from helpers_decks import STEEL, STUDY, two_strips, write_strips
 from helpers_refusal import refusal
 
@@ -93,3 +99,16 @@ def test_substeps_without_a_scheme_are_refused():
     stop = creak.gap_channels(np.eye(1), 1.0, 1.0)
     with pytest.raises(InputError, match="substeps = 4 without a scheme"):
         creak.simulate(mass, stop, creak.make_loads(mass, np.arange(9.0)), substeps=4)
+
+
+def test_screening_sees_what_closes_before_the_window(tmp_path):
+    """The window of four periods is the last one; of the same run the first two have a peak of their own."""
+    found = {}
+    for periods in (2, 3, 4):
+        folder = tmp_path / str(periods)
+        folder.mkdir()
+        study = write_strips(folder, two_strips(0.3), STUDY.replace("periods = 2", f"periods = {periods}"))
+        found[periods] = screen(set_up(read_study(study)), silent).linear.closing
+    tolerance = 1e-9 * found[4].max()
+    assert (found[3] >= found[2] - tolerance).all()
+    assert (found[4] >= found[3] - tolerance).all()

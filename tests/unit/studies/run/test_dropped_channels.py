@@ -21,6 +21,8 @@ from helpers_decks import STEEL, strip, write_strips
 from helpers_decks import STUDY as TWO
 from helpers_findings import summarised
 
+RECORDED = {"section": "contact"}
+
 DECK = (
     "*HEADING\nthree strips\n"
     + strip(1, 1, "UPPER", 1.5, n=6)
@@ -82,7 +84,7 @@ def whole(tmp_path_factory) -> StudyResult:
 def test_a_strip_thrown_into_a_third_is_caught(thrown, whole, measured):
     """It hits when and as hard as with every channel kept from the start; how the blows part is a matter of microseconds."""
     first = [min(e.t_start for e in r.runs["reduced"].events if e.group == "back") for r in (thrown, whole)]
-    measured("contact", "strip thrown into a third: first hit", *first, abs=1e-6, unit="s", source="every channel kept")
+    measured("strip thrown into a third: first hit", *first, abs=1e-6, unit="s", source="every channel kept")
     a, b = (r.runs["reduced"].history for r in (thrown, whole))
     assert (a.weights @ a.force).sum() == pytest.approx((b.weights @ b.force).sum(), rel=0.02)
     assert a.extremes.gap.min() > 0.0

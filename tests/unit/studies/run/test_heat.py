@@ -13,6 +13,8 @@ from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import StudyResult, run_study
 
+RECORDED = {"section": "contact"}
+
 LENGTH, SIDE, MODULUS, ALPHA, COLD, WARM, N = 200.0, 2.0, 210000.0, 1.2e-5, 20.0, 80.0, 4
 AREA, GROWTH = SIDE**2, ALPHA * (WARM - COLD) * LENGTH
 STIFF, GAP = 5000.0, 0.05
@@ -73,16 +75,14 @@ def test_a_gap_closes_in_heat_and_the_stop_presses(tmp_path, measured):
     assert result.setup.static is not None
     source = "(alpha dT L - gap)/(L/EA + 1/k)"
     found = result.setup.static.state.force.sum()
-    measured(
-        "contact", "bar that heat drives against a stop: force", found, PRESSED, rel=EXACT, unit="N", source=source
-    )
+    measured("bar that heat drives against a stop: force", found, PRESSED, rel=EXACT, unit="N", source=source)
 
 
 def test_a_clamped_bar_presses_with_e_a_alpha_dt(tmp_path, measured):
     wall = STOP.replace(str(GAP), "0.0").replace(str(STIFF), "1e10")
     found = run(study(tmp_path, HEAT + wall)).setup.static.state.force.sum()
     wanted = MODULUS * AREA * ALPHA * (WARM - COLD)
-    measured("contact", "clamped bar in heat: force", found, wanted, rel=EXACT, unit="N", source="E A alpha dT")
+    measured("clamped bar in heat: force", found, wanted, rel=EXACT, unit="N", source="E A alpha dT")
 
 
 HOW = {
@@ -185,13 +185,13 @@ def test_bimetal_strip(tmp_path, kind, measured):
     stays(result, 2, bimetal())
     found = result.runs["reference"].history.displacement[0, 2]
     measured(
-        "beams and solids",
         f"bimetal strip of {kind}: tip",
         found,
         bimetal(),
         rel=EXACT,
         unit="mm",
         source="Timoshenko 1925",
+        section="beams and solids",
     )
 
 

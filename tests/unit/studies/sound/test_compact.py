@@ -19,6 +19,8 @@ from creak.studies.sound.source import Source
 from helpers_core import STEEL, assembled, block, model_of, shell
 from helpers_solids import solid_mesh
 
+RECORDED = {"section": "sound"}
+
 BAND, RATE, SIDE = 500.0, 48_000, 0.04
 VOLUME = SIDE**3
 
@@ -70,7 +72,6 @@ def test_a_free_cube_that_is_struck(angle, measured):
     spectrum = np.fft.rfft(exact, 4 * t.size) * faded(np.fft.rfftfreq(4 * t.size, 1 / RATE), BAND)
     exact = np.fft.irfft(spectrum, 4 * t.size)[: t.size]
     measured(
-        "sound",
         "free cube that is struck: largest error over the peak",
         np.abs(found - exact).max() / np.abs(exact).max(),
         at_most=0.01,

@@ -19,6 +19,8 @@ from creak.studies.sound.listeners import Listener
 from creak.studies.sound.sheets import Edges, edges_of, sheets_of
 from helpers_core import STEEL, assembled, block, model_of, shell
 
+RECORDED = {"section": "sound"}
+
 SIDES, N = (0.8, 0.6), (64, 48)
 PLASTIC = replace(STEEL, youngs_modulus=3.5e9, poisson_ratio=0.25, density=830.0)
 EARS = np.array([[0.3, 0.2, 0.6], [0.1, 0.4, 0.5], [0.6, 0.1, 0.8]])
@@ -118,7 +120,6 @@ def test_what_plates_send_beside_their_own_matrices(name, within, freq, measured
     straight = 0.5 * sheet.direct**2 * (1.0 / apart).mean(axis=0)
     told = float((ringing + straight).mean())
     measured(
-        "sound",
         f"plate that is {name}, statistical energy over its own matrices at {freq:g} Hz",
         10.0 * np.log10(told / np.mean(square)),
         0.0,

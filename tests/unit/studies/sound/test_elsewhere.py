@@ -10,6 +10,8 @@ from creak.studies.sound.heard import Sound
 from helpers_decks import STEEL
 from helpers_solids import solid_mesh
 
+RECORDED = {"section": "sound"}
+
 SIDE = 40.0
 STUDY = """title = "Cube"
 [model]
@@ -99,7 +101,6 @@ def test_a_cube_sounds_alike_whatever_is_elsewhere(knock, measured):
     for name, other in (("coarse", knock(4)), ("fine", knock(10)), ("f_max", knock(f_max=30_000.0))):
         assert other.band.mesh == alone.band.mesh
         measured(
-            "sound",
             f"level of a knocking cube, {name} elsewhere: change",
             abs(other.heard[0][-1].level - level),
             at_most=0.1,

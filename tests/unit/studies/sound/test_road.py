@@ -22,6 +22,8 @@ from creak.studies.sound.radiation import radiation, record_of
 from creak.studies.sound.road import _driven, _with_supports, road_levels, sum_of_levels
 from helpers_core import block, model_of, plate, shell
 
+RECORDED = {"section": "sound"}
+
 SIDE, AWAY, MASS, STIFFNESS, ALPHA, BETA = 0.1, 1.5, 2.0, 2.0 * (2 * np.pi * 80.0) ** 2, 40.0, 1e-4
 FREQ, ACCELERATION = 63.0, 3.0
 """Hz, m/s^2"""
@@ -80,7 +82,7 @@ def test_a_shaken_support_and_what_hangs_on_it_radiate_as_the_closed_form(piston
     found = road_levels(system, loads(ACCELERATION), ear(model), (0.0, 2.0))
     push = -MASS * (1 + ALPHA / (1j * omega))
     true = level(ACCELERATION * (1 + push * answer()))
-    measured("sound", "piston on a shaken support: level without contact", found[BAND], true, abs=0.2, unit="dB")
+    measured("piston on a shaken support: level without contact", found[BAND], true, abs=0.2, unit="dB")
     assert found.argmax() == BAND
     assert (found[16:] == NOTHING).all()  # 1 kHz and above
 
@@ -167,7 +169,7 @@ def test_both_ears_hear_a_small_source_as_the_head_says(piston, measured):
         assert one.ear == {1: "left", -1: "right"}[side]
         exact = Sphere(side * left).at_ear(plain, 48_000.0, offset)
         off = np.abs(found - exact).max() / np.abs(exact).max()
-        measured("sound", f"small source at the {one.ear} ear: error over the peak", off, at_most=0.01)
+        measured(f"small source at the {one.ear} ear: error over the peak", off, at_most=0.01)
     assert np.abs(both[0] - both[1]).max() > 0.05 * np.abs(plain).max()
 
 

@@ -27,6 +27,8 @@ from creak.studies.sound.source import Source
 from helpers_core import assembled, channels
 from helpers_plate import SIDES, ZETA, kept, supported_plate
 
+RECORDED = {"section": "sound"}
+
 N = (20, 16)
 RADIUS = 0.3
 
@@ -45,10 +47,10 @@ def test_a_disc_without_a_wall(ka, measured):
     """Far from it 4 ka / (3 pi) of that in a wall (Lamb, section 108); close, the potential of a disc in a stream."""
     far, wall = disc(ka, 300.0 * RADIUS)
     name = f"disc without a wall, ka = {ka:g}"
-    measured("sound", f"{name}: dB far away", 20 * np.log10(far / wall / (4 * ka / (3 * np.pi))), 0.0, abs=3.0)
+    measured(f"{name}: dB far away", 20 * np.log10(far / wall / (4 * ka / (3 * np.pi))), 0.0, abs=3.0)
     near, _ = disc(ka, 2.0 * RADIUS)
     exact = 2 / np.pi * (RADIUS - 2 * RADIUS * np.arctan(0.5))
-    measured("sound", f"{name}: dB close to it", 20 * np.log10(near / exact), 0.0, abs=4.0)
+    measured(f"{name}: dB close to it", 20 * np.log10(near / exact), 0.0, abs=4.0)
 
 
 def test_a_large_disc_needs_no_wall():
@@ -63,12 +65,7 @@ def test_half_a_plane(measured):
         t = np.linspace(0.0, np.sqrt(x), 200_001)
         y = np.exp(-1j * t**2)
         own = 2 / np.sqrt(np.pi) * np.exp(0.25j * np.pi) * np.trapezoid(y, t)
-        measured(
-            "sound",
-            f"pressure {x:g} / k from the edge of half a plane",
-            abs(half_plane(np.array(x)) - own),
-            at_most=1e-6,
-        )
+        measured(f"pressure {x:g} / k from the edge of half a plane", abs(half_plane(np.array(x)) - own), at_most=1e-6)
     assert abs(half_plane(np.array(1e6)) - 1.0) < 1e-3
 
 
@@ -126,7 +123,7 @@ def test_modes_and_reciprocity_hear_the_same(plate, measured):
                 for g, a in every
             )
             found = (hearing(system, ear, 1.0)(freq) @ up)[0]
-            measured("sound", f"plate, wall {wall}, {freq:g} Hz: two ways", abs(found) / abs(own), 1.0, rel=0.02)
+            measured(f"plate, wall {wall}, {freq:g} Hz: two ways", abs(found) / abs(own), 1.0, rel=0.02)
     low = [abs((hearing(system, heard(plate, wall=w), 1.0)(60.0) @ up)[0]) for w in (True, False)]
     assert 20 * np.log10(low[0] / low[1]) > 8.0
 
@@ -150,7 +147,7 @@ def test_the_record_of_modes_is_what_reciprocity_tells(plate, measured):
         x = np.linalg.lstsq(np.asarray(full.rows(full.labels)[0].todense()), shapes @ q, rcond=None)[0]
         own = [hearing(full, ear, 1.0)(freq[k]) @ x for ear in both]
         apart = (lines[1, k] / lines[0, k]) / (own[1] / own[0])
-        measured("sound", f"without a wall, {at:g} Hz: modes over reciprocity", abs(apart), 1.0, rel=0.03)
+        measured(f"without a wall, {at:g} Hz: modes over reciprocity", abs(apart), 1.0, rel=0.03)
 
 
 def test_statistics_lose_what_flows_around(plate):

@@ -37,6 +37,8 @@ from helpers_decks import STUDY, strip, two_strips, write_strips
 from helpers_findings import sound_of
 from helpers_solids import solid_mesh
 
+RECORDED = {"section": "sound"}
+
 LISTENER = '[listener.driver]\nposition = [60, 200, 500]\nparts = "LOWER"\n'
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
 
@@ -131,7 +133,6 @@ def test_equivalent_power_against_all_facets_of_the_march(result, modal, measure
             power += AIR.density * AIR.speed * size * 1e-6 * (speed**2).mean()
         level = 10 * np.log10(power / 1e-12)
         measured(
-            "sound",
             "equivalent radiated power of a part by 24 facets: level off that of all",
             abs(found[part.name] - level),
             at_most=1.0,

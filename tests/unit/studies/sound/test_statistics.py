@@ -33,6 +33,8 @@ from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate
 from helpers_solids import solid_mesh
 from helpers_sound import pressure_rows
 
+RECORDED = {"section": "sound"}
+
 RATE = 48_000
 FINE, COARSE = (40, 32), (15, 12)
 EAR = np.array([0.35, 0.1, 0.6])
@@ -146,7 +148,6 @@ def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, c
             assert found.tie is not None
             assert found.tie.bands == tied
             measured(
-                "sound",
                 f"plate struck at {at[0]:g}, {at[1]:g} m: N5 of a mesh to {end} with statistical energy beyond",
                 found.n5,
                 true.n5,
@@ -164,7 +165,6 @@ def test_statistical_third_octaves_against_those_of_the_fine_mesh(fine, coarse, 
     bands = np.flatnonzero((BANDS > 550.0) & (BANDS < 2700.0))
     apart = [coarse.heard(at)[0].third_octaves[bands] - fine.heard(at)[0].third_octaves[bands] for at in STRUCK]
     measured(
-        "sound",
         "struck plate: statistical less computed third octaves, 630 Hz to 2.5 kHz, mean over four points",
         float(np.mean(apart)),
         0.0,

@@ -7,6 +7,8 @@ import pytest
 
 from creak.studies.sound.tied import OCTAVE, UNTIED, Levels, tied
 
+RECORDED = {"section": "sound"}
+
 NONE = Levels(np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
 FURTHER = np.arange(14, 26)
 EVEN = np.ones(FURTHER.size)
@@ -63,9 +65,4 @@ def test_scatter_covers_draws_of_the_random_function(sd, least, measured):
         found = off + scatter * rng.standard_normal(every.size)
         tie, _ = tied(Levels(seen, found[:6], scatter[:6]), FURTHER, scatter[6:], EVEN)
         inside += abs(found[6:].mean() - tie.offset) <= 2.0 * tie.scatter
-    measured(
-        "sound",
-        f"share of random functions of {sd:g} dB within two standard deviations",
-        inside / 2000,
-        at_least=least,
-    )
+    measured(f"share of random functions of {sd:g} dB within two standard deviations", inside / 2000, at_least=least)

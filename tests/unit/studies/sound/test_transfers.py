@@ -27,6 +27,8 @@ from helpers_core import assembled, block, model_of, shell
 from helpers_decks import STUDY, write_strips
 from helpers_frfs import function, units
 
+RECORDED = {"section": "sound"}
+
 BASE = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.2\n[reference]\nrun = false\n").replace("0.05,", "0.1,")
 POSITION = [60.0, 400.0, 500.0]
 OPEN = f"[listener.open]\nposition = {POSITION}\n"
@@ -76,7 +78,6 @@ def test_parts_are_heard_as_they_were_measured(tmp_path, measured):
     inside = slice(2000, 7000)  # where neither record fades
     expected = 2 * np.roll(upper, shift)[inside]
     measured(
-        "sound",
         "a part by a measured way, twice as loud and 5 ms late: largest error over the peak",
         np.abs(late[inside] - expected).max() / np.abs(expected).max(),
         at_most=1e-3,
@@ -251,9 +252,7 @@ def test_beyond_the_modes_and_the_mesh_it_counts_alike(measured):
         PartPlates(1, (), nothing), nothing.astype(int), nothing, np.zeros((0, 3)), nothing, nothing, np.zeros((0, 3))
     )
     reach = [plate_heard(push, replace(plain, transfers=ways), 1.0).reach(700.0) for ways in ((), (flat,))]
-    measured(
-        "sound", "square of a way in statistical energy", reach[1] / reach[0], 9.0, rel=1e-12, source="its own gain"
-    )
+    measured("square of a way in statistical energy", reach[1] / reach[0], 9.0, rel=1e-12, source="its own gain")
 
 
 @pytest.mark.parametrize(

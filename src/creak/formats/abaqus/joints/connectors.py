@@ -12,6 +12,7 @@ from creak.errors import InputError, suggest
 from creak.formats.abaqus.joints.rigid import Connector
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
+from creak.formats.abaqus.sections.own_data import Geometry
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import floats, to_int
@@ -85,9 +86,7 @@ class Connectors:
     rigid: tuple[Connector, ...]
 
 
-def read_connectors(
-    deck: Outline, elements: Elements, names: Registry, orientations: Orientations, coords: FloatArray
-) -> Connectors:
+def read_connectors(deck: Outline, elements: Elements, names: Registry, geometry: Geometry) -> Connectors:
     """All connectors, linear about the undeformed state.
 
     Raises
@@ -105,31 +104,16 @@ def read_connectors(
         rows = np.sort(names.find(block.need("ELSET"), scope.name, block.where))
         other = [elements.of(int(r)).name for r in rows if elements.of(int(r)).name != "CONN3D2"]
         if other:
-            raise InputError(
+            raise block.error(
                 f"*CONNECTOR SECTION, ELSET={block.get('ELSET')} holds an element of type {other[0]}",
                 expected="CONN3D2",
-                where=block.where,
                 fix="Leave it out of the set.",
             )
-        section, joints = _section(deck, scope, block, rows, elements, behaviours, orientations, coords)
-        made.append(section)
+        nodes = elements.nodes_idx[rows, :2]
+        section, own, joints = described(deck, scope, block, nodes, behaviours, geometry)
+        made.append(Made(block, rows, section, own))
         rigid += joints
     return Connectors(tuple(made), tuple(rigid))
-
-
-def _section(
-    deck: Outline,
-    scope: Scope,
-    block: Block,
-    rows: IntArray,
-    elements: Elements,
-    behaviours: Mapping[str, Behaviour],
-    orientations: Orientations,
-    coords: FloatArray,
-) -> tuple[Made, list[Connector]]:
-    nodes = elements.nodes_idx[rows, :2]
-    section, own, joints = described(deck, scope, block, nodes, behaviours, orientations, coords)
-    return Made(block, rows, section, own), joints
 
 
 def described(
@@ -138,8 +122,7 @@ def described(
     block: Block,
     nodes: IntArray,
     behaviours: Mapping[str, Behaviour],
-    orientations: Orientations,
-    coords: FloatArray,
+    geometry: Geometry,
     default: FloatArray | None = None,
 ) -> tuple[Bushing | AxialSpring, Own, list[Connector]]:
     """Springs and rigid components of a *CONNECTOR SECTION between nodes (n, 2).
@@ -150,10 +133,9 @@ def described(
     """
     lines = list(block.rows(blanks=True))
     if not lines or not lines[0][0]:
-        raise InputError(
+        raise block.error(
             "*CONNECTOR SECTION names no connection type",
             expected="BUSHING, CARTESIAN, CARDAN, BEAM, ...",
-            where=block.where,
             fix="Name it on the data line.",
         )
     translation, rotation = _kinds(*lines[0])
@@ -165,7 +147,8 @@ def described(
             fix="Make two connectors of it.",
         )
     named = default is None or (len(lines) > 1 and lines[1][0] and lines[1][0][0])
-    axes = _axes(deck, scope, block, lines[1:], orientations, coords[nodes[:, 0]]) if named else default
+    at = geometry.coords[nodes[:, 0]]
+    axes = _axes(deck, scope, block, lines[1:], geometry.orientations, at) if named else default
     behaviour = _behaviour(block, behaviours)
     held = behaviour.rigid | ROTATIONAL.get(rotation, _FREE) | TRANSLATIONAL.get(translation, (_FREE, 1.0))[0]
     section, own = _springs(block, translation, rotation, behaviour, held, axes)
@@ -247,7 +230,7 @@ def _behaviour(block: Block, behaviours: Mapping[str, Behaviour]) -> Behaviour:
     if not name:
         return NOTHING
     if name.upper() not in behaviours:
-        raise InputError(f"unknown connector behavior {name!r}", where=block.where, fix=suggest(name, behaviours))
+        raise block.error(f"unknown connector behavior {name!r}", fix=suggest(name, behaviours))
     return behaviours[name.upper()]
 
 
@@ -284,14 +267,14 @@ def _fill(deck: Outline, option: Block, matrix: FloatArray) -> None:
     """COMPONENT=k: a number; without COMPONENT the columns of the upper triangle (21 numbers, 8 a line)."""
     rows = list(option.rows())
     if not rows:
-        raise InputError(f"*{option.name} has no data line", where=option.where, fix="Add its values.")
+        raise option.error(f"*{option.name} has no data line", fix="Add its values.")
     if not option.has("COMPONENT"):
         values = [v for fields, where in rows[:3] for v in floats(fields, where, "connector term", 8)][:21]
         matrix[:] = symmetric([*values, *[0.0] * (21 - len(values))], 6)
         return
     k = to_int(option.get("COMPONENT"), option.where, "component")
     if not 1 <= k <= 6:
-        raise InputError(f"connector component {k}", expected="1 to 6", where=option.where, fix="Correct it.")
+        raise option.error(f"connector component {k}", expected="1 to 6", fix="Correct it.")
     if option.has("NONLINEAR"):
         matrix[k - 1, k - 1] = _slope(rows, option)
         why = "creak takes the slope at zero of the curve"
@@ -305,10 +288,9 @@ def _slope(rows: list[tuple[list[str], str]], option: Block) -> float:
     points = np.array([floats(fields, where, "point of the curve", 2) for fields, where in rows])
     force, at = points[:, 0], points[:, 1]
     if len(points) < 2 or (np.diff(at) <= 0.0).any():
-        raise InputError(
+        raise option.error(
             f"*{option.name}, NONLINEAR is no curve",
             expected="two lines or more, displacements ascending",
-            where=option.where,
             fix="Correct the lines.",
         )
     k = int(np.clip(np.searchsorted(at, 0.0, side="right") - 1, 0, len(at) - 2))

@@ -51,15 +51,10 @@ def some_pairs(
 ) -> list[SurfacePair]:
     name = block.need("INTERACTION").upper()
     if name not in interactions:
-        raise InputError(f"unknown surface interaction {name!r}", where=block.where, fix=suggest(name, interactions))
+        raise block.error(f"unknown surface interaction {name!r}", fix=suggest(name, interactions))
     kind = block.option("TYPE", "NODE TO SURFACE")
     if kind not in _METHODS:
-        raise InputError(
-            f"*CONTACT PAIR has TYPE={kind}",
-            expected=" or ".join(_METHODS),
-            where=block.where,
-            fix=suggest(kind, _METHODS),
-        )
+        raise block.error(f"*CONTACT PAIR has TYPE={kind}", expected=" or ".join(_METHODS), fix=suggest(kind, _METHODS))
     list_params(deck, block, _PAIR)
     _check_adjust(deck, block)
     result = []
@@ -172,15 +167,12 @@ def clear(
         other = surface_name(deck, block.get("SECONDARY") or block.need("SLAVE"), surfaces, block.where)
         chosen = [i for i, p in enumerate(pairs) if (p.secondary, p.main) == (other, main)]
     if not chosen:
-        raise InputError(
+        raise block.error(
             "*CLEARANCE for a contact pair that the deck does not have",
-            where=block.where,
             expected="CPSET= or the surfaces of a *CONTACT PAIR",
             fix="Check the names.",
         )
     if least < 0.0:
-        raise InputError(
-            f"clearance of {least:g}", expected="zero or more", where=block.where, fix="creak has no press fits."
-        )
+        raise block.error(f"clearance of {least:g}", expected="zero or more", fix="creak has no press fits.")
     for i in chosen:
         pairs[i] = replace(pairs[i], clearance=value)

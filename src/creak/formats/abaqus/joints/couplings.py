@@ -111,10 +111,9 @@ def _distributing_elements(
         share = np.concatenate([np.zeros(0), *weights])[first]
         keep = rows != ref
         if not keep.any():
-            raise InputError(
+            raise block.error(
                 "*DISTRIBUTING COUPLING names no nodes",
                 expected="node or set, weight",
-                where=block.where,
                 fix="Name the nodes that carry the load.",
             )
         result.append(
@@ -134,17 +133,15 @@ def reference_node(scope: Scope, block: Block, nodes: Registry) -> int:
     try:
         rows = nodes.find(token, scope.name, block.where)
     except InputError as error:
-        raise InputError(
+        raise block.error(
             f"reference node of *{block.name}: {error.what}",
             expected="REF NODE= a node or a set of one node",
-            where=block.where,
             fix=error.fix,
         ) from None
     if rows.size != 1:
-        raise InputError(
+        raise block.error(
             f"REF NODE={token} is a set of {rows.size} nodes",
             expected="one node",
-            where=block.where,
             fix="Name a node, or a set of one node.",
         )
     return int(rows[0])
@@ -160,11 +157,7 @@ def note_rotated(deck: Outline, scope: Scope, block: Block) -> None:
 def _others(rows: IntArray, ref_idx: int, block: Block) -> IntArray:
     rest = unique_in_order(rows[rows != ref_idx])
     if rest.size == 0:
-        raise InputError(
-            f"*{block.name} couples no node but its reference node",
-            where=block.where,
-            fix="Couple other nodes to it.",
-        )
+        raise block.error(f"*{block.name} couples no node but its reference node", fix="Couple other nodes to it.")
     return rest
 
 
@@ -181,16 +174,14 @@ def _coupling(
     name = block.get("CONSTRAINT NAME") or block.get("SURFACE")
     surface = lookup(surfaces, block.need("SURFACE"), scope.name, deck.assembly)
     if surface is None:
-        raise InputError(
+        raise block.error(
             f"*COUPLING on unknown surface {block.get('SURFACE')!r}",
-            where=block.where,
             fix=suggest(block.get("SURFACE"), with_short_names(surfaces, deck.instances)),
         )
     if len(block.options) != 1:
-        raise InputError(
+        raise block.error(
             f"*COUPLING is followed by {len(block.options)} of *KINEMATIC and *DISTRIBUTING",
             expected="one of the two",
-            where=block.where,
             fix="Say which kind of coupling it is.",
         )
     option = block.options[0]
@@ -210,7 +201,7 @@ def _coupling(
         )
     weights = surface.weights[near & (surface.nodes_idx != ref_idx)]
     if not 0.0 < float(weights.sum()) < np.inf:
-        raise InputError(f"surface {surface.name!r} has no area", where=block.where, fix="Check its elements.")
+        raise block.error(f"surface {surface.name!r} has no area", fix="Check its elements.")
     line = on_a_line(place.coords[coupled])
     if line and coupled.size > 1:
         why = "its nodes lie on a line: it passes no moment about that line, as in Abaqus"
@@ -266,10 +257,9 @@ def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[Kin
         dofs = dof_range(fields[1:3], where)
         groups.setdefault(dofs, []).append(nodes.find(fields[0], scope.name, where))
     if not groups:
-        raise InputError(
+        raise block.error(
             "*KINEMATIC COUPLING has no data line",
             expected="node or set, first dof, last dof",
-            where=block.where,
             fix="Name the coupled nodes.",
         )
     name = f"KINEMATIC-{block.get('REF NODE')}"
@@ -302,10 +292,7 @@ def _rigid_body(
         coupled = _others(rows[~np.isin(rows, pinned)], ref_idx, block)
         result.append(KinematicCoupling(name, ref_idx, coupled, (1, 2, 3, 4, 5, 6), block.where))
     if not result:
-        raise InputError(
-            "*RIGID BODY names no nodes",
-            expected="ELSET=, TIE NSET= or PIN NSET=",
-            where=block.where,
-            fix="Name what is rigid.",
+        raise block.error(
+            "*RIGID BODY names no nodes", expected="ELSET=, TIE NSET= or PIN NSET=", fix="Name what is rigid."
         )
     return result

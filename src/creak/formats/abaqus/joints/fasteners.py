@@ -14,7 +14,7 @@ from creak.formats.abaqus.joints.connectors import described, read_behaviours
 from creak.formats.abaqus.joints.rigid import Connector
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.surfaces import RawSurface
-from creak.formats.abaqus.sections.orientations import Orientations
+from creak.formats.abaqus.sections.own_data import Geometry
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, with_short_names
 from creak.formats.abaqus.text.numbers import positive, to_float
@@ -44,13 +44,7 @@ class Fasteners:
     """*FASTENER PROPERTY, its mass and the reference nodes that have it."""
 
 
-def read_fasteners(
-    deck: Outline,
-    surfaces: dict[str, RawSurface],
-    nodes: Registry,
-    coords: FloatArray,
-    orientations: Orientations,
-) -> Fasteners:
+def read_fasteners(deck: Outline, surfaces: dict[str, RawSurface], nodes: Registry, geometry: Geometry) -> Fasteners:
     """On each surface the mean motion of the nodes round the fastening point carries the fastener.
 
     The point is the nearest one of the surface; the nodes are those within RADIUS OF INFLUENCE of it, by default
@@ -64,15 +58,13 @@ def read_fasteners(
     InputError : no property, surface or reference nodes; fewer than two surfaces, or one that is too far.
     """
     properties = {block.need("NAME").upper(): block for _, block in deck.blocks("FASTENER PROPERTY")}
-    behaviours = read_behaviours(deck)
+    behaviours, coords = read_behaviours(deck), geometry.coords
     found = Fasteners()
     for scope, block in deck.blocks("FASTENER"):
         owner = properties.get(block.need("PROPERTY").upper())
         if owner is None:
-            raise InputError(
-                f"unknown *FASTENER PROPERTY {block.get('PROPERTY')!r}",
-                where=block.where,
-                fix=suggest(block.get("PROPERTY"), properties),
+            raise block.error(
+                f"unknown *FASTENER PROPERTY {block.get('PROPERTY')!r}", fix=suggest(block.get("PROPERTY"), properties)
             )
         _list_unused(deck, block)
         rows = nodes.find(block.need("REFERENCE NODE SET"), scope.name, block.where)
@@ -84,8 +76,8 @@ def read_fasteners(
             found.constraints += [p.coupling for layer in layers for p in layer]
             continue
         pairs, frames = _elastic(found, layers, len(coords))
-        every = np.concatenate([coords, *(p[None] for p in found.points)])
-        spring, own, joints = described(deck, scope, section, pairs, behaviours, orientations, every, frames)
+        every = replace(geometry, coords=np.concatenate([coords, *(p[None] for p in found.points)]))
+        spring, own, joints = described(deck, scope, section, pairs, behaviours, every, frames)
         found.springs.append((section, spring, own, pairs))
         found.joints += joints
     return found
@@ -180,9 +172,7 @@ def _list_unused(deck: Outline, block: Block) -> None:
 def _mass(owner: Block) -> float:
     mass = to_float(owner.get("MASS"), owner.where, "MASS of the fastener")
     if mass < 0.0:
-        raise InputError(
-            f"MASS of the fastener is {mass:g}", expected="zero or more", where=owner.where, fix="Correct it."
-        )
+        raise owner.error(f"MASS of the fastener is {mass:g}", expected="zero or more", fix="Correct it.")
     return mass
 
 
@@ -196,10 +186,9 @@ def _surfaces(deck: Outline, scope: Scope, block: Block, known: dict[str, RawSur
     """Surfaces of the data lines after the first, which holds a direction."""
     names = [(f, where) for fields, where in list(block.rows(blanks=True))[1:] for f in fields if f]
     if len(names) < 2:
-        raise InputError(
+        raise block.error(
             f"*FASTENER names {len(names)} surface(s)",
             expected="a line with the direction (or blank), then two surfaces or more",
-            where=block.where,
             fix="Name the surfaces of both layers: creak does not look for them.",
         )
     found = []
@@ -228,10 +217,9 @@ def _hung(block: Block, rows: IntArray, surface: RawSurface, radius: float, coor
     points: list[_Point] = []
     for k, row in enumerate(rows.tolist()):
         if not nearest.found[k]:
-            raise InputError(
+            raise block.error(
                 f"reference node at {', '.join(f'{x:g}' for x in coords[row])} of *FASTENER is farther than {reach:g} "
                 f"from surface {surface.name!r}",
-                where=block.where,
                 expected="reference nodes between the layers",
                 fix="Move the node, or give SEARCH RADIUS.",
             )
@@ -242,9 +230,8 @@ def _hung(block: Block, rows: IntArray, surface: RawSurface, radius: float, coor
         patch = patch[patch != row]
         across = np.cross(X[facet, 2] - X[facet, 0], X[facet, 3] - X[facet, 1])
         if not float(np.linalg.norm(across)) > FLAT * edge * edge:
-            raise InputError(
+            raise block.error(
                 f"the facet of surface {surface.name!r} nearest to a reference node of *FASTENER has no area",
-                where=block.where,
                 expected="a direction across the layers",
                 fix="Look for nodes of the surface that coincide.",
             )

@@ -34,17 +34,14 @@ def read_interactions(deck: Outline, blocks: Iterable[Block], flaws: list[str] |
         if block.name == "SURFACE INTERACTION":
             name = block.need("NAME").upper()
             if name in result:
-                raise InputError(
-                    f"surface interaction {name!r} is defined twice", where=block.where, fix="Rename one of them."
-                )
+                raise block.error(f"surface interaction {name!r} is defined twice", fix="Rename one of them.")
             list_params(deck, block, "NAME, TRACKING THICKNESS, UNSYMM")
             result[name] = Interaction(name, where=block.where)
         elif block.name in _RULES:
             if not name:
-                raise InputError(
+                raise block.error(
                     f"*{block.name} without *SURFACE INTERACTION",
                     expected="*SURFACE INTERACTION before it",
-                    where=block.where,
                     fix="Put it after its *SURFACE INTERACTION.",
                 )
             with noted(flaws):
@@ -62,10 +59,9 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
     if law == "TIED":  # its pairs are ties, see `tied_contact`
         return of
     if law != "HARD":
-        raise InputError(
+        raise block.error(
             f"PRESSURE-OVERCLOSURE={law}",
             expected="HARD, LINEAR or TABULAR",
-            where=block.where,
             fix="Write the law as a table of pressure and overclosure.",
         )
     if block.has("PENALTY"):
@@ -77,10 +73,9 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
 def _linear(deck: Outline, block: Block, of: Interaction) -> Interaction:
     rows = list(block.rows())
     if not rows:
-        raise InputError(
+        raise block.error(
             "PRESSURE-OVERCLOSURE=LINEAR without a stiffness",
             expected="a data line with pressure / length",
-            where=block.where,
             fix="Add it.",
         )
     fields, where = rows[0]
@@ -95,11 +90,8 @@ def _penalty(block: Block, of: Interaction) -> Interaction:
     """A penalty stiffness of its own, or one from the elements."""
     rows = list(block.rows())
     if block.option("PENALTY") not in ("", "LINEAR"):
-        raise InputError(
-            f"PENALTY={block.get('PENALTY')}",
-            expected="PENALTY or PENALTY=LINEAR",
-            where=block.where,
-            fix="creak's penalties are linear.",
+        raise block.error(
+            f"PENALTY={block.get('PENALTY')}", expected="PENALTY or PENALTY=LINEAR", fix="creak's penalties are linear."
         )
     if not rows:
         return replace(of, law="penalty")
@@ -138,10 +130,9 @@ def _curve(block: Block) -> tuple[tuple[float, float], ...]:
             )
         points.append((overclosure, pressure))
     if len(points) < 2 or points[-1][1] <= 0.0:
-        raise InputError(
+        raise block.error(
             f"the pressure-overclosure table has {len(points)} line(s)",
             expected="two or more, up to a pressure",
-            where=block.where,
             fix="Add lines: pressure, overclosure.",
         )
     return tuple(points)
@@ -200,18 +191,16 @@ def _of_table(deck: Outline, block: Block, rows: list[tuple[list[str], str]]) ->
 def _damping(deck: Outline, block: Block, of: Interaction) -> Interaction:
     list_params(deck, block, "DEFINITION")
     if block.option("DEFINITION", "DAMPING COEFFICIENT") != "DAMPING COEFFICIENT":
-        raise InputError(
+        raise block.error(
             f"*CONTACT DAMPING, DEFINITION={block.get('DEFINITION')}",
             expected="DAMPING COEFFICIENT",
-            where=block.where,
             fix="Give the coefficient itself.",
         )
     rows = list(block.rows())
     if len(rows) != 1 or any(rows[0][0][1:]):
-        raise InputError(
+        raise block.error(
             "*CONTACT DAMPING that depends on the clearance",
             expected="one line with one coefficient",
-            where=block.where,
             fix="creak's contact damping acts while closed.",
         )
     return replace(of, damping=_not_negative(rows[0][0][0], rows[0][1], "contact damping"))

@@ -24,19 +24,13 @@ def read_mass(scope: Scope, block: Block, materials: dict[str, RawMaterial]) -> 
     """
     kind = block.option("TYPE", "ISOTROPIC")
     if kind not in ("ISOTROPIC", "ANISOTROPIC"):
-        raise InputError(
-            f"*MASS, TYPE={kind}",
-            expected="TYPE=ISOTROPIC or ANISOTROPIC",
-            where=block.where,
-            fix="Correct the type.",
-        )
+        raise block.error(f"*MASS, TYPE={kind}", expected="TYPE=ISOTROPIC or ANISOTROPIC", fix="Correct the type.")
     fields, where = _row(block, 0, "the mass")
     if kind == "ANISOTROPIC":
         if _alpha(block):
-            raise InputError(
+            raise block.error(
                 "*MASS, TYPE=ANISOTROPIC with ALPHA",
                 expected="no damping of its own",
-                where=block.where,
                 fix="Remove ALPHA, or give one mass for all directions.",
             )
         masses = [_not_negative(f, where, "mass") for f in [*fields, "", ""][:3]]
@@ -111,10 +105,9 @@ def turned_spring(spring: Spring, frame: FloatArray, n_node: int) -> NodalMatric
 def _dofs_and_value(block: Block, what: str) -> tuple[int, int, float]:
     for param in ("NONLINEAR", "COMPLEX STIFFNESS"):
         if block.has(param):
-            raise InputError(
+            raise block.error(
                 f"*{block.name} with {param}",
                 expected=f"a constant {what}",
-                where=block.where,
                 fix="Describe it as a [[connector]] in the study.",
             )
     if block.lines and not block.lines[0]:
@@ -137,11 +130,8 @@ def _dofs_and_value(block: Block, what: str) -> tuple[int, int, float]:
 def _row(block: Block, number: int, what: str) -> tuple[list[str], str]:
     rows = list(block.rows())
     if len(rows) <= number:
-        raise InputError(
-            f"*{block.name} has no line with {what}",
-            expected=f"{number + 1} data line(s)",
-            where=block.where,
-            fix="Add it.",
+        raise block.error(
+            f"*{block.name} has no line with {what}", expected=f"{number + 1} data line(s)", fix="Add it."
         )
     return rows[number]
 

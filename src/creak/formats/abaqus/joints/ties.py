@@ -94,10 +94,9 @@ def read_ties(
             continue  # of a sector with itself, turned; listed with the parameters that are not read
         rows = list(block.rows())
         if not rows:
-            raise InputError(
+            raise block.error(
                 f"*{block.name} without surfaces",
                 expected="secondary surface, main surface",
-                where=block.where,
                 fix="Name the two surfaces on a data line.",
             )
         if block.name == "TIE" and block.option("TYPE") != "NODE TO SURFACE":
@@ -194,10 +193,9 @@ def _tolerance(block: Block, main: MainSurface) -> float:
         return DEFAULT_TOLERANCE * main.size
     value = to_float(block.get("POSITION TOLERANCE"), block.where, "position tolerance")
     if value < 0.0:
-        raise InputError(
+        raise block.error(
             f"position tolerance is {value:g}",
             expected="a number, zero or more",
-            where=block.where,
             fix="Give the largest distance at which a node is tied.",
         )
     return value if block.name == "TIE" else max(value, ROUNDING * main.size)

@@ -29,7 +29,7 @@ def read_amplitudes(deck: Outline, blocks: Iterable[Block]) -> dict[str, Amplitu
     for block in blocks:
         name = block.need("NAME").upper()
         if name in result:
-            raise InputError(f"amplitude {name!r} is defined twice", where=block.where, fix="Rename one of them.")
+            raise block.error(f"amplitude {name!r} is defined twice", fix="Rename one of them.")
         list_params(deck, block, _PARAMS)
         result[name] = _amplitude(block, name)
     return result
@@ -50,34 +50,23 @@ def find_amplitude(amplitudes: Iterable[str], name: str, where: str) -> str:
 def _amplitude(block: Block, name: str) -> Amplitude:
     kind = block.option("DEFINITION", "TABULAR")
     if kind not in KINDS:
-        raise InputError(
-            f"amplitude {name!r} has DEFINITION={kind}",
-            expected=", ".join(KINDS),
-            where=block.where,
-            fix=suggest(kind, KINDS),
+        raise block.error(
+            f"amplitude {name!r} has DEFINITION={kind}", expected=", ".join(KINDS), fix=suggest(kind, KINDS)
         )
     if block.option("TIME", "STEP TIME") not in ("STEP TIME", "TOTAL TIME"):
-        raise InputError(
-            f"amplitude {name!r} has TIME={block.get('TIME')}",
-            expected="STEP TIME or TOTAL TIME",
-            where=block.where,
-            fix="Correct it.",
+        raise block.error(
+            f"amplitude {name!r} has TIME={block.get('TIME')}", expected="STEP TIME or TOTAL TIME", fix="Correct it."
         )
     value = block.option("VALUE", "RELATIVE")
     if value not in ("RELATIVE", "ABSOLUTE"):
-        raise InputError(
-            f"amplitude {name!r} has VALUE={value}",
-            expected="RELATIVE or ABSOLUTE",
-            where=block.where,
-            fix="Correct it.",
-        )
+        raise block.error(f"amplitude {name!r} has VALUE={value}", expected="RELATIVE or ABSOLUTE", fix="Correct it.")
     absolute = value == "ABSOLUTE"
     if kind == "PERIODIC":
         return _periodic(block, name, absolute)
     points = _equally_spaced(block, name) if kind == "EQUALLY SPACED" else _points(block, name)
     smooth = kind == "SMOOTH STEP"
     if smooth and points.shape[0] < 2:
-        raise InputError(f"amplitude {name!r} has one point", expected="two or more", where=block.where, fix="Add one.")
+        raise block.error(f"amplitude {name!r} has one point", expected="two or more", fix="Add one.")
     label = "smooth step" if smooth else "tabular"
     return Amplitude(name, label, points, _rounding(block, name), absolute, where=block.where)
 
@@ -87,9 +76,7 @@ def _rounding(block: Block, name: str) -> float:
         return 0.25
     share = to_float(block.get("SMOOTH"), block.where, "SMOOTH")
     if not 0.0 <= share <= 0.5:
-        raise InputError(
-            f"amplitude {name!r} has SMOOTH={share:g}", expected="0 to 0.5", where=block.where, fix="Correct it."
-        )
+        raise block.error(f"amplitude {name!r} has SMOOTH={share:g}", expected="0 to 0.5", fix="Correct it.")
     return share
 
 
@@ -126,7 +113,7 @@ def _equally_spaced(block: Block, name: str) -> FloatArray:
     begin = to_float(block.get("BEGIN"), block.where, "BEGIN")
     values = [to_float(f, where, f"amplitude {name!r}: value") for fields, where in block.rows() for f in fields]
     if not values:
-        raise InputError(f"amplitude {name!r} has no values", where=block.where, fix="Give them.")
+        raise block.error(f"amplitude {name!r} has no values", fix="Give them.")
     return np.column_stack([begin + interval * np.arange(len(values)), values])
 
 
@@ -134,10 +121,9 @@ def _periodic(block: Block, name: str, absolute: bool) -> Amplitude:
     """First line: N, circular frequency, t_0, A_0; then A_1, B_1, A_2, B_2, ..."""
     rows = list(block.rows())
     if not rows:
-        raise InputError(
+        raise block.error(
             f"amplitude {name!r} has no data",
             expected="N, circular frequency, start, A0",
-            where=block.where,
             fix="Add the line, and the coefficients A1, B1, A2, B2, ... after it.",
         )
     fields, where = rows[0]

@@ -110,7 +110,7 @@ def _boundary(
     list_params(deck, block, "OP, TYPE, AMPLITUDE, REGION TYPE, FIXED")
     kind = block.option("TYPE", "DISPLACEMENT")
     if kind not in KINDS:
-        raise InputError(f"*BOUNDARY has TYPE={kind}", expected=", ".join(KINDS), where=block.where, fix="Correct it.")
+        raise block.error(f"*BOUNDARY has TYPE={kind}", expected=", ".join(KINDS), fix="Correct it.")
     amplitude = find_amplitude(amplitudes, block.get("AMPLITUDE"), block.where)
     absolute = bool(amplitude) and amplitudes[amplitude].absolute
     for fields, where in block.rows():

@@ -81,10 +81,9 @@ def read_static(
 
 def _no_amplitude(block: Block) -> None:
     if block.name in USED and block.get("AMPLITUDE"):
-        raise InputError(
+        raise block.error(
             f"*{block.name} of a *STATIC step has an AMPLITUDE",
             expected="its value at the end of the step",
-            where=block.where,
             fix="Leave AMPLITUDE out: the run starts from the equilibrium at the end.",
         )
 
@@ -142,17 +141,15 @@ def _check_goes_on(
     for block in dynamic.blocks:
         spread = block.name in DISTRIBUTED and pressed
         if block.option("OP", "MOD") == "NEW" and (spread or (block.name == "CLOAD" and forces)):
-            raise InputError(
+            raise block.error(
                 f"*{block.name}, OP=NEW takes the loads of the *STATIC step away at once",
                 expected="loads that go on",
-                where=block.where,
                 fix="Leave OP=NEW out, or the loads of the *STATIC step.",
             )
         if block.name == "DLOAD" and pressures_of(block, bodies):
-            raise InputError(
+            raise block.error(
                 "*DLOAD of the *DYNAMIC step with pressure, which creak does not read there",
                 expected="pressure in a *STATIC step before it, which goes on",
-                where=block.where,
                 fix="Move it there, or write what varies in time as *CLOAD.",
             )
         if block.name == "DLOAD":

@@ -259,15 +259,10 @@ def _step_line(deck: Outline, block: Block) -> bool:
     if block.has("NLGEOM") and block.option("NLGEOM", "YES") != "NO":
         deck.note(block, "creak's structure is linear", changes=True, what="*STEP, NLGEOM")
     if block.has("PERTURBATION"):
-        raise InputError(
-            "*STEP, PERTURBATION with *DYNAMIC",
-            expected="a general step",
-            where=block.where,
-            fix="Remove PERTURBATION.",
-        )
+        raise block.error("*STEP, PERTURBATION with *DYNAMIC", expected="a general step", fix="Remove PERTURBATION.")
     course = block.option("AMPLITUDE", "STEP")
     if course not in ("STEP", "RAMP"):
-        raise InputError(f"*STEP has AMPLITUDE={course}", expected="STEP or RAMP", where=block.where, fix="Correct it.")
+        raise block.error(f"*STEP has AMPLITUDE={course}", expected="STEP or RAMP", fix="Correct it.")
     return course == "RAMP"
 
 
@@ -275,10 +270,9 @@ def _scheme(deck: Outline, block: Block) -> tuple[str, float | None]:
     """APPLICATION and ALPHA, each empty where the deck does not give it."""
     for param, why in (("EXPLICIT", "creak integrates implicitly"), ("SUBSPACE", "creak uses all coordinates")):
         if block.has(param):
-            raise InputError(
+            raise block.error(
                 f"*DYNAMIC, {param}: {why}",
                 expected="*DYNAMIC without it",
-                where=block.where,
                 fix="Give an implicit step with its increment and period.",
             )
     list_params(deck, block, _DYNAMIC)
@@ -287,17 +281,16 @@ def _scheme(deck: Outline, block: Block) -> tuple[str, float | None]:
     integrator = block.option("TIME INTEGRATOR")
     if application not in ("", *APPLICATIONS) or integrator not in scheme:
         wrong = f"APPLICATION={application}" if integrator in scheme else f"TIME INTEGRATOR={integrator}"
-        raise InputError(
+        raise block.error(
             f"*DYNAMIC has {wrong}",
             expected=f"APPLICATION={' or '.join(APPLICATIONS)}",
-            where=block.where,
             fix="creak has no backward Euler scheme.",
         )
     if not block.has("ALPHA"):
         return scheme[integrator], None
     alpha = to_float(block.need("ALPHA"), block.where, "ALPHA")
     if not -0.5 <= alpha <= 0.0:
-        raise InputError(f"*DYNAMIC has ALPHA={alpha:g}", expected="-0.5 to 0", where=block.where, fix="Correct it.")
+        raise block.error(f"*DYNAMIC has ALPHA={alpha:g}", expected="-0.5 to 0", fix="Correct it.")
     return scheme[integrator], alpha
 
 
@@ -305,9 +298,7 @@ def _times(block: Block) -> tuple[float, float, str]:
     """Increment, period and file:line."""
     rows = list(block.rows())
     if not rows:
-        raise InputError(
-            "*DYNAMIC without a data line", expected="increment, period of the step", where=block.where, fix="Add it."
-        )
+        raise block.error("*DYNAMIC without a data line", expected="increment, period of the step", fix="Add it.")
     fields, where = rows[0]
     increment = positive(fields[0], where, "time increment")
     period = positive(fields[1] if len(fields) > 1 else "", where, "period of the step")

@@ -99,10 +99,9 @@ def heated(deck: Outline, blocks: Iterable[Block], nodes: Registry) -> NodeTempe
     for block in blocks:
         other = next((p for p in ("FILE", "USER", "INPUT") if block.has(p)), "")
         if other:
-            raise InputError(
+            raise block.error(
                 f"*TEMPERATURE, {other} of a *STATIC step",
                 expected="lines of node or set, temperature",
-                where=block.where,
                 fix="Write them out, or a study with [[static]] temperature.",
             )
         list_params(deck, block, "OP, AMPLITUDE")

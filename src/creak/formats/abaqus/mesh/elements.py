@@ -259,10 +259,9 @@ def type_row(block: Block) -> int:
     name = block.need("TYPE").upper()
     if name not in _TYPE_ROW:
         what, instead = next((pair for start, pair in _OTHERS.items() if name.startswith(start)), ("", ""))
-        raise InputError(
+        raise block.error(
             f"unknown element type {name!r}{f': {what}' if what else ''}",
             expected=_FAMILIES,
-            where=block.where,
             fix=f"Did you mean {instead!r}?" if instead else suggest(name, _TYPE_ROW) if name else "",
         )
     return _TYPE_ROW[name]

@@ -157,9 +157,7 @@ def _placed(table: _Table, block: Block, system: _System) -> _Table:
         flat = x[:, 0] * np.cos(up)
         x = np.column_stack([flat * np.cos(angle), flat * np.sin(angle), x[:, 0] * np.sin(up)])
     elif kind != "R":
-        raise InputError(
-            f"*NODE, SYSTEM={kind}", expected="SYSTEM=R, C or S", where=block.where, fix="Correct the system."
-        )
+        raise block.error(f"*NODE, SYSTEM={kind}", expected="SYSTEM=R, C or S", fix="Correct the system.")
     if not np.array_equal(system.rotation, np.eye(3)) or system.origin.any():
         x = x @ system.rotation.T + system.origin
     return replace(table, coords=x)

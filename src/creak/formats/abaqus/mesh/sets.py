@@ -43,11 +43,7 @@ def _scope_of(deck: Outline, scope: str, block: Block) -> str:
         return scope
     found = lookup({s: s for s in deck.instances}, name, "", deck.assembly)
     if found is None:
-        raise InputError(
-            f"unknown instance {name!r}",
-            where=block.where,
-            fix=suggest(name, deck.instances),
-        )
+        raise block.error(f"unknown instance {name!r}", fix=suggest(name, deck.instances))
     return found
 
 

@@ -78,17 +78,15 @@ def read_surfaces(
             continue
         key = qualified(scope.name, block.need("NAME"))
         if key in result:
-            raise InputError(
-                f"surface {key!r} is defined twice, first at {result[key].where}",
-                where=block.where,
-                fix="Rename one of them.",
+            raise block.error(
+                f"surface {key!r} is defined twice, first at {result[key].where}", fix="Rename one of them."
             )
         if kind == "NODE":
             result[key] = _node_surface(key, scope, block, nodes)
         else:
             result[key] = _element_surface(key, scope, block, coords, elements, element_names)
         if result[key].nodes_idx.size == 0:
-            raise InputError(f"surface {key!r} is empty", where=block.where, fix="Add data lines.")
+            raise block.error(f"surface {key!r} is empty", fix="Add data lines.")
     return result
 
 
@@ -134,9 +132,7 @@ def _element_surface(
             )
     chosen = np.concatenate(faces)
     if edges and (facets or chosen.size):
-        raise InputError(
-            f"surface {name!r} has both facets and edges", where=block.where, fix="Make two surfaces of them."
-        )
+        raise block.error(f"surface {name!r} has both facets and edges", fix="Make two surfaces of them.")
     if edges:
         return _edge_surface(name, block, coords, elements, edges)
     rows, side = _merged_sides(facets)
@@ -252,11 +248,7 @@ def _edge_surface(
         for of_type in np.unique(elements.type_idx[rows]).tolist():
             kind, mine = TYPES[of_type], rows[elements.type_idx[rows] == of_type]
             if N_CORNER[kind.kind] <= edge:
-                raise InputError(
-                    f"element {elements.ids[mine[0]]} has no edge E{edge + 1}",
-                    where=block.where,
-                    fix="Correct the edge.",
-                )
+                raise block.error(f"element {elements.ids[mine[0]]} has no edge E{edge + 1}", fix="Correct the edge.")
             pair = sides_of_shells(kind.kind, elements.nodes_idx[mine, : kind.n_nodes], edge).reshape(-1, 2)
             length = np.linalg.norm(coords[pair[:, 1]] - coords[pair[:, 0]], axis=1)
             pairs.append(pair)

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
 from creak.formats.abaqus.mesh.directions import LocalSystem
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import floats
@@ -55,10 +54,9 @@ def read_transforms(deck: Outline, nodes: Registry, coords: FloatArray) -> Trans
         kind = block.option("TYPE", "R")
         rows = list(block.rows())
         if kind not in ("R", "C", "S") or not rows:
-            raise InputError(
+            raise block.error(
                 f"*TRANSFORM, TYPE={kind}" if rows else "*TRANSFORM has no data line",
                 expected="TYPE=R, C or S and a line with two points",
-                where=block.where,
                 fix="Correct the keyword.",
             )
         numbers = np.array(floats(rows[0][0], rows[0][1], "point of the transform", 6))

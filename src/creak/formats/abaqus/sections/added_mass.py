@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.sections.assigned import Assigned
 from creak.formats.abaqus.text.lexer import Block
@@ -47,10 +46,9 @@ def with_added_mass(
         lines = list(block.rows())
         units = block.need("UNITS").upper()
         if units not in UNITS or not lines or not rows.size:
-            raise InputError(
+            raise block.error(
                 f"*NONSTRUCTURAL MASS, UNITS={units} on {rows.size} structural elements",
                 expected=f"UNITS={', '.join(UNITS)}, a set with shells, beams or solids and a value",
-                where=block.where,
                 fix="Correct the keyword.",
             )
         value = positive(lines[0][0][0], lines[0][1], "nonstructural mass")
@@ -122,10 +120,9 @@ def _per_volume(block: Block, units: str, section: Section) -> float:
         return section.thickness
     if units == "MASS PER LENGTH" and isinstance(section, BeamSection | TrussSection):
         return section.area
-    raise InputError(
+    raise block.error(
         f"*NONSTRUCTURAL MASS, UNITS={units} on elements that have none of it",
         expected="mass per area on shells, per length on beams and trusses",
-        where=block.where,
         fix="Name a set of one kind of element.",
     )
 

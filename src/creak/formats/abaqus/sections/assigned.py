@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.joints.connectors import Connectors, read_connectors
+from creak.formats.abaqus.joints.connectors import read_connectors
 from creak.formats.abaqus.joints.points import (
     read_dashpot,
     read_mass,
@@ -83,31 +83,25 @@ def read_sections(
     InputError : unknown set, material or orientation, bad dimensions, wrong element type, an element with two
         sections or none.
     """
-    sections: list[Section] = []
-    own: dict[int, Own] = {}
-    places: list[str] = []
-    section_idx = np.full(elements.ids.size, -1, dtype=np.int64)
+    found = _Found(elements)
     for scope, block in deck.blocks(*_READERS):
         rows = names.find(block.need("ELSET"), scope.name, block.where)
         _check_types(block, rows, elements)
-        _check_free(block, rows, section_idx, elements, places)
+        found.check_free(block, rows)
         section = _reader(block, rows, elements)(scope, block, materials)
         frame = constant_axes(deck, scope, block, geometry.orientations, EACH) if isinstance(section, Spring) else None
         if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
             turn = constant_axes(deck, scope, block, geometry.orientations, EACH)
             section = section if turn is None else turned_point(section, turn)
         for some, kind in _kinds(section, np.sort(rows), elements, frame):
-            section_idx[some] = len(sections)
-            mine = own_data(deck, scope, block, kind, elements, some, geometry)
-            if mine is not COMMON:
-                own[len(sections)] = mine
-            sections.append(kind)
-            places.append(block.where)
-    _add_rigid(deck, elements, names, section_idx, sections, places, materials, geometry.coords)
-    connectors = read_connectors(deck, elements, names, geometry.orientations, geometry.coords)
-    _add_connectors(connectors, elements, section_idx, sections, places, own)
-    _check_all(elements, section_idx)
-    return Assigned(tuple(sections), section_idx, own, connectors.rigid)
+            found.add(block, some, kind, own_data(deck, scope, block, kind, elements, some, geometry))
+    found.add_rigid(deck, names, materials, geometry.coords)
+    connectors = read_connectors(deck, elements, names, geometry)
+    for made in connectors.sections:
+        found.check_free(made.block, made.rows)
+        found.add(made.block, made.rows, made.section, made.own)
+    found.check_all()
+    return Assigned(tuple(found.sections), found.section_idx, found.own, connectors.rigid)
 
 
 def _kinds(
@@ -129,9 +123,10 @@ def _kinds(
                 fix="Only SPRINGA and DASHPOTA have a blank first line.",
             )
         if frame is not None and not mask.all():
-            n_node = np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]]
             pairs: list[tuple[IntArray, Section]] = [(rows[mask], other)]
-            pairs += [(rows[~mask & (n_node == n)], turned_spring(section, frame, n)) for n in (1, 2)]
+            for n in (1, 2):
+                of_nodes = elements.of_kinds((f"spring{n}",))[rows]
+                pairs.append((rows[~mask & of_nodes], turned_spring(section, frame, n)))
             return [(some, kind) for some, kind in pairs if some.size]
     else:
         return [(rows, section)]
@@ -139,45 +134,64 @@ def _kinds(
     return [(some, kind) for some, kind in both if some.size]
 
 
-def _add_rigid(
-    deck: Outline,
-    elements: Elements,
-    names: Registry,
-    section_idx: IntArray,
-    sections: list[Section],
-    places: list[str],
-    materials: Materials,
-    coords: FloatArray,
-) -> None:
-    """*RIGID BODY is the section of its rigid elements."""
-    rigid = np.array([t.sections == ("RIGID BODY",) for t in TYPES])
-    for scope, block in deck.blocks("RIGID BODY"):
-        rows = names.find(block.need("ELSET"), scope.name, block.where) if block.has("ELSET") else np.zeros(0, np.int64)
-        rows = rows[rigid[elements.type_idx[rows]] & (section_idx[rows] < 0)]
-        for n_node in (3, 4):
-            some = rows[np.array([t.n_nodes for t in TYPES])[elements.type_idx[rows]] == n_node]
-            if some.size:
-                section_idx[some] = len(sections)
-                corners = coords[elements.nodes_idx[some, :n_node]]
-                sections.append(rigid_section(deck, block, corners, materials))
-                places.append(block.where)
+class _Found:
+    """Sections while the elements get them."""
 
+    def __init__(self, elements: Elements) -> None:
+        self.elements, self.section_idx = elements, np.full(elements.ids.size, -1, dtype=np.int64)
+        self.sections: list[Section] = []
+        self.own: dict[int, Own] = {}
+        self._places: list[str] = []
 
-def _add_connectors(
-    connectors: Connectors,
-    elements: Elements,
-    section_idx: IntArray,
-    sections: list[Section],
-    places: list[str],
-    own: dict[int, Own],
-) -> None:
-    for made in connectors.sections:
-        _check_free(made.block, made.rows, section_idx, elements, places)
-        section_idx[made.rows] = len(sections)
-        if made.own is not COMMON:
-            own[len(sections)] = made.own
-        sections.append(made.section)
-        places.append(made.block.where)
+    def add(self, block: Block, rows: IntArray, section: Section, own: Own = COMMON) -> None:
+        """Give elements a section."""
+        self.section_idx[rows] = len(self.sections)
+        if own is not COMMON:
+            self.own[len(self.sections)] = own
+        self.sections.append(section)
+        self._places.append(block.where)
+
+    def add_rigid(self, deck: Outline, names: Registry, materials: Materials, coords: FloatArray) -> None:
+        """*RIGID BODY is the section of its rigid elements."""
+        rigid = np.array([t.sections == ("RIGID BODY",) for t in TYPES])[self.elements.type_idx]
+        for scope, block in deck.blocks("RIGID BODY"):
+            if not block.has("ELSET"):
+                continue
+            rows = names.find(block.need("ELSET"), scope.name, block.where)
+            rows = rows[rigid[rows] & (self.section_idx[rows] < 0)]
+            for n_node, kind in ((3, "tri3"), (4, "quad4")):
+                some = rows[self.elements.of_kinds((kind,))[rows]]
+                if some.size:
+                    corners = coords[self.elements.nodes_idx[some, :n_node]]
+                    self.add(block, some, rigid_section(block, corners, materials))
+
+    def check_free(self, block: Block, rows: IntArray) -> None:
+        """Raise InputError where one of the elements has a section."""
+        taken = self.section_idx[rows] >= 0
+        if taken.any():
+            row = int(rows[int(np.argmax(taken))])
+            first = self._places[int(self.section_idx[row])]
+            raise block.error(
+                f"element {self.elements.ids[row]} gets a second section; the first is at {first}",
+                expected="one section for each element",
+                fix="Make the element sets disjoint.",
+            )
+
+    def check_all(self) -> None:
+        """Raise InputError where an element has none."""
+        elements, without = self.elements, np.flatnonzero(self.section_idx < 0)
+        if without.size == 0:
+            return
+        kind = elements.of(int(without[0]))
+        same = without[elements.type_idx[without] == elements.type_idx[without[0]]]
+        shown = ", ".join(str(i) for i in elements.ids[same[:5]]) + (", ..." if same.size > 5 else "")
+        count = f"{same.size} element{'s' if same.size > 1 else ''}"
+        raise InputError(
+            f"{count} of type {kind.name} ha{'ve' if same.size > 1 else 's'} no section: {shown}",
+            expected=f"*{' or *'.join(kind.sections)} with an ELSET that holds each of them",
+            where=elements.where(int(without[0])),
+            fix=f"Add *{kind.sections[0]} for them.",
+        )
 
 
 def read_truss_section(scope: Scope, block: Block, materials: Materials) -> Section:
@@ -192,10 +206,9 @@ def read_solid_section(scope: Scope, block: Block, materials: Materials) -> Sect
     """*SOLID SECTION of solids: homogeneous; what the data line says (a thickness of plane elements) is not used."""
     for param in ("COMPOSITE", "SYMMETRIC", "LAYUP"):
         if block.has(param):
-            raise InputError(
+            raise block.error(
                 f"*SOLID SECTION with {param} is not supported",
                 expected="one material",
-                where=block.where,
                 fix="Give every material its elements and a section of its own.",
             )
     return SolidSection(block.get("ELSET"), find_solid_material(block.need("MATERIAL"), materials, block.where))
@@ -205,13 +218,12 @@ def _reader(block: Block, rows: IntArray, elements: Elements) -> _Reader:
     """What reads a section; those of trusses and of continuum shells have the keywords of others."""
     if _is_truss(block, rows, elements):
         return read_truss_section
-    continuum = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    continuum = elements.of_kinds(SOLIDS)[rows]
     if block.name == "SHELL SECTION" and continuum.any():
         if not continuum.all():
-            raise InputError(
+            raise block.error(
                 f"*SHELL SECTION, ELSET={block.get('ELSET')} holds both shells and continuum shells",
                 expected="one kind",
-                where=block.where,
                 fix="Make two sections of it.",
             )
         return read_continuum_shell
@@ -227,12 +239,11 @@ def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     """
     if block.name != "SOLID SECTION" or not rows.size:
         return False
-    solid = np.array([t.kind in SOLIDS for t in TYPES])[elements.type_idx[rows]]
+    solid = elements.of_kinds(SOLIDS)[rows]
     if solid.any() and not solid.all():
-        raise InputError(
+        raise block.error(
             f"*SOLID SECTION, ELSET={block.get('ELSET')} holds both solids and trusses",
             expected="one kind",
-            where=block.where,
             fix="Make two sections of it.",
         )
     return not solid.any()
@@ -268,37 +279,8 @@ def _check_types(block: Block, rows: IntArray, elements: Elements) -> None:
         row = int(rows[int(np.argmax(elements.type_idx[rows] == row_type))])
         kind = elements.of(row)
         if block.name not in kind.sections:
-            raise InputError(
+            raise block.error(
                 f"*{block.name}, ELSET={block.get('ELSET')} holds element {elements.ids[row]} of type {kind.name}",
                 expected=f"*{' or *'.join(kind.sections)} for {kind.name}",
-                where=block.where,
                 fix="Leave the element out of the set, or use the right section.",
             )
-
-
-def _check_free(block: Block, rows: IntArray, section_idx: IntArray, elements: Elements, places: list[str]) -> None:
-    taken = section_idx[rows] >= 0
-    if taken.any():
-        row = int(rows[int(np.argmax(taken))])
-        raise InputError(
-            f"element {elements.ids[row]} gets a second section; the first is at {places[int(section_idx[row])]}",
-            expected="one section for each element",
-            where=block.where,
-            fix="Make the element sets disjoint.",
-        )
-
-
-def _check_all(elements: Elements, section_idx: IntArray) -> None:
-    without = np.flatnonzero(section_idx < 0)
-    if without.size == 0:
-        return
-    kind = elements.of(int(without[0]))
-    same = without[elements.type_idx[without] == elements.type_idx[without[0]]]
-    shown = ", ".join(str(i) for i in elements.ids[same[:5]]) + (", ..." if same.size > 5 else "")
-    count = f"{same.size} element{'s' if same.size > 1 else ''}"
-    raise InputError(
-        f"{count} of type {kind.name} ha{'ve' if same.size > 1 else 's'} no section: {shown}",
-        expected=f"*{' or *'.join(kind.sections)} with an ELSET that holds each of them",
-        where=elements.where(int(without[0])),
-        fix=f"Add *{kind.sections[0]} for them.",
-    )

@@ -62,10 +62,9 @@ def read_beam_general_section(scope: Scope, block: Block, materials: dict[str, R
     name = f"{block.get('ELSET')}-E-G"
     density = positive(block.get("DENSITY"), block.where, "DENSITY of the beam section")
     if len(rows) < 3:
-        raise InputError(
+        raise block.error(
             f"*BEAM GENERAL SECTION has {len(rows)} data lines",
             expected="three: properties; axis 1; E, G",
-            where=block.where,
             fix="Add the missing lines; the axis line may be blank.",
         )
     fields, where = rows[2]
@@ -88,9 +87,8 @@ def _section(
 ) -> BeamSection:
     """The section with shear areas k A; the second moments turned to principal axes."""
     if not shape.sound or shape.i12**2 >= shape.i11 * shape.i22:
-        raise InputError(
+        raise block.error(
             "the beam section has an area or second moment that is zero, negative or too large",
-            where=block.where,
             fix="Correct its dimensions.",
         )
     i1, i2, angle = principal(shape.i11, shape.i22, shape.i12)
@@ -162,10 +160,9 @@ def _moved(block: Block, shape: CrossSection, given: Given) -> CrossSection:
     if any(shares):
         name, size = given
         if name not in WIDTHS:
-            raise InputError(
+            raise block.error(
                 f"OFFSET1 and OFFSET2 of a beam section {name}",
                 expected=f"them with {', '.join(WIDTHS)}, as in CalculiX",
-                where=block.where,
                 fix="Give *BEAM SECTION OFFSET after the section, as lengths.",
             )
         x, y = (o + share * width for o, share, width in zip((x, y), shares, WIDTHS[name](size), strict=True))
@@ -178,10 +175,9 @@ def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, Rows, Giv
     if name == "ARBITRARY":
         return _arbitrary(block, rows)
     if name not in SHAPES:
-        raise InputError(
+        raise block.error(
             f"beam section {name!r} is not supported",
             expected=f"{', '.join(SHAPES)}, ARBITRARY or GENERAL",
-            where=block.where,
             fix=suggest(name, [*SHAPES, "ARBITRARY", "GENERAL"]),
         )
     count, made = SHAPES[name]

@@ -81,17 +81,14 @@ def _distribution(
 ) -> Distribution:
     entry = lookup(tables, block.need("TABLE"), scope.name, deck.assembly)
     if entry is None:
-        raise InputError(
-            f"unknown *DISTRIBUTION TABLE {block.get('TABLE')!r}",
-            where=block.where,
-            fix=suggest(block.get("TABLE"), tables),
+        raise block.error(
+            f"unknown *DISTRIBUTION TABLE {block.get('TABLE')!r}", fix=suggest(block.get("TABLE"), tables)
         )
     words = entry[1]
     if block.option("LOCATION", "ELEMENT") != "ELEMENT" or not words or any(w not in WIDTH for w in words):
-        raise InputError(
+        raise block.error(
             f"*DISTRIBUTION, LOCATION={block.option('LOCATION', 'ELEMENT')} of {', '.join(words) or 'nothing'}",
             expected=f"LOCATION=ELEMENT, and a table of {', '.join(WIDTH)}",
-            where=block.where,
             fix="Give thickness at nodes by *NODAL THICKNESS.",
         )
     n = sum(WIDTH[w] for w in words)

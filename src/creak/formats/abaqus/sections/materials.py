@@ -59,10 +59,8 @@ def read_materials(deck: Outline) -> dict[str, RawMaterial]:
         seen.add(id(block))
         name = block.need("NAME")
         if name.upper() in result:
-            raise InputError(
-                f"material {name!r} is defined twice, first at {result[name.upper()].where}",
-                where=block.where,
-                fix="Rename one of them.",
+            raise block.error(
+                f"material {name!r} is defined twice, first at {result[name.upper()].where}", fix="Rename one of them."
             )
         result[name.upper()] = _material(deck, name, block)
     return result
@@ -213,10 +211,9 @@ def _elastic(deck: Outline, name: str, option: Block) -> Elastic:
     kind = option.option("TYPE", "ISOTROPIC")
     kind = {"ISO": "ISOTROPIC", "ORTHO": "ORTHOTROPIC", "UNCOUPLED TRACTION": TRACTION}.get(kind, kind)
     if kind not in _COUNTS:
-        raise InputError(
+        raise option.error(
             f"*ELASTIC, TYPE={kind} in material {name!r}",
             expected=f"TYPE={', '.join(_COUNTS)}",
-            where=option.where,
             fix="Give one of these kinds of elasticity.",
         )
     fields, where = _row(deck, name, option, _COUNTS[kind])
@@ -252,9 +249,7 @@ def _single_row(name: str, option: Block, n_values: int) -> tuple[list[str], str
     """The values of the only entry, over as many lines as they need (8 each); a temperature at the end is left out."""
     rows = list(option.rows())
     if not rows:
-        raise InputError(
-            f"*{option.name} of material {name!r} has no data line", where=option.where, fix="Add its values."
-        )
+        raise option.error(f"*{option.name} of material {name!r} has no data line", fix="Add its values.")
     n_lines = -(-n_values // 8)
     if len(rows) > n_lines or option.has("DEPENDENCIES"):
         raise InputError(
@@ -280,11 +275,8 @@ def _damping(name: str, option: Block) -> tuple[float, float]:
     for param in ("ALPHA", "BETA"):
         value = to_float(option.get(param), option.where, f"{param} of material {name!r}")
         if value < 0.0:
-            raise InputError(
-                f"damping {param} of material {name!r} is {value:g}",
-                expected="zero or more",
-                where=option.where,
-                fix="Correct it.",
+            raise option.error(
+                f"damping {param} of material {name!r} is {value:g}", expected="zero or more", fix="Correct it."
             )
         values.append(value)
     return values[0], values[1]

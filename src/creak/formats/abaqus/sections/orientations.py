@@ -86,7 +86,7 @@ def read_orientations(
     for scope, block in deck.blocks("ORIENTATION"):
         key = qualified(scope.name, block.need("NAME"))
         if key in result:
-            raise InputError(f"orientation {key!r} is defined twice", where=block.where, fix="Rename one of them.")
+            raise block.error(f"orientation {key!r} is defined twice", fix="Rename one of them.")
         try:
             given = _distributed(deck, scope, block, distributions or {})
             result[key] = _orientation(scope, block, nodes, coords) if given is None else given
@@ -105,10 +105,9 @@ def _distributed(deck: Outline, scope: Scope, block: Block, known: Distributions
         return None
     kind = block.option("SYSTEM", "RECTANGULAR")
     if kind not in ("RECTANGULAR", "Z RECTANGULAR"):
-        raise InputError(
+        raise block.error(
             f"*ORIENTATION, SYSTEM={kind} by a distribution",
             expected="SYSTEM=RECTANGULAR",
-            where=block.where,
             fix="Write the axes as rectangular systems.",
         )
     first, second = found.values[:, :3], found.values[:, 3:]
@@ -154,11 +153,8 @@ def constant_axes(
         return scope.rotation.T if scope.rotated else None
     orientation = find_orientation(block.get("ORIENTATION"), known, scope, deck, block.where)
     if orientation.system.kind != "R":
-        raise InputError(
-            f"*{block.name} with an orientation that is not rectangular",
-            expected="SYSTEM=RECTANGULAR",
-            where=block.where,
-            fix=fix,
+        raise block.error(
+            f"*{block.name} with an orientation that is not rectangular", expected="SYSTEM=RECTANGULAR", fix=fix
         )
     return orientation.axes(np.zeros((1, 3)))[0]
 
@@ -168,10 +164,9 @@ def _orientation(scope: Scope, block: Block, nodes: Registry, coords: FloatArray
     definition = block.option("DEFINITION", "COORDINATES")
     rows = list(block.rows(blanks=True))
     if kind is None or definition not in ("COORDINATES", "NODES") or not rows:
-        raise InputError(
+        raise block.error(
             f"*ORIENTATION, SYSTEM={block.option('SYSTEM', 'RECTANGULAR')}, DEFINITION={definition} is not supported",
             expected=f"SYSTEM={', '.join(_KINDS)}; DEFINITION=COORDINATES or NODES; a data line",
-            where=block.where,
             fix="Write the system by the coordinates of its points.",
         )
     fields, where = rows[0]

@@ -53,11 +53,10 @@ def own_data(
             axes = orientation.of_elements(rows, centres)
             own = Own(axis1=axes[:, 0], axis2=axes[:, 1])
     elif solid and scope.rotated:
-        raise InputError(
+        raise block.error(
             f"the solids of *{block.name}, ELSET={block.get('ELSET')} have an anisotropic material and no axes, in the "
             f"rotated instance {scope.name!r}",
             expected="ORIENTATION= on the section",
-            where=block.where,
             fix="Give *ORIENTATION and name it.",
         )
     elif solid:
@@ -83,10 +82,8 @@ def _thicknesses(deck: Outline, scope: Scope, block: Block, rows: IntArray, at: 
     name = block.need("SHELL THICKNESS")
     found = find_distribution(name, at.distributions, scope, deck, ("LENGTH",), block.where)
     if found is None:
-        raise InputError(
-            f"SHELL THICKNESS={name} of *{block.name} is no *DISTRIBUTION",
-            where=block.where,
-            fix=suggest(name, at.distributions),
+        raise block.error(
+            f"SHELL THICKNESS={name} of *{block.name} is no *DISTRIBUTION", fix=suggest(name, at.distributions)
         )
     values = found.values[rows]
     if not (values > 0.0).all():
@@ -133,10 +130,9 @@ def at_elements(block: Block, table: np.ndarray, thickness: FloatArray) -> Float
     """
     found = np.where(table >= 0, thickness[table], 0.0)
     if np.isnan(found).any():
-        raise InputError(
+        raise block.error(
             f"{int(np.isnan(found).sum())} corner(s) of the shells of *{block.name}, NODAL THICKNESS have no thickness",
             expected="*NODAL THICKNESS for all their nodes",
-            where=block.where,
             fix="Add the nodes.",
         )
     return found

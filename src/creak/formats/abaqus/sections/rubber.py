@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from creak.errors import InputError
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import to_float
 
@@ -33,10 +32,9 @@ def small_strain(name: str, option: Block) -> tuple[float, float]:
     InputError : an unknown energy, test data, a temperature, constants of no stable material.
     """
     if any(option.has(p) for p in ("TEST DATA INPUT", "USER", "MARLOW", "VALANIS-LANDEL")):
-        raise InputError(
+        raise option.error(
             f"*{option.name} of material {name!r} has no constants",
             expected="the constants of the energy",
-            where=option.where,
             fix="Write the constants that a fit of the test data gave, or *ELASTIC.",
         )
     rows = list(option.rows(blanks=True))
@@ -49,10 +47,9 @@ def small_strain(name: str, option: Block) -> tuple[float, float]:
     if bulk is not None:
         nu = (3.0 * bulk - 2.0 * shear) / (2.0 * (3.0 * bulk + shear)) if 3.0 * bulk + shear else -1.0
     if not shear > 0.0 or not -1.0 < nu < 0.5:
-        raise InputError(
+        raise option.error(
             f"*{option.name} of material {name!r} has the shear modulus {shear:g} and nu = {nu:g} at zero strain",
             expected="a positive modulus and -1 < nu < 0.5",
-            where=option.where,
             fix="Check its constants.",
         )
     nu = min(nu, INCOMPRESSIBLE)
@@ -63,7 +60,7 @@ def _order(option: Block) -> int:
     """N, the number of terms."""
     text = option.get("N", "1")
     if text not in ("1", "2", "3", "4", "5", "6"):
-        raise InputError(f"*{option.name} has N={text}", expected="1 to 6", where=option.where, fix="Correct it.")
+        raise option.error(f"*{option.name} has N={text}", expected="1 to 6", fix="Correct it.")
     return int(text)
 
 
@@ -86,10 +83,9 @@ def _solid(name: str, option: Block, values: list[float], order: int) -> tuple[f
     }.get(kind, 2.0 * v[0])
     if kind == "ARRUDA-BOYCE":
         if not v[1] > 0.0:
-            raise InputError(
+            raise option.error(
                 f"*{option.name} of material {name!r} has the locking stretch {v[1]:g}",
                 expected="more than zero",
-                where=option.where,
                 fix="Correct it.",
             )
         t = 1.0 / v[1] ** 2

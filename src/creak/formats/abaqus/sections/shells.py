@@ -48,10 +48,9 @@ def read_shell_general_section(scope: Scope, block: Block, materials: Materials)
     rows = list(block.rows())
     values = [v for fields, where in rows[:3] for v in floats(fields, where, "term of the section stiffness", 8)][:21]
     if len(values) < 21:
-        raise InputError(
+        raise block.error(
             "*SHELL GENERAL SECTION without MATERIAL= has not the 21 terms of its stiffness",
             expected="three lines of 8, 8 and 5 numbers",
-            where=block.where,
             fix="Complete the lines.",
         )
     full = symmetric(values, 6)
@@ -71,10 +70,9 @@ def read_shell_general_section(scope: Scope, block: Block, materials: Materials)
     )
     section = _with_shear(block, plain)
     if isinstance(section, ShellSection) or not section.S.any():
-        raise InputError(
+        raise block.error(
             "*SHELL GENERAL SECTION by its stiffness has no transverse shear stiffness",
             expected="*TRANSVERSE SHEAR STIFFNESS after it",
-            where=block.where,
             fix="Add K11, K22, K12.",
         )
     return shifted(section, -_offset(block) * thickness)
@@ -86,9 +84,7 @@ def _homogeneous(block: Block, materials: Materials) -> ShellSection | GeneralSh
     if not rows and (block.has("NODAL THICKNESS") or block.has("SHELL THICKNESS")):
         thickness = 1.0
     elif not rows:
-        raise InputError(
-            f"*{block.name} has no data line", expected="a line with the thickness", where=block.where, fix="Add it."
-        )
+        raise block.error(f"*{block.name} has no data line", expected="a line with the thickness", fix="Add it.")
     else:
         thickness = positive(rows[0][0][0], rows[0][1], "shell thickness")
     offset = _offset(block)
@@ -113,9 +109,8 @@ def _plies(block: Block, materials: Materials) -> GeneralShell:
         turn = math.radians(to_float(angle, where, "angle of the ply"))
         plies.append(Ply(material, positive(fields[0], where, "thickness of the ply"), turn))
     if not plies:
-        raise InputError(
+        raise block.error(
             f"*{block.name}, COMPOSITE has no plies",
-            where=block.where,
             fix="Add a data line for each ply.",
             expected="thickness, integration points, material, angle",
         )

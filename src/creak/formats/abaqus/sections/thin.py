@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.abaqus.sections.materials import (
     RawMaterial,
     find_any_material,
@@ -14,7 +13,7 @@ from creak.formats.abaqus.sections.materials import (
 )
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import positive
-from creak.formats.abaqus.text.outline import Outline, Scope
+from creak.formats.abaqus.text.outline import Scope
 from creak.model.elasticity import plane_stress
 from creak.model.laminates import LOOSE, Moduli, shell_of
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, SolidSection
@@ -36,15 +35,13 @@ def read_membrane_section(scope: Scope, block: Block, materials: Materials) -> G
     material = find_any_material(block.need("MATERIAL"), materials, block.where)
     rows = list(block.rows())
     if not rows and not block.has("NODAL THICKNESS"):
-        raise InputError(
-            f"*{block.name} has no data line", expected="a line with the thickness", where=block.where, fix="Add it."
-        )
+        raise block.error(f"*{block.name} has no data line", expected="a line with the thickness", fix="Add it.")
     t = positive(rows[0][0][0], rows[0][1], "membrane thickness") if rows else 1.0
     weak = (LOOSE, material)
     return shell_of(block.get("ELSET"), Moduli(t, material, (1.0, material), weak, weak, turns=False))
 
 
-def rigid_section(deck: Outline, block: Block, corners: FloatArray, materials: Materials) -> GeneralShell:
+def rigid_section(block: Block, corners: FloatArray, materials: Materials) -> GeneralShell:
     """Section of the rigid elements (n, k, 3) of a *RIGID BODY: without mass, and strained by nothing.
 
     What stiffness it has shows in contact alone: that of a shell of the deck's stiffest material.
@@ -74,10 +71,9 @@ def read_continuum_shell(scope: Scope, block: Block, materials: Materials) -> So
     InputError : plies, a material by sheet constants.
     """
     if block.has("COMPOSITE"):
-        raise InputError(
+        raise block.error(
             f"*{block.name}, COMPOSITE of continuum shells",
             expected="one material",
-            where=block.where,
             fix="Give each ply its own layer of elements, or use S4R.",
         )
     return SolidSection(block.get("ELSET"), find_solid_material(block.need("MATERIAL"), materials, block.where))
@@ -94,10 +90,9 @@ def read_cohesive_section(scope: Scope, block: Block, materials: Materials) -> S
     """
     response = block.option("RESPONSE")
     if response != "TRACTION SEPARATION" or block.option("THICKNESS", "SPECIFIED") == "GEOMETRY":
-        raise InputError(
+        raise block.error(
             f"*{block.name}, RESPONSE={response or '(none)'}, THICKNESS={block.option('THICKNESS', 'SPECIFIED')}",
             expected="RESPONSE=TRACTION SEPARATION, and the thickness on the data line",
-            where=block.where,
             fix="Model a thick adhesive with C3D8 elements.",
         )
     rows = list(block.rows())

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.include_budget import IncludeBudget
+from creak.formats.deck.refusals import Placed
 from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
 
 _FILE_SHIFT = 32
@@ -22,7 +23,7 @@ def squeeze(name: str) -> str:
 
 
 @dataclass
-class Block:
+class Block(Placed):
     """One keyword line with its data lines.
 
     `code` and `codes` hold the place of the keyword line and of each data line: file number and line
@@ -178,10 +179,9 @@ class _Lexer:
         name, *params = split_fields(line[1:])
         block = Block(" ".join(name.upper().split()), {}, code, self.files)
         if not name:
-            raise InputError(
+            raise block.error(
                 "a keyword line without a keyword",
                 expected="*KEYWORD",
-                where=block.where,
                 fix="Name the keyword, or start the line with ** to make it a comment.",
             )
         for param in params:

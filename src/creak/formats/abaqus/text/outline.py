@@ -150,10 +150,9 @@ class _Sorter:
         if known.owners:
             owners = " or *".join(known.owners)
             if self.parent is None or self.parent.name not in known.owners:
-                raise InputError(
+                raise block.error(
                     f"*{block.name} without *{owners}",
                     expected=f"*{owners} before it",
-                    where=block.where,
                     fix=f"Put *{block.name} after its *{owners}.",
                 )
             self.parent.options.append(block)
@@ -195,7 +194,7 @@ class _Sorter:
             raise _not_closed(self.open)
         name = block.need("NAME").upper()
         if name in self.parts:
-            raise InputError(f"part {name!r} is defined twice", where=block.where, fix="Rename one of them.")
+            raise block.error(f"part {name!r} is defined twice", fix="Rename one of them.")
         self.open, self.parent = block, None
         self.current = self.parts[name] = Scope(name)
         self.part_blocks[name] = block
@@ -205,13 +204,9 @@ class _Sorter:
             raise _not_closed(self.open)
         name, part = block.need("NAME").upper(), block.need("PART").upper()
         if part not in self.parts:
-            raise InputError(
-                f"instance {name!r} of unknown part {part!r}",
-                where=block.where,
-                fix=suggest(part, self.parts),
-            )
+            raise block.error(f"instance {name!r} of unknown part {part!r}", fix=suggest(part, self.parts))
         if any(s.name == name for s in self.result.scopes):
-            raise InputError(f"instance {name!r} is defined twice", where=block.where, fix="Rename one of them.")
+            raise block.error(f"instance {name!r} is defined twice", fix="Rename one of them.")
         rotation, origin = placement(block)
         self.open, self.parent = block, None
         self.current = Scope(name, list(self.parts[part].blocks), part, rotation, origin)
@@ -276,21 +271,17 @@ def placement(block: Block) -> tuple[FloatArray, FloatArray]:
 
 
 def _not_closed(block: Block) -> InputError:
-    return InputError(
+    return block.error(
         f"*{block.name} {block.get('NAME')}".rstrip() + " is not closed",
         expected=f"*END {block.name}",
-        where=block.where,
         fix=f"Add *END {block.name} after its last line.",
     )
 
 
 def _not_open(block: Block) -> InputError:
     begin = block.name.removeprefix("END ")
-    return InputError(
-        f"*{block.name} without *{begin}",
-        expected=f"*{begin} before it",
-        where=block.where,
-        fix=f"Add *{begin} or delete this line.",
+    return block.error(
+        f"*{block.name} without *{begin}", expected=f"*{begin} before it", fix=f"Add *{begin} or delete this line."
     )
 
 

@@ -59,9 +59,8 @@ def _add_spring(
     identifier, vector, torsional = card.defined(0, "e"), card.label(4, "d"), section.integer(1) == 1
     line = np.ptp(deck.nodes.array[nodes], axis=0)
     if not vector and not line.any():
-        raise InputError(
+        raise card.error(
             f"discrete element {identifier} has no direction",
-            where=card.where,
             expected="two nodes that lie apart, or VID",
             fix="Give its direction by *DEFINE_SD_ORIENTATION.",
         )

@@ -172,7 +172,7 @@ def _spotwelds(deck: Deck) -> Iterator[Body]:
         for card in _own_cards(named, 2 if "FORCE" in named.options else 1):
             rows = [deck.nodes.row(card, i) for i in (0, 1)]
             if rows[0] == rows[1]:
-                raise InputError("a spotweld joins a node to itself", where=card.where, expected="two nodes")
+                raise card.error("a spotweld joins a node to itself", expected="two nodes")
             yield Body(f"SPOTWELD {card.text(0)} {card.text(1)}", rows, card.where)
 
 

@@ -11,10 +11,11 @@ from creak.errors import InputError
 from creak.formats.deck.groups import Group
 from creak.formats.deck.tying import (
     DEFAULT_TOLERANCE,
-    NO_SHEET,
     MainSurface,
     Meeting,
-    main_surface,
+    Piece,
+    Side,
+    facets_of_elements,
     meet,
     sheet_of,
     skins_of,
@@ -26,27 +27,13 @@ from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named, referred
 from creak.model.constraints import Constraint
-from creak.model.face_shapes import shapes_of
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
+from creak.model.solid_faces import FACES, faces_of
 
 TRANSLATIONS_ONLY = ("CONTACT_TIED_NODES_TO_SURFACE", "CONTACT_TIED_SURFACE_TO_SURFACE")
 WITH_ROTATIONS = ("CONTACT_TIED_SHELL_EDGE_TO_SURFACE", "CONTACT_SPOTWELD")
 SIDES = {0: "segment set", 1: "shell set", 2: "part set", 3: "part", 4: "node set"}
 """Kinds of sides, by SSTYP and MSTYP."""
-
-
-@dataclass(frozen=True)
-class _Side:
-    """One side of a contact."""
-
-    rows: IntArray
-    """All its nodes."""
-    corners: IntArray
-    """(n, 4) node rows of its facets; a triangle repeats its third."""
-    sheets: FloatArray
-    """(n, 2) as of a `MainSurface`."""
-    solid: list[bool]
 
 
 @dataclass(frozen=True)
@@ -93,7 +80,7 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
     if not cards:
         raise named.block.cut_off("the two sides, then parameters")
     kinds = [cards[0].integer(i, default) for i, default in ((2, 4 if "NODES" in named.block.name else 0), (3, 0))]
-    first, second = (_side(source, cards[0], i, kinds[i]) for i in (0, 1))
+    (rows, first), (_, second) = (_side(source, cards[0], i, kinds[i]) for i in (0, 1))
     name = f"*{named.block.name}, {cards[0].text(0)} to {cards[0].text(1)}"
     if not second.corners.size:
         raise InputError(
@@ -103,10 +90,9 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
             fix="Exchange the sides: nodes stand first.",
         )
     coords = source.deck.nodes.array
-    shapes = shapes_of(second.corners, source.shapes)
-    main = main_surface(shapes, second.corners, second.sheets, np.array(second.solid), coords)
-    found = _meeting(cards, first, main, coords, taken)
-    count, shared = int(found.tied.sum()), int(np.isin(first.rows, second.corners).sum())
+    main = second.main(source.shapes, coords)
+    found = _meeting(cards, (rows, first), main, coords, taken)
+    count, shared = int(found.tied.sum()), int(np.isin(rows, second.corners).sum())
     if not count and not shared:
         raise InputError(
             f"{name} ties no node: {found.rows.size} lie farther than {found.tolerance:.4g} from the second side, or "
@@ -116,28 +102,30 @@ def _tied(source: _Source, named: Named, taken: set[int], *, rotations: bool) ->
             fix="Give the distance as a negative SST, or take the contact out.",
         )
     far = float(np.linalg.norm(found.arm[found.tied], axis=1).max()) if count else 0.0
-    why = f"{count} of {first.rows.size} nodes are tied, {shared} are shared, with arms up to {far:.3g} long"
+    why = f"{count} of {rows.size} nodes are tied, {shared} are shared, with arms up to {far:.3g} long"
     source.deck.note(cards[0].where, name, why, changes=False, used=True)
     return ties_of(name, cards[0].where, main, found, rotations=rotations)
 
 
-def _meeting(cards: list[Card], first: _Side, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
+def _meeting(
+    cards: list[Card], side: tuple[IntArray, Side], main: MainSurface, coords: FloatArray, taken: set[int]
+) -> Meeting:
     passed = np.array([*taken, *main.nodes_idx.ravel().tolist()], dtype=np.int64)
-    rows = np.setdiff1d(first.rows, passed)
+    rows, first = np.setdiff1d(side[0], passed), side[1]
     given = cards[2].real(2) if len(cards) > 2 else 0.0
     skins = skins_of(first.corners, first.sheets, coords).at(rows)
     return meet(coords[rows], rows, skins, main, -given if given < 0.0 else DEFAULT_TOLERANCE * main.size)
 
 
-def _side(source: _Source, card: Card, i: int, kind: int) -> _Side:
-    """The nodes and facets of the side in field i."""
+def _side(source: _Source, card: Card, i: int, kind: int) -> tuple[IntArray, Side]:
+    """All nodes, and the facets, of the side in field i."""
     sets, groups = source.sets, source.deck.groups
     if kind == 0:
         segments = referred(sets.segments, card.label(i, "s"), card, "segment set", "*SET_SEGMENT")
         return _of_segments(source, segments)
     if kind == 4:
         rows = referred(sets.nodes, card.label(i, "s"), card, "node set", "*SET_NODE")
-        return _of_facets(np.array(rows, dtype=np.int64), [])
+        return np.unique(np.array(rows, dtype=np.int64)), Side.of([])
     if kind == 1:
         shells = {i: ids for (family, i), ids in sets.elements.items() if family == "shell"}
         wanted = set(referred(shells, card.label(i, "s"), card, "shell set", "*SET_SHELL"))
@@ -154,15 +142,8 @@ def _side(source: _Source, card: Card, i: int, kind: int) -> _Side:
     return _of_elements(source, [[key[1] in pids] * len(g.ids) for key, g in groups.items()])
 
 
-def _of_facets(rows: IntArray, facets: list[tuple[IntArray, tuple[float, float], bool]]) -> _Side:
-    """From nodes, and facets (k, 4) with their sheet, of solids or not."""
-    corners = np.concatenate([np.zeros((0, 4), dtype=np.int64), *(f for f, _, _ in facets)])
-    sheets = np.array([sheet for f, sheet, _ in facets for _ in range(len(f))]).reshape(-1, 2)
-    return _Side(np.unique(rows), corners, sheets, [solid for f, _, solid in facets for _ in range(len(f))])
-
-
-def _of_segments(source: _Source, segments: list[Segment]) -> _Side:
-    facets: list[tuple[IntArray, tuple[float, float], bool]] = []
+def _of_segments(source: _Source, segments: list[Segment]) -> tuple[IntArray, Side]:
+    facets: list[Piece] = []
     for segment in segments:
         face = source.finder.face(segment)
         group = source.groups[face.element[0]]
@@ -171,23 +152,12 @@ def _of_segments(source: _Source, segments: list[Segment]) -> _Side:
         every = faces_of(group.kind, nodes)[0] if of_solid else facets_of_shells(group.kind, nodes)[0]
         facets.append((every[list(face.facets)], sheet_of(group.section), of_solid))
     rows = np.array([row for s in segments for row in s.nodes], dtype=np.int64)
-    return _of_facets(np.concatenate([rows, *(f.ravel() for f, _, _ in facets)]), facets)
+    return np.unique(np.concatenate([rows, *(f.ravel() for f, _, _ in facets)])), Side.of(facets)
 
 
-def _of_elements(source: _Source, chosen: list[list[bool]]) -> _Side:
+def _of_elements(source: _Source, chosen: list[list[bool]]) -> tuple[IntArray, Side]:
     """Shells, and the free faces of solids, of the chosen elements of each group; nodes of beams as well."""
-    facets: list[tuple[IntArray, tuple[float, float], bool]] = []
-    rows: list[IntArray] = [np.zeros(0, dtype=np.int64)]
-    solids = [np.zeros((0, 4), dtype=np.int64)]
-    every = [faces_of(kind, nodes).reshape(-1, 4) for kind, nodes in source.shapes if kind in FACES]
-    for group, (kind, nodes), mask in zip(source.groups, source.shapes, chosen, strict=True):
-        mine = nodes[np.array(mask, dtype=bool)]
-        if kind in FACES:
-            solids.append(faces_of(kind, mine).reshape(-1, 4))
-            continue
-        rows.append(mine.ravel())
-        if kind in SHELL_FACETS and mine.size:
-            facets.append((facets_of_shells(kind, mine).reshape(-1, 4), sheet_of(group.section), False))
-    wanted = np.concatenate(solids)
-    free = wanted[free_faces(wanted, every)]
-    return _of_facets(np.concatenate([*rows, free.ravel()]), [*facets, (free, NO_SHEET, True)])
+    facets = facets_of_elements(source.groups, chosen)
+    both = zip(source.shapes, chosen, strict=True)
+    rows = [nodes[np.array(mask, dtype=bool)].ravel() for (kind, nodes), mask in both if kind not in FACES]
+    return np.unique(np.concatenate([*rows, facets[-1][0].ravel()])), Side.of(facets)

@@ -53,7 +53,7 @@ def _add(deck: Deck, card: Card, pid: int, section: BeamSection | TrussSection) 
     ends = deck.nodes.array[nodes]
     line = ends[1] - ends[0]
     if not np.linalg.norm(line) > 0.0:
-        raise InputError(f"beam element {card.text(0)} has zero length", where=card.where, fix="Check its nodes.")
+        raise card.error(f"beam element {card.text(0)} has zero length", fix="Check its nodes.")
     identifier = card.defined(0, "e")
     if isinstance(section, TrussSection):
         deck.add("beam", pid, "truss2", section, identifier, nodes, card)
@@ -68,9 +68,8 @@ def _axis_s(deck: Deck, card: Card, line: FloatArray, start: FloatArray, section
         return np.asarray(v)
     if abs(section.i11 - section.i22) <= 1e-9 * section.i11 and section.shear_area1 == section.shear_area2:
         return np.eye(3)[int(np.argmin(np.abs(line)))]
-    raise InputError(
+    raise card.error(
         f"beam element {card.text(0)} has no orientation node beside its axis",
-        where=card.where,
         expected="N3, a node off the line of the beam",
     )
 

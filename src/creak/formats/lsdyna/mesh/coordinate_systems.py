@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.lsdyna.mesh.transforms import Transforms
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named, once
@@ -57,7 +56,7 @@ def read_orientations(deck: Deck, transforms: Transforms) -> dict[int, FloatArra
                 raise card.wrong(1, "IOP 0, a vector that is fixed in space", "Give the direction as a vector.")
             v = transforms.direction(_three(card, 2), card.shift)
             if not np.linalg.norm(v) > 0.0:
-                raise InputError(f"orientation {identifier} has no direction", where=card.where, expected="XT, YT, ZT")
+                raise card.error(f"orientation {identifier} has no direction", expected="XT, YT, ZT")
             found[identifier] = v / np.linalg.norm(v)
     return found
 
@@ -103,10 +102,8 @@ def _of_vectors(deck: Deck, named: Named, transforms: Transforms) -> list[tuple[
 def _axes(card: Card, x: FloatArray, xy: FloatArray) -> FloatArray:
     z = np.cross(x, xy)
     if not np.linalg.norm(z) > 1e-9 * np.linalg.norm(x) * np.linalg.norm(xy):
-        raise InputError(
-            f"coordinate system {card.text(0)} has its points on a line",
-            where=card.where,
-            expected="an axis x and a point beside it",
+        raise card.error(
+            f"coordinate system {card.text(0)} has its points on a line", expected="an axis x and a point beside it"
         )
     e, n = x / np.linalg.norm(x), z / np.linalg.norm(z)
     return np.stack([e, np.cross(n, e), n], axis=1)

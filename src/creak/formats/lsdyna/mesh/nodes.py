@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.errors import InputError
 from creak.formats.lsdyna.mesh.transforms import Transforms
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck
@@ -30,17 +29,14 @@ def read_nodes(deck: Deck, transforms: Transforms) -> list[tuple[int, tuple[int,
             label = card.defined(0, "n")
             place = transforms.point(np.array([card.real(i) for i in (1, 2, 3)]), card.shift)
             if not (np.abs(place) < LARGEST).all():
-                raise InputError(
-                    f"node {label} has coordinates too large to compute with", where=card.where, fix="Correct them."
-                )
+                raise card.error(f"node {label} has coordinates too large to compute with", fix="Correct them.")
             row = nodes.row_of.setdefault(label, len(nodes.ids))
             if row == len(nodes.ids):
                 nodes.ids.append(label)
                 nodes.coords.append(place)
             elif not np.array_equal(nodes.coords[row], place):
-                raise InputError(
+                raise card.error(
                     f"node {label} is defined twice, in different places",
-                    where=card.where,
                     fix="Give one of them another id, or the included file an offset (*INCLUDE_TRANSFORM).",
                 )
             dofs = (*directions(card, 4), *(3 + d for d in directions(card, 5)))

@@ -99,9 +99,8 @@ def _members(
         members = [(card, card.label(i, kind)) for card in cards for i in range(8) if card.integer(i)]
         for card, label in members:
             if known is not None and label not in known:
-                raise InputError(
+                raise card.error(
                     f"*{named.block.name} {identifier} holds {label}, which is not defined",
-                    where=card.where,
                     expected="ids that the deck has",
                     fix="Correct the id, or use _GENERATE, which passes over ids that are not there.",
                 )

@@ -137,9 +137,8 @@ def _nodes(deck: Deck, card: Card) -> tuple[str, list[int]]:
     given = [card.integer(i) for i in range(2, 10)]
     if any(given[4:]):
         if not all(given):
-            raise InputError(
+            raise card.error(
                 f"shell element {card.text(0)} has some middle nodes and not all",
-                where=card.where,
                 expected="3, 4 or 8 nodes",
                 fix="Export the mesh in first order.",
             )

@@ -7,7 +7,6 @@ import math
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.lsdyna.text.cards import Card, Shift
 from creak.formats.lsdyna.text.deck import Deck, once, referred
 
@@ -117,9 +116,8 @@ def _mirror(card: Card, v: FloatArray) -> FloatArray:
 def _unit(card: Card, v: FloatArray) -> FloatArray:
     length = float(np.linalg.norm(v))
     if not length > 0.0:
-        raise InputError(
+        raise card.error(
             f"{card.text(0).upper()} of *DEFINE_TRANSFORMATION has no direction",
-            where=card.where,
             expected="an axis, or two points that differ",
         )
     return np.asarray(v / length)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from creak.errors import InputError
 from creak.formats.deck.text import Line
 from creak.formats.lsdyna.text.cards import Block, Card
 from creak.formats.lsdyna.text.deck import Deck, once
@@ -91,9 +90,8 @@ def elastic(law: Law, identifier: int) -> Material:
     """
     card = law.card
     if law.keyword in SPRINGS:
-        raise InputError(
+        raise card.error(
             f"material {identifier} is a *{law.keyword}",
-            where=card.where,
             expected="a material of solids, shells or beams",
             fix="*ELEMENT_DISCRETE alone takes it.",
         )

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from creak.errors import InputError, suggest
 from creak.formats.deck.expressions import Value
+from creak.formats.deck.refusals import Placed
 from creak.formats.deck.text import Line
 from creak.formats.matrices.checks import field_value
 
@@ -34,7 +35,7 @@ class Shift:
 
 
 @dataclass(frozen=True)
-class Block:
+class Block(Placed):
     """One keyword with its data lines; comments are left out, blank lines are cards of defaults."""
 
     name: str
@@ -123,7 +124,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Card:
+class Card(Placed):
     """One data line in its fields."""
 
     keyword: str

@@ -9,7 +9,6 @@ from typing import TypeVar
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.deck.groups import Groups, put
 from creak.formats.deck.text import Line
 from creak.formats.lsdyna.text.cards import TENS, Block, Card
@@ -38,9 +37,8 @@ class NodeTable:
         """
         label = card.label(i, "n")
         if label not in self.row_of:
-            raise InputError(
+            raise card.error(
                 f"*{card.keyword} uses node {label or card.text(i)!r}, which is not defined",
-                where=card.where,
                 expected="the id of a node of *NODE",
                 fix="Add the node or correct the id.",
             )
@@ -116,15 +114,12 @@ class Deck:
         """
         key = (family, identifier)
         if key in self.element_at:
-            raise InputError(
+            raise card.error(
                 f"{family} element {identifier} is defined twice, first at {self.element_at[key]}",
-                where=card.where,
                 fix="Give one of them another id.",
             )
         if len(set(nodes)) < len(nodes):
-            raise InputError(
-                f"{family} element {identifier} uses a node twice", where=card.where, expected="distinct nodes"
-            )
+            raise card.error(f"{family} element {identifier} uses a node twice", expected="distinct nodes")
         self.element_at[key] = card.where
         if part:
             self.part_of[key] = part
@@ -139,11 +134,7 @@ def once(found: Mapping[int, T], identifier: int, what: str, first: str, card: C
     InputError : it is.
     """
     if identifier in found:
-        raise InputError(
-            f"{what} {identifier} is defined twice, first at {first}",
-            where=card.where,
-            fix="Give one of them another id.",
-        )
+        raise card.error(f"{what} {identifier} is defined twice, first at {first}", fix="Give one of them another id.")
 
 
 def referred(found: Mapping[int, T], identifier: int, card: Card, what: str, keyword: str) -> T:
@@ -154,9 +145,8 @@ def referred(found: Mapping[int, T], identifier: int, card: Card, what: str, key
     InputError : there is none.
     """
     if identifier not in found:
-        raise InputError(
+        raise card.error(
             f"*{card.keyword} uses {what} {identifier}, which is not defined",
-            where=card.where,
             expected=f"a {keyword} with this id",
             fix="Add it or correct the id.",
         )

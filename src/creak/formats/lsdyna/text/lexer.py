@@ -163,7 +163,7 @@ def _file_names(block: Block) -> tuple[list[Line], tuple[Line, ...]]:
             rest = block.lines[i + 1 :]
     named = [name for name in names if name.text]
     if not named:
-        raise InputError(f"*{block.name} names no file", where=block.where, fix="Give the name of the file below it.")
+        raise block.error(f"*{block.name} names no file", fix="Give the name of the file below it.")
     return named, rest
 
 

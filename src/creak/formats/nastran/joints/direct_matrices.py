@@ -156,10 +156,8 @@ def _place(deck: Deck, owner: Card, identifier: int, dof: int) -> int:
     if row in deck.grids.scalar:
         dof = 1
     if not 1 <= dof <= 6:
-        raise InputError(
-            f"DMIG {owner.text(0)} has an entry at component {dof} of grid {identifier}",
-            where=owner.where,
-            expected="1 to 6",
+        raise owner.error(
+            f"DMIG {owner.text(0)} has an entry at component {dof} of grid {identifier}", expected="1 to 6"
         )
     return dof_label(row, dof)
 

@@ -161,7 +161,7 @@ def _cwelds(deck: Deck) -> Iterator[_Fastener]:
         first, second = given
         if kind == "ALIGN":
             if first is None or second is None:
-                raise InputError(f"CWELD {identifier} has no GA and GB", where=card.where, expected="two grids")
+                raise card.error(f"CWELD {identifier} has no GA and GB", expected="two grids")
             yield _Fastener(card, identifier, owner, (None, None), deck.grids.place(first), (first, second))
             continue
         names = {"PARTPAT": "PROP", "ELPAT": "ELEM", "ELEMID": "ONE", "GRIDID": "GRID"}
@@ -183,7 +183,7 @@ def _place(deck: Deck, card: Card, gs: int, ga: int | None, xyz: int) -> FloatAr
     if ga is not None:
         return deck.grids.place(ga)
     if not any(card.text(xyz + i) for i in range(3)):
-        raise InputError(f"{card.name} {card.text(0)} has no place", where=card.where, expected="GS, GA or XS, YS, ZS")
+        raise card.error(f"{card.name} {card.text(0)} has no place", expected="GS, GA or XS, YS, ZS")
     return np.array([card.real(xyz + i, 0.0) for i in range(3)])
 
 
@@ -207,9 +207,8 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
                 thickness += [_thickness(group, k)] * len(mine)
     if not corners:
         what = "property" if kind == "PROP" else "element"
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} joins {what} {identifier}, which has no shells",
-            where=card.where,
             expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6",
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
@@ -361,7 +360,7 @@ def weld_stiffness(owner: Card, materials: Materials, length: float) -> FloatArr
     material, factor = materials.isotropic(owner.integer(1), owner)
     d = owner.real(2)
     if not d > 0.0:
-        raise InputError(f"PWELD {owner.text(0)} has diameter {d:g}", where=owner.where, expected="> 0")
+        raise owner.error(f"PWELD {owner.text(0)} has diameter {d:g}", expected="> 0")
     L, E, G = max(length, SHORTEST), material.youngs_modulus, material.shear_modulus * factor
     area, inertia = math.pi * d * d / 4.0, math.pi * d**4 / 64.0
     phi = 12.0 * E * inertia / (SHEAR * G * area * L * L)

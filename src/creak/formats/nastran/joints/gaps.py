@@ -87,9 +87,8 @@ def _line(deck: Deck, card: Card, rows: list[int]) -> FloatArray:
     if card.text(7):
         return axes_at(deck.system(card.integer(7), card), start)[:, 0]
     if not np.linalg.norm(end - start) > 0.0:
-        raise InputError(
+        raise card.error(
             f"the grids of CGAP {card.text(0)} coincide",
-            where=card.where,
             expected="CID",
             fix="Give the coordinate system whose first axis is the gap's.",
         )
@@ -103,30 +102,26 @@ def _check(gap: _Gap) -> None:
     if not closed > 0.0:
         raise owner.wrong(3, "the stiffness KA of the closed gap, above 0")
     if gap.axis < 0:
-        raise InputError(
+        raise card.error(
             f"{name} lies along no global axis",
-            where=card.where,
             expected="an axis x, y or z",
             fix="Give it as contact of surfaces in the study ([contact.NAME]).",
         )
     if owner.real(6, 0.0) > 0.0 or owner.real(7, 0.0) > 0.0:
-        raise InputError(
+        raise owner.error(
             f"{name} has friction, MU1 = {owner.real(6, 0.0):g}",
-            where=owner.where,
             expected="MU1 and MU2 blank or 0: creak's stops between two grids do not rub",
             fix="Give it as contact of surfaces in the study, [contact.NAME] with friction.",
         )
     if preload:
-        raise InputError(
+        raise owner.error(
             f"{name} has a preload, F0 = {preload:g}",
-            where=owner.where,
             expected="F0 blank or 0",
             fix="Give it in the study, [[connector]] with preload.",
         )
     if opened > SOFT * closed:
-        raise InputError(
+        raise owner.error(
             f"{name} is stiff while open, KB = {opened:g}",
-            where=owner.where,
             expected=f"KB below {SOFT:g} KA",
             fix="Give KB as CELAS2 beside it.",
         )

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.tying import (
     DEFAULT_TOLERANCE,
     NO_SHEET,
     MainSurface,
     Meeting,
-    main_surface,
+    Piece,
+    Side,
+    facets_of_elements,
     meet,
-    sheet_of,
     skins_of,
     ties_of,
 )
@@ -24,9 +23,7 @@ from creak.formats.nastran.mesh.optistruct import surface_elements
 from creak.formats.nastran.mesh.regions import Faces, region
 from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint
-from creak.model.face_shapes import FaceShapes, shapes_of
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
+from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 CARDS = {
     *("BGSET", "BGADD", "BGPARM", "BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCBODY", "BCBODY1"),
@@ -35,19 +32,6 @@ CARDS = {
 """Read where a deck is glued."""
 BESIDE = 0.05
 """Share of the mean edge length of the main surface by which a node may lie beside it."""
-
-
-@dataclass(frozen=True)
-class _Region:
-    corners: IntArray
-    """(n, 4) node rows of its facets."""
-    sheets: FloatArray
-    """(n, 2) as of a `MainSurface`."""
-    solid: list[bool]
-    shapes: FaceShapes
-
-    def main(self, coords: FloatArray) -> MainSurface:
-        return main_surface(self.shapes, self.corners, self.sheets, np.array(self.solid), coords)
 
 
 def read_glue(deck: Deck) -> list[Constraint]:
@@ -63,19 +47,22 @@ def read_glue(deck: Deck) -> list[Constraint]:
     taken: set[int] = set()
     pairs = list(glued_pairs(deck))
     coords = np.array(deck.grids.coords)
-    regions: dict[tuple[str, int], _Region] = {}
+    groups = [*deck.groups.values()]
+    elements = [(g.kind, np.array(g.nodes, dtype=np.int64)) for g in groups]
+    regions: dict[tuple[str, int], tuple[Side, MainSurface]] = {}
     for pair in pairs:
         sides = []
         for identifier in (pair.first, pair.second):
             key = (pair.card.name, identifier)
             if key not in regions:
-                regions[key] = _region(deck, pair, identifier)
+                side = _region(deck, pair, identifier)
+                regions[key] = side, side.main(elements, coords)
             sides.append(regions[key])
         found += _tied(deck, pair, (sides[0], sides[1]), coords, taken)
     return found
 
 
-def _region(deck: Deck, pair: RegionPair, identifier: int) -> _Region:
+def _region(deck: Deck, pair: RegionPair, identifier: int) -> Side:
     """Facets of a region: shells, free faces of solids, or the faces that its cards name."""
     number = pair.surface(deck, identifier)
     elements, faces = surface_elements(deck, number) if pair.follows else region(deck, number)
@@ -90,51 +77,36 @@ def _region(deck: Deck, pair: RegionPair, identifier: int) -> _Region:
     return found
 
 
-def _facets(deck: Deck, elements: set[int], faces: Faces) -> _Region:
-    corners: list[IntArray] = []
-    sheets: list[tuple[float, float]] = []
-    solid: list[bool] = []
-    wanted: list[IntArray] = []
-    groups = [(g, np.array(g.nodes, dtype=np.int64)) for g in deck.groups.values()]
-    for group, nodes in groups:
-        rows = [k for k, e in enumerate(group.ids) if e in elements]
-        if group.kind in SHELL_FACETS and rows:
-            corners.append(facets_of_shells(group.kind, nodes[rows]).reshape(-1, 4))
-            sheets += [sheet_of(group.section)] * len(corners[-1])
-            solid += [False] * len(corners[-1])
-        elif group.kind in FACES:
-            wanted.append(faces_of(group.kind, nodes[rows]).reshape(-1, 4))
-            number = face_numbers(group.kind)
-            for k in (k for k, e in enumerate(group.ids) if e in faces):
-                facets = faces_of(group.kind, nodes[k : k + 1])[0]
-                for face in np.unique(number):
-                    mine = facets[number == face]
-                    if any(rows <= set(mine.ravel().tolist()) for rows in faces[group.ids[k]]):
-                        corners.append(mine)
-                        sheets += [NO_SHEET] * len(mine)
-                        solid += [True] * len(mine)
-    of_solids = np.concatenate(wanted) if wanted else np.zeros((0, 4), dtype=np.int64)
-    if of_solids.size:
-        every = [faces_of(g.kind, nodes).reshape(-1, 4) for g, nodes in groups if g.kind in FACES]
-        free = of_solids[free_faces(of_solids, every)]
-        corners.append(free)
-        sheets += [NO_SHEET] * len(free)
-        solid += [True] * len(free)
-    table = np.concatenate(corners) if corners else np.zeros((0, 4), dtype=np.int64)
-    shapes = shapes_of(table, [(g.kind, nodes) for g, nodes in groups])
-    return _Region(table, np.array(sheets).reshape(-1, 2), solid, shapes)
+def _facets(deck: Deck, elements: set[int], faces: Faces) -> Side:
+    groups = [*deck.groups.values()]
+    named: list[Piece] = []
+    for group in groups:
+        if group.kind not in FACES:
+            continue
+        number = face_numbers(group.kind)
+        for k in (k for k, e in enumerate(group.ids) if e in faces):
+            facets = faces_of(group.kind, np.array(group.nodes[k : k + 1], dtype=np.int64))[0]
+            for mine in (facets[number == face] for face in np.unique(number)):
+                if any(rows <= set(mine.ravel().tolist()) for rows in faces[group.ids[k]]):
+                    named.append((mine, NO_SHEET, True))
+    *shells, free = facets_of_elements(groups, [[e in elements for e in g.ids] for g in groups])
+    return Side.of([*shells, *named, free])
 
 
 def _tied(
-    deck: Deck, pair: RegionPair, sides: tuple[_Region, _Region], coords: FloatArray, taken: set[int]
+    deck: Deck,
+    pair: RegionPair,
+    sides: tuple[tuple[Side, MainSurface], tuple[Side, MainSurface]],
+    coords: FloatArray,
+    taken: set[int],
 ) -> list[Constraint]:
     """The side with more nodes in reach follows the other."""
-    met = [_meeting(pair, a, b.main(coords), coords, taken) for a, b in (sides, sides[::-1])]
+    met = [_meeting(pair, a, main, coords, taken) for (a, _), (_, main) in (sides, sides[::-1])]
     best = 0 if pair.follows or met[0].tied.sum() >= met[1].tied.sum() else 1
-    found, main = met[best], sides[1 - best].main(coords)
+    found, main = met[best], sides[1 - best][1]
     name = pair.name
     count = int(found.tied.sum())
-    shared = np.intersect1d(sides[0].corners, sides[1].corners).size
+    shared = np.intersect1d(sides[0][0].corners, sides[1][0].corners).size
     if not count and not shared:
         raise InputError(
             f"{name} glues regions {pair.first} and {pair.second}, which do not meet within {found.tolerance:.4g}",
@@ -149,7 +121,7 @@ def _tied(
     return ties_of(name, pair.card.where, main, found, rotations=pair.rotations)
 
 
-def _meeting(pair: RegionPair, side: _Region, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
+def _meeting(pair: RegionPair, side: Side, main: MainSurface, coords: FloatArray, taken: set[int]) -> Meeting:
     rows = np.setdiff1d(side.corners, np.array(sorted(taken | set(main.nodes_idx.ravel().tolist())), dtype=np.int64))
     tolerance = DEFAULT_TOLERANCE * main.size if pair.reach is None else pair.reach
     skins = skins_of(side.corners, side.sheets, coords).at(rows)

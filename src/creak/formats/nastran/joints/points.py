@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import damping
 from creak.formats.nastran.text.bulk_data import Card
@@ -73,9 +72,8 @@ def _values(deck: Deck, name: str) -> _Values:
                 identifier, value = card.integer(i), card.real(i + at, 0.0)
                 loss = card.real(i + 2, 0.0) if name == "PELAS" else 0.0
                 if identifier in found and found[identifier][1:] != (value, loss):
-                    raise InputError(
+                    raise card.error(
                         f"property {identifier} is defined twice, first at {found[identifier][0].where}",
-                        where=card.where,
                         fix="Give one of them another id.",
                     )
                 found[identifier] = (card, value, loss)
@@ -111,14 +109,12 @@ def _ends(deck: Deck, card: Card, fields: tuple[tuple[int, int], ...]) -> list[t
         if row in deck.grids.scalar:
             dof = 1
         if not 1 <= dof <= 6:
-            raise InputError(
-                f"{card.name} {card.text(0)} acts on component {dof} of grid {card.text(at)}",
-                where=card.where,
-                expected="1 to 6",
+            raise card.error(
+                f"{card.name} {card.text(0)} acts on component {dof} of grid {card.text(at)}", expected="1 to 6"
             )
         ends.append((row, dof))
     if not ends:
-        raise InputError(f"{card.name} {card.text(0)} has no grid", where=card.where, expected="one or two grids")
+        raise card.error(f"{card.name} {card.text(0)} has no grid", expected="one or two grids")
     return ends
 
 
@@ -190,9 +186,7 @@ def _read_axial(deck: Deck) -> None:
         else:
             line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
             if not np.linalg.norm(line) > 0.0:
-                raise InputError(
-                    f"CBUSH1D {identifier} has coincident grids and no CID", where=card.where, expected="CID"
-                )
+                raise card.error(f"CBUSH1D {identifier} has coincident grids and no CID", expected="CID")
             deck.add(("PBUSH1D", pid), "axial2", AxialSpring(f"PBUSH1D {pid}", *kcb), identifier, nodes, card)
 
 
@@ -248,11 +242,7 @@ def _bushing_values(deck: Deck, card: Card) -> tuple[FloatArray, FloatArray, Flo
         elif flag == "M" and any(values):
             deck.note(card, "creak does not read the mass of a bushing", changes=True, what="PBUSH, M")
         elif flag not in ("RCV", "M") and (flag or any(values)):
-            raise InputError(
-                f"a line of PBUSH {card.text(0)} begins with {flag!r}",
-                where=card.where,
-                expected="K, B, GE, RCV or M",
-            )
+            raise card.error(f"a line of PBUSH {card.text(0)} begins with {flag!r}", expected="K, B, GE, RCV or M")
     return found["K"], found["B"], found["GE"]
 
 
@@ -266,9 +256,8 @@ def _bushing_axes(
     across = np.flatnonzero(k + c)
     if len(ends) == 1 or not np.linalg.norm(ends[1] - ends[0]) > 0.0:
         if np.ptp(k[:3]) + np.ptp(k[3:]) + np.ptp(c[:3]) + np.ptp(c[3:]) > 0.0:
-            raise InputError(
+            raise card.error(
                 f"CBUSH {card.text(0)} has coincident grids (or one) and no CID",
-                where=card.where,
                 expected="CID",
                 fix="Give the coordinate system of its axes.",
             )
@@ -282,11 +271,9 @@ def _bushing_axes(
     elif set(across.tolist()) <= {0, 3}:
         v = np.eye(3)[int(np.argmin(np.abs(line)))]
     else:
-        raise InputError(f"CBUSH {card.text(0)} has no orientation", where=card.where, expected="GO, X1, X2, X3 or CID")
+        raise card.error(f"CBUSH {card.text(0)} has no orientation", expected="GO, X1, X2, X3 or CID")
     if not np.linalg.norm(np.cross(line, v)) > 1e-6 * np.linalg.norm(line) * np.linalg.norm(v):
-        raise InputError(
-            f"the orientation of CBUSH {card.text(0)} lies along it", where=card.where, expected="a vector across it"
-        )
+        raise card.error(f"the orientation of CBUSH {card.text(0)} lies along it", expected="a vector across it")
     return {"axis1": line, "axis2": v}
 
 

@@ -36,9 +36,8 @@ def read_rigid(deck: Deck) -> list[Constraint]:
         for card in deck.cards(name):
             before = first.setdefault(card.integer(0), card)
             if before is not card:
-                raise InputError(
+                raise card.error(
                     f"rigid element {card.integer(0)} ({card.name}) is defined twice, first at {before.where}",
-                    where=card.where,
                     fix="Give one of them another id.",
                 )
             found += reader(deck, card)
@@ -62,7 +61,7 @@ def _rbe2(deck: Deck, card: Card) -> Iterator[Constraint]:
         raise card.wrong(2, "dofs, digits 1 to 6")
     nodes = _grid_list(deck, card, 3)
     if ref in nodes:
-        raise InputError(f"RBE2 {card.text(0)} makes grid {card.text(1)} follow itself", where=card.where)
+        raise card.error(f"RBE2 {card.text(0)} makes grid {card.text(1)} follow itself")
     plain = [n for n in nodes if _whole(dofs) or n not in deck.grids.axes]
     if plain:
         name = f"RBE2 {card.integer(0)}"
@@ -99,7 +98,7 @@ def _grid_list(deck: Deck, card: Card, first: int) -> list[int]:
             rows.append(deck.grids.row(card.integer(i), card))
             i += 1
     if not rows:
-        raise InputError(f"{card.name} {card.text(0)} has no grids", where=card.where, expected="dependent grids")
+        raise card.error(f"{card.name} {card.text(0)} has no grids", expected="dependent grids")
     return list(dict.fromkeys(rows))
 
 
@@ -131,26 +130,21 @@ def _eliminating(
     """C u = 0 with columns summed where a dof is there twice, solved for `dependent`."""
     names = list(dict.fromkeys([*dependent, *dofs]))
     if len(names) > len(set(dofs)):
-        raise InputError(
+        raise card.error(
             f"UM of {card.name} {card.text(0)} names dofs that the card does not use",
-            where=card.where,
             expected="dofs of the reference grid and of the listed grids",
         )
     if len(dependent) != C.shape[0]:
-        raise InputError(
-            f"UM of {card.name} {card.text(0)} names {len(dependent)} dofs",
-            where=card.where,
-            expected=f"{C.shape[0]}, as many as REFC",
+        raise card.error(
+            f"UM of {card.name} {card.text(0)} names {len(dependent)} dofs", expected=f"{C.shape[0]}, as many as REFC"
         )
     summed, column = np.zeros((C.shape[0], len(names))), {name: k for k, name in enumerate(names)}
     for k, dof in enumerate(dofs):
         summed[:, column[dof]] += C[:, k]
     block = summed[:, : len(dependent)]
     if not np.linalg.cond(block / np.abs(block).max(axis=0)) < 1.0 / SINGULAR:
-        raise InputError(
-            f"the dependent dofs of {card.name} {card.text(0)} cannot be solved for",
-            where=card.where,
-            fix="Choose other dofs.",
+        raise card.error(
+            f"the dependent dofs of {card.name} {card.text(0)} cannot be solved for", fix="Choose other dofs."
         )
     yield from local_equations(deck.grids, names, summed, len(dependent), card.where)
 
@@ -176,9 +170,7 @@ def _weights(deck: Deck, card: Card) -> tuple[list[tuple[int, tuple[int, ...], f
             weight, dofs = card.real(i), card.components(i + 1)
             i += 2
     if not entries or not all(d and w > 0.0 for _, d, w in entries):
-        raise InputError(
-            f"RBE3 {card.text(0)} has grids without weight or dofs", where=card.where, expected="WT > 0, C, and grids"
-        )
+        raise card.error(f"RBE3 {card.text(0)} has grids without weight or dofs", expected="WT > 0, C, and grids")
     return entries, swapped
 
 
@@ -204,9 +196,8 @@ def _mean_motion(
     A = S.T @ (w[:, None] * S)
     scale = np.array([1.0, 1.0, 1.0, length, length, length])
     if not np.linalg.cond(A / np.outer(scale, scale)) < 1.0 / SINGULAR:
-        raise InputError(
+        raise card.error(
             f"the grids of RBE3 {card.text(0)} do not define a rigid motion",
-            where=card.where,
             expected="three grids that span an area, or rotations",
             fix="List more dofs.",
         )
@@ -259,9 +250,8 @@ def _rigid_body(
 
     R_n, R_m = motion(independent), motion(dependent)
     if R_n.shape[0] != 6 or not np.linalg.cond(R_n / np.maximum(np.abs(R_n).max(axis=0), 1e-300)) < 1.0 / SINGULAR:
-        raise InputError(
+        raise card.error(
             f"the independent dofs of {card.name} {card.text(0)} do not define a rigid motion",
-            where=card.where,
             expected="six dofs that no rigid motion leaves at rest",
         )
     m, n = ([(node, d) for node, of_node in side for d in of_node] for side in (dependent, independent))
@@ -274,7 +264,7 @@ def _rrod(deck: Deck, card: Card) -> Iterator[Constraint]:
     a, b = (deck.grids.row(card.integer(i), card) for i in (1, 2))
     t = deck.grids.place(b) - deck.grids.place(a)
     if not np.linalg.norm(t) > 0.0:
-        raise InputError(f"RROD {card.text(0)} has zero length", where=card.where)
+        raise card.error(f"RROD {card.text(0)} has zero length")
     row = np.concatenate([t, np.zeros(3)])[None, :] / np.linalg.norm(t)
     dependent, other = (a, b) if card.components(3) else (b, a)
     yield from relative_motion(dependent, other, np.zeros(3), row, card.where)
@@ -296,9 +286,7 @@ def _multipoint(deck: Deck) -> Iterator[Constraint]:
             dofs.append((row, dof))
             values.append(card.real(i + 2, 0.0))
         if not values or values[0] == 0.0:
-            raise InputError(
-                f"MPC of set {card.integer(0)} has no first coefficient", where=card.where, expected="A1 not 0"
-            )
+            raise card.error(f"MPC of set {card.integer(0)} has no first coefficient", expected="A1 not 0")
         yield from local_equations(deck.grids, dofs, np.array([values]), 1, card.where)
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint, Equation
@@ -45,10 +44,9 @@ def _clamped(deck: Deck, card: Card, shell: int, first: int, second: int) -> Ite
     share = float(at @ d) / size if size else np.nan
     beside = float(np.linalg.norm(at - share * d))
     if not (-BESIDE <= share <= 1.0 + BESIDE and beside <= BESIDE * np.sqrt(size)):
-        raise InputError(
+        raise card.error(
             f"grid {deck.grids.ids[shell]} of RSSCON {card.text(0)} does not lie between grids "
             f"{deck.grids.ids[first]} and {deck.grids.ids[second]}",
-            where=card.where,
             expected="a grid of the shell on the line between two grids of the solid",
             fix="Correct the grids, or project the shell's edge on the solid's.",
         )

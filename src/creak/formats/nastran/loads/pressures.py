@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.errors import InputError
 from creak.formats.deck.pressure import Pressed, nodal_forces
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
@@ -82,7 +81,7 @@ def _on_grids(deck: Deck, card: Card, factor: float, with_middles: dict[tuple[in
     """PLOAD: on the face with middle nodes whose corners its grids are, else on the grids alone."""
     rows = [deck.grids.row(card.integer(i), card) for i in range(2, 6) if card.text(i)]
     if len(rows) not in (3, 4):
-        raise InputError(f"PLOAD with {len(rows)} grids", where=card.where, expected="three or four")
+        raise card.error(f"PLOAD with {len(rows)} grids", expected="three or four")
     plain: _Face = ("quad4" if len(rows) == 4 else "tri3", rows, np.zeros(1, dtype=np.int64))
     pressure, faces = factor * card.real(1), _facets(*with_middles.get(tuple(sorted(rows)), plain))
     if faces.sides[0]:
@@ -104,10 +103,8 @@ def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
     missing = [e for e in found if e not in known]
     if missing or not found:
         gone = missing[0] if missing else card.text(at)
-        raise InputError(
-            f"{card.name} {card.text(0)} presses element {gone}, which is not there",
-            where=card.where,
-            expected="shells or solids",
+        raise card.error(
+            f"{card.name} {card.text(0)} presses element {gone}, which is not there", expected="shells or solids"
         )
     return found
 
@@ -122,16 +119,13 @@ def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[in
         places = _facets(kind, range(len(nodes)), number).nodes
         return _facets(kind, nodes, number), factor * np.array(p)[places], along
     if kind not in FACES or card.name != "PLOAD4":
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} presses an element without such a surface",
-            where=card.where,
             expected="a shell, or with PLOAD4 a solid",
         )
     p = _pressures(card, 4)
     if len(set(p)) > 1:
-        raise InputError(
-            f"PLOAD4 {card.text(0)} varies over the face of a solid", where=card.where, expected="P1 alone"
-        )
+        raise card.error(f"PLOAD4 {card.text(0)} varies over the face of a solid", expected="P1 alone")
     inward = -1.0 if np.isnan(along[0]) else 1.0
     faces = _facets(kind, nodes, _face(deck, card, kind, nodes))
     return faces, np.full(faces.nodes.shape, factor * inward * p[0]), along
@@ -150,9 +144,8 @@ def _face(deck: Deck, card: Card, kind: str, nodes: list[int]) -> IntArray:
         if named and inside == wanted[: len(named)] and (len(named) > 1 or is_triangle):
             fits.append(np.flatnonzero(number == face))
     if len(fits) != 1:
-        raise InputError(
+        raise card.error(
             f"G1 and G3 of PLOAD4 {card.text(0)} name {len(fits)} faces of element {card.text(1)}",
-            where=card.where,
             expected="a corner of the face and the one opposite (CTETRA: the one that is not on the face)",
         )
     return np.asarray(fits[0], dtype=np.int64)
@@ -171,9 +164,7 @@ def _direction(deck: Deck, card: Card) -> Sequence[float]:
     if card.name != "PLOAD4":
         return _NORMAL
     if any(card.text(i).upper() not in ("", word) for i, word in ((12, "SURF"), (13, "NORM"))):
-        raise InputError(
-            f"PLOAD4 {card.text(0)} has SORL or LDIR", where=card.where, expected="SURF and NORM", fix="Leave them out."
-        )
+        raise card.error(f"PLOAD4 {card.text(0)} has SORL or LDIR", expected="SURF and NORM", fix="Leave them out.")
     vector = np.array([card.real(i, 0.0) for i in (9, 10, 11)])
     if not vector.any():
         return _NORMAL

@@ -50,9 +50,8 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
         if deck.case.loadset and card.integer(0) == deck.case.loadset and card.integer(1) == identifier:
             _add(deck, cards, card.integer(2), 1.0, found, 0)
     if not found.where:
-        raise InputError(
+        raise user.error(
             f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
-            where=user.where,
             expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
         )
     if found.gravity.any() or found.pressures:
@@ -97,9 +96,8 @@ def cards_by_set(deck: Deck, *names: str) -> dict[str, list[Card]]:
 def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSet, depth: int) -> None:
     for card in cards.get(str(identifier), ()):
         if card.name in NOT_READ:
-            raise InputError(
+            raise card.error(
                 f"{card.name} of load set {identifier} is not read by creak",
-                where=card.where,
                 expected="DAREA, FORCE, MOMENT, GRAV, PLOAD, PLOAD2, PLOAD4 and SPCD",
                 fix="Write the load as forces on grids.",
             )
@@ -107,7 +105,7 @@ def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSe
         found.where = found.where or card.where
         if card.name == "LOAD":
             if depth > DEPTH:
-                raise InputError(f"LOAD {identifier} refers to itself", where=card.where, fix="Remove the reference.")
+                raise card.error(f"LOAD {identifier} refers to itself", fix="Remove the reference.")
             for i in range(2, len(card.fields), 2):
                 if card.text(i + 1):
                     other = referred(cards, str(card.integer(i + 1)), card, "load set", "FORCE, MOMENT, GRAV or SPCD")
@@ -120,7 +118,7 @@ def _add(deck: Deck, cards: Cards, identifier: int, factor: float, found: LoadSe
         elif card.name == "GRAV":
             direction = np.array([card.real(i, 0.0) for i in (3, 4, 5)])
             if not direction.any():
-                raise InputError(f"GRAV {identifier} has no direction", where=card.where, expected="N1, N2, N3")
+                raise card.error(f"GRAV {identifier} has no direction", expected="N1, N2, N3")
             axes = axes_at(deck.system(card.integer(1, 0), card), np.zeros(3))
             found.gravity = found.gravity + factor * card.real(2) * (axes @ direction)
         else:
@@ -150,10 +148,8 @@ def _add_components(deck: Deck, card: Card, factor: float, found: LoadSet) -> No
                     if share:
                         found.forces[row, k] = found.forces.get((row, k), 0.0) + share * value
             elif row in deck.grids.axes:
-                raise InputError(
-                    f"SPCD moves grid {card.text(i)} along turned axes (field CD)",
-                    where=card.where,
-                    fix="Move it along global axes.",
+                raise card.error(
+                    f"SPCD moves grid {card.text(i)} along turned axes (field CD)", fix="Move it along global axes."
                 )
             else:
                 found.motion[row, dof] = value

@@ -99,9 +99,8 @@ def _warm(deck: Deck, number: int, cards: Cards) -> NodeTemperatures | None:
 
 
 def _refuse_gradient(card: Card, number: int) -> NoReturn:
-    raise InputError(
+    raise card.error(
         f"{card.name} of temperature set {number} is not read by creak",
-        where=card.where,
         expected="TEMP and TEMPD, one temperature of each grid",
         fix="creak heats shells and bars evenly through the thickness: give the mean at the grids.",
     )

@@ -36,9 +36,8 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
     delay = _delay(card)
     if card.name == "TLOAD1":
         if any(card.real(i, 0.0) for i in (5, 6)):
-            raise InputError(
+            raise card.error(
                 f"TLOAD1 {card.text(0)} has initial values US0, VS0",
-                where=card.where,
                 expected="blank or 0",
                 fix="creak starts from the undeformed place.",
             )
@@ -69,11 +68,8 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
 
 def _delay(card: Card) -> float:
     if card.is_integer(2) and card.integer(2):
-        raise InputError(
-            f"{card.name} {card.text(0)} has a DELAY card",
-            where=card.where,
-            expected="a time in its field DELAY",
-            fix="Shift its table.",
+        raise card.error(
+            f"{card.name} {card.text(0)} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table."
         )
     return 0.0 if card.is_integer(2) else card.real(2, 0.0)
 
@@ -160,9 +156,8 @@ def _analytic(card: Card, delay: float, dt: float, count: int, kind: str) -> Amp
         cosine, sine = (math.cos(shifted),), (-math.sin(shifted),)
         return Amplitude(_name(card), "periodic", frequency=frequency, cosine=cosine, sine=sine, where=card.where)
     if kind != "force":
-        raise InputError(
+        raise card.error(
             f"TLOAD2 {card.text(0)} moves grids by a function that starts, ends or grows within the run",
-            where=card.where,
             expected="T1 = 0, T2 at or after the end, B = C = 0",
             fix="Give the motion by TLOAD1 and a table.",
         )
@@ -172,5 +167,5 @@ def _analytic(card: Card, delay: float, dt: float, count: int, kind: str) -> Amp
     with np.errstate(over="ignore", invalid="ignore"):
         values = np.where(on, s**power * np.exp(growth * s) * np.cos(2.0 * math.pi * frequency * s + phase), 0.0)
     if not (np.abs(values) <= LARGEST).all():
-        raise InputError(f"TLOAD2 {card.text(0)} grows beyond all numbers", where=card.where, fix="Check B and C.")
+        raise card.error(f"TLOAD2 {card.text(0)} grows beyond all numbers", fix="Check B and C.")
     return _tabular(card, np.column_stack([t, values]))

@@ -178,16 +178,14 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
     kind, card = _kind(term.card), term.card
     found = load_set(deck, card.integer(1), card)
     if kind != "force" and found.forces:
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} moves grids (TYPE {card.text(3)}), but its set has forces",
-            where=card.where,
             expected="SPCD cards",
             fix="Give TYPE LOAD for forces.",
         )
     if kind == "force" and found.motion:
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} is a load, but its set has SPCD cards",
-            where=card.where,
             expected="TYPE DISP, VELO or ACCE",
             fix="Give the type of the motion.",
         )

@@ -9,8 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
-from creak.formats.deck.cross_section import principal
+from creak.formats.deck.cross_section import CrossSection, principal
 from creak.formats.deck.equations import relative_motion
 from creak.formats.nastran.sections.bar_shapes import is_off_centre, read_shape
 from creak.formats.nastran.sections.materials import Materials
@@ -66,36 +65,32 @@ def _beam(
     deck: Deck,
     card: Card,
     materials: Materials,
-    area: float,
-    i: tuple[float, float, float],
-    torsion: float,
+    of: CrossSection,
     nsm: float,
     k: tuple[float, float],
-    radius: float = 0.0,
 ) -> BeamSection:
     """I1 is bending in plane 1 (about axis 2), so i22. With I12 the axes turn to the principal ones, and K1, K2 are
     left out as Nastran does. Nastran's CBEAM has inertia about its axis, its CBAR and CROD have none."""
     material, factor = materials.isotropic(card.integer(1), card)
-    if area < 0.0 or i[0] < 0.0 or i[1] < 0.0 or torsion < 0.0 or i[0] * i[1] < i[2] ** 2:
-        raise InputError(
-            f"{card.name} {card.integer(0)} has A = {area:g}, I1 = {i[0]:g}, I2 = {i[1]:g}, J = {torsion:g}",
-            where=card.where,
+    if min(of.area, of.i22, of.i11, of.torsion) < 0.0 or of.i22 * of.i11 < of.i12**2:
+        raise card.error(
+            f"{card.name} {card.integer(0)} has A = {of.area:g}, I1 = {of.i22:g}, I2 = {of.i11:g}, J = {of.torsion:g}",
             expected="no negative value, I1 I2 > I12^2",
         )
-    i11, i22, angle = principal(i[1], i[0], i[2])
-    turned = (area, i[1], i[2], i[0], torsion * factor) if angle else ()
+    i11, i22, angle = principal(of.i11, of.i22, of.i12)
+    turned = (of.area, of.i11, of.i12, of.i22, of.torsion * factor) if angle else ()
     if angle:
         k = (0.0, 0.0)
     return BeamSection(
         f"{card.name} {card.integer(0)}",
         material,
-        area,
+        of.area,
         i11,
         i22,
-        torsion * factor,
-        radius=radius,
-        shear_area1=k[0] * area * factor,
-        shear_area2=k[1] * area * factor,
+        of.torsion * factor,
+        radius=of.radius,
+        shear_area1=k[0] * of.area * factor,
+        shear_area2=k[1] * of.area * factor,
         angle=angle,
         line_mass=nsm * deck.mass_factor,
         twist_inertia=0.0 if card.name.startswith("PBAR") else None,
@@ -108,7 +103,7 @@ def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
     """A, I1, I2, J, NSM; K1, K2 (0: rigid in shear), I12."""
     area, i1, i2, torsion, nsm = (card.real(i, 0.0) for i in range(2, 7))
     k = (card.real(16, 0.0), card.real(17, 0.0))
-    return _beam(deck, card, materials, area, (i1, i2, card.real(18, 0.0)), torsion, nsm, k)
+    return _beam(deck, card, materials, CrossSection(area, i2, i1, card.real(18, 0.0), torsion), nsm, k)
 
 
 def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profile:
@@ -121,8 +116,7 @@ def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profi
             why = f"the shear centre of {kind} is taken at the centroid"
             deck.note(card, why, changes=True, what=f"PBEAML, {kind}")
         return tapered(pbeaml_stations(card, along), lambda v: _of_values(deck, card, materials, v, k, shape.radius))
-    i = (shape.i22, shape.i11, shape.i12)
-    return _beam(deck, card, materials, shape.area, i, shape.torsion, nsm, k, shape.radius)
+    return _beam(deck, card, materials, shape, nsm, k)
 
 
 def _pbeam(deck: Deck, card: Card, materials: Materials) -> Profile:
@@ -140,7 +134,7 @@ def _of_values(
 ) -> BeamSection:
     """The section of A, I1, I2, I12, J and NSM."""
     area, i1, i2, i12, torsion, nsm = values
-    return _beam(deck, card, materials, area, (i1, i2, i12), torsion, nsm, k, radius)
+    return _beam(deck, card, materials, CrossSection(area, i2, i1, i12, torsion, radius=radius), nsm, k)
 
 
 def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, profile: Profile) -> list[Constraint]:
@@ -152,13 +146,10 @@ def _add_bar(deck: Deck, card: Card, default: Card, identifier: int, profile: Pr
     line = ends[1] + arms[1] - ends[0] - arms[0]
     length = float(np.linalg.norm(line))
     if not length > 1e-12 * max(float(np.abs(ends).max()), 1e-300):
-        raise InputError(
-            f"{card.name} {identifier} has zero length", where=card.where, fix="Check its grids and offsets."
-        )
+        raise card.error(f"{card.name} {identifier} has zero length", fix="Check its grids and offsets.")
     if not np.linalg.norm(np.cross(line, v)) > PARALLEL * length * np.linalg.norm(v):
-        raise InputError(
+        raise card.error(
             f"the orientation vector of {card.name} {identifier} lies along it",
-            where=card.where,
             expected="a vector across the bar",
             fix="Change X1, X2, X3 or G0.",
         )
@@ -212,9 +203,7 @@ def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: 
         return deck.grids.place(deck.grids.row(source.integer(4), card)) - deck.grids.place(nodes[0])
     v = np.array([source.real(i, 0.0) for i in (4, 5, 6)])
     if not v.any():
-        raise InputError(
-            f"{card.name} {card.text(0)} has no orientation vector", where=card.where, expected="X1, X2, X3 or G0"
-        )
+        raise card.error(f"{card.name} {card.text(0)} has no orientation vector", expected="X1, X2, X3 or G0")
     axes = deck.grids.axes.get(nodes[0])
     return v if axes is None or offt.startswith("B") else axes @ v
 
@@ -292,14 +281,12 @@ def _add_rod(
     nodes = deck.nodes(card, ends)
     line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
     if not np.linalg.norm(line) > 0.0:
-        raise InputError(f"{card.name} {identifier} has zero length", where=card.where, fix="Check its grids.")
+        raise card.error(f"{card.name} {identifier} has zero length", fix="Check its grids.")
     area, torsion, nsm = values
     material, factor = materials.isotropic(mid, owner)
     if area < 0.0 or torsion < 0.0 or not area + torsion > 0.0:
-        raise InputError(
-            f"{owner.name} {owner.text(0)} has A = {area:g} and J = {torsion:g}",
-            where=owner.where,
-            expected="A > 0 or J > 0",
+        raise owner.error(
+            f"{owner.name} {owner.text(0)} has A = {area:g} and J = {torsion:g}", expected="A > 0 or J > 0"
         )
     name = f"{owner.name} {owner.text(0)}"
     if torsion == 0.0 and nsm == 0.0:

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.text.bulk_data import Card
 
 
@@ -94,9 +93,8 @@ def _definitions(cards: list[Card]) -> dict[int, _Definition]:
             identifier = card.integer(start)
             if identifier in found and found[identifier].card.fields != card.fields:
                 first = found[identifier].card.where
-                raise InputError(
+                raise card.error(
                     f"coordinate system {identifier} is defined twice, first at {first}",
-                    where=card.where,
                     fix="Give one of them another id.",
                 )
             found[identifier] = _Definition(card, card.name[-1], start + (1 if by_grids else 2), by_grids)
@@ -116,9 +114,8 @@ class _Resolver:
         if identifier in self.systems:
             return self.systems[identifier]
         if identifier in above or identifier not in self.definitions:
-            raise InputError(
+            raise user.error(
                 f"{user.name} {user.integer(0)} refers to system {identifier}",
-                where=user.where,
                 expected="a CORD1 or CORD2 card of this deck that does not refer back",
                 fix="Add the missing card",
             )
@@ -140,9 +137,7 @@ class _Resolver:
     def _grid(self, user: Card, identifier: int, above: tuple[int, ...]) -> FloatArray:
         card = self.grids.get(identifier)
         if card is None:
-            raise InputError(
-                f"{user.name} uses grid {identifier}, which is not defined", where=user.where, fix="Add its GRID card."
-            )
+            raise user.error(f"{user.name} uses grid {identifier}, which is not defined", fix="Add its GRID card.")
         base = self.system(card.integer(1, self.cp), card, above)
         return point_in_basic(base, np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
 
@@ -152,6 +147,6 @@ def _axes(points: list[FloatArray], card: Card) -> FloatArray:
     z, in_plane = points[1] - points[0], points[2] - points[0]
     y = np.cross(z, in_plane)
     if np.linalg.norm(y) <= 1e-10 * np.linalg.norm(z) * np.linalg.norm(in_plane):
-        raise InputError(f"the three points of {card.name} {card.integer(0)} lie on a line", where=card.where)
+        raise card.error(f"the three points of {card.name} {card.integer(0)} lie on a line")
     z, y = z / np.linalg.norm(z), y / np.linalg.norm(y)
     return np.stack([np.cross(y, z), y, z], axis=1)

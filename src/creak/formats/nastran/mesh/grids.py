@@ -35,16 +35,14 @@ class Grids:
     def row(self, identifier: int, card: Card) -> int:
         """Row of a grid or scalar point that a card uses."""
         if identifier in self.fluid:
-            raise InputError(
+            raise card.error(
                 f"{card.name} {card.text(0)} uses grid {identifier}, which is a fluid point (CD = -1)",
-                where=card.where,
                 expected="points of the structure",
                 fix="creak has no fluid elements.",
             )
         if identifier not in self.row_of:
-            raise InputError(
+            raise card.error(
                 f"{card.name} {card.text(0)} uses grid {identifier}, which is not defined",
-                where=card.where,
                 fix="Add its GRID card or correct the id.",
             )
         return self.row_of[identifier]
@@ -100,9 +98,8 @@ def read_grids(by_name: dict[str, list[Card]], systems: dict[int, CoordinateSyst
         identifier = card.integer(0)
         if identifier in first:
             if first[identifier].fields != card.fields:
-                raise InputError(
+                raise card.error(
                     f"grid {identifier} is defined twice, first at {first[identifier].where}",
-                    where=card.where,
                     fix="Give one of them another id.",
                 )
             continue
@@ -134,9 +131,7 @@ def _placed(card: Card, default: Card, systems: dict[int, CoordinateSystem]) -> 
             )
     place = point_in_basic(systems[cp], np.array([card.real(i, 0.0) for i in (2, 3, 4)]))
     if not (np.abs(place) < LARGEST).all():
-        raise InputError(
-            f"GRID {card.integer(0)} has coordinates too large to compute with", where=card.where, fix="Correct them."
-        )
+        raise card.error(f"GRID {card.integer(0)} has coordinates too large to compute with", fix="Correct them.")
     return place, axes_at(systems[cd], place)
 
 
@@ -156,7 +151,7 @@ def _add_scalars(by_name: dict[str, list[Card]], grids: Grids) -> None:
     for card in by_name.get("SPOINT", []):
         for identifier in id_list(card):
             if identifier in grids.row_of and grids.row_of[identifier] not in grids.scalar:
-                raise InputError(f"point {identifier} is both a GRID and an SPOINT", where=card.where)
+                raise card.error(f"point {identifier} is both a GRID and an SPOINT")
             if identifier not in grids.row_of:
                 add(identifier)
     for name, fields in _POINTS_OF.items():

@@ -61,7 +61,7 @@ def surface_elements(deck: Deck, identifier: int) -> tuple[list[int], dict[int, 
     if kind == "ELEM":
         return ids_among(id_ranges(card, ROW), deck.element_at), {}
     if kind not in KINDS:
-        raise InputError(f"SURF {identifier} is of type {kind or 'blank'}", where=card.where, expected="ELFACE or ELEM")
+        raise card.error(f"SURF {identifier} is of type {kind or 'blank'}", expected="ELFACE or ELEM")
     elements: list[int] = []
     faces: dict[int, list[set[int]]] = {}
     for i in range(ROW, len(card.fields), ROW):

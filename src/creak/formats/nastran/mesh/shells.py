@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
@@ -135,16 +134,13 @@ def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArr
         return None, 0.0
     own = owner.real(2, 0.0)
     if not own and (relative or not all(card.fields[at.t1 : at.t1 + n])):
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} lacks thicknesses that PSHELL {owner.text(0)} does not give",
-            where=card.where,
             expected="T on PSHELL or T1 to T4",
         )
     values = np.array([card.real(at.t1 + i, 1.0 if relative else own) for i in range(n)])
     if not (values > 0.0).all():
-        raise InputError(
-            f"{card.name} {card.text(0)} has a corner without thickness", where=card.where, expected="T1 to T4 > 0"
-        )
+        raise card.error(f"{card.name} {card.text(0)} has a corner without thickness", expected="T1 to T4 > 0")
     base = 1.0 if relative else own or float(values.mean())
     return values / base, 0.0 if own else base
 
@@ -154,10 +150,8 @@ def _normal(corners: FloatArray, card: Card) -> FloatArray:
     normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
     size = math.sqrt(float(normal @ normal))
     if not size > 1e-12 * (a * a + b * b + c * c + d * d + e * e + f * f):
-        raise InputError(
-            f"{card.name} {card.text(0)} has zero area",
-            where=card.where,
-            fix="Check the coordinates and the order of its grids.",
+        raise card.error(
+            f"{card.name} {card.text(0)} has zero area", fix="Check the coordinates and the order of its grids."
         )
     return normal / size
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
@@ -66,7 +65,7 @@ def read_solids(deck: Deck, materials: Materials) -> None:
 def _section(card: Card, materials: Materials) -> SolidSection:
     material = materials.of(card.integer(1), card).material
     if isinstance(material, SheetMaterial):
-        raise InputError(f"PSOLID {card.integer(0)} uses {material.name}", where=card.where, expected="MAT1 or MAT9")
+        raise card.error(f"PSOLID {card.integer(0)} uses {material.name}", expected="MAT1 or MAT9")
     return SolidSection(f"PSOLID {card.integer(0)}", material)
 
 
@@ -86,9 +85,8 @@ def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
 def _refuse_middles(card: Card, n: int, more: int) -> None:
     given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
     if given:
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} has {n + given} grids",
-            where=card.where,
             expected=f"{n} grids",
             fix="Export the mesh in first order.",
         )

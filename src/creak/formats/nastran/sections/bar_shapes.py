@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from creak.errors import InputError
 from creak.formats.deck.cross_section import CrossSection, Rectangle, box, composed, rectangle, tube
 from creak.formats.nastran.text.bulk_data import Card
 
@@ -217,16 +216,14 @@ def shape_of(card: Card, dims: list[float]) -> CrossSection:
     kind = card.text(3).upper()
     n, make = SHAPES[kind]
     if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
-        raise InputError(f"{card.name} {card.text(0)} has dimensions {dims}", where=card.where, expected="> 0")
+        raise card.error(f"{card.name} {card.text(0)} has dimensions {dims}", expected="> 0")
     try:
         shape = make(*dims)
         right = shape.sound
     except ArithmeticError:  # no wall, or too large to compute with
         right = False
     if not right:
-        raise InputError(
-            f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}",
-            where=card.where,
-            expected="walls thinner than the section",
+        raise card.error(
+            f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}", expected="walls thinner than the section"
         )
     return shape

@@ -64,10 +64,8 @@ class Materials:
         """A MAT1 and its shear factor, for bars, beams and rods."""
         found = self._read(identifier, user)
         if not isinstance(found.material, Material):
-            raise InputError(
-                f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}",
-                where=user.where,
-                expected="a MAT1",
+            raise user.error(
+                f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}", expected="a MAT1"
             )
         return found.material, found.shear_factor
 
@@ -127,7 +125,7 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
     name = f"MAT1 {card.integer(0)}"
     E, G, nu = (card.real(i) if card.text(i) else None for i in (1, 2, 3))
     if E is None and G is None:
-        raise InputError(f"{name} has neither E nor G", where=card.where, expected="two of E, G and NU")
+        raise card.error(f"{name} has neither E nor G", expected="two of E, G and NU")
     if E is None and G is not None:
         nu = nu or 0.0
         E = 2.0 * (1.0 + nu) * G
@@ -136,11 +134,8 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
         nu = E / (2.0 * G) - 1.0 if G else 0.0
     flaw = None
     if not E > 0.0 or not -1.0 < nu < 0.5:
-        flaw = InputError(
-            f"{name} has E = {E:g} and nu = {nu:g}",
-            where=card.where,
-            expected="E > 0 and -1 < nu < 0.5",
-            fix="Check E, G and NU.",
+        flaw = card.error(
+            f"{name} has E = {E:g} and nu = {nu:g}", expected="E > 0 and -1 < nu < 0.5", fix="Check E, G and NU."
         )
         if not E > 0.0 or (G is not None and G < 0.0):
             raise flaw
@@ -182,10 +177,8 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
     """Orthotropic sheet: E1 E2 NU12 G12 G1Z G2Z RHO; blank G1Z or G2Z: rigid in transverse shear."""
     E1, E2, nu12, G12 = (card.real(i) for i in (1, 2, 3, 4))
     if not min(E1, E2, G12) > 0.0:
-        raise InputError(
-            f"MAT8 {card.integer(0)} has E1 = {E1:g}, E2 = {E2:g} and G12 = {G12:g}",
-            where=card.where,
-            expected="positive moduli",
+        raise card.error(
+            f"MAT8 {card.integer(0)} has E1 = {E1:g}, E2 = {E2:g} and G12 = {G12:g}", expected="positive moduli"
         )
     G1z, G2z = (card.real(i, 0.0) or STIFF * G12 for i in (5, 6))
     in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)

@@ -34,9 +34,8 @@ def _in_plane_strain(materials: Materials, identifier: int, user: Card) -> Sheet
     found = materials.of(identifier, user)
     material = found.material
     if not isinstance(material, Material):
-        raise InputError(
+        raise user.error(
             f"{user.name} {user.text(0)} is in plane strain (MID2 = -1) and its MID1 is {material.name}",
-            where=user.where,
             expected="a MAT1",
         )
     return isotropic_sheet(Isotropic(material, found.shear_factor, strained=True))
@@ -81,13 +80,13 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
         mids[2] = 0
     t = card.real(2, thickness) or thickness
     if not t > 0.0:
-        raise InputError(f"PSHELL {card.integer(0)} has thickness {t:g}", where=card.where, expected="T > 0")
+        raise card.error(f"PSHELL {card.integer(0)} has thickness {t:g}", expected="T > 0")
     bending, shear = card.real(4, 1.0) or 1.0, card.real(6, 5.0 / 6.0) or 1.0
     nsm = _added_mass(deck, card, 7)
     name = f"PSHELL {card.integer(0)}"
     first = next((m for m in mids[:2] if m > 0), 0)
     if not first:
-        raise InputError(f"{name} has neither MID1 nor MID2", where=card.where, expected="a material")
+        raise card.error(f"{name} has neither MID1 nor MID2", expected="a material")
     base = sheet_of(materials, first, card)
     plain = mids[1] == mids[0] and mids[2] > 0 and mids[3] == 0 and bending == 1.0 and abs(shear - 5.0 / 6.0) < 1e-4
     if plain and isinstance(base, Material) and mids[2] == mids[0]:
@@ -152,7 +151,7 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     plies = _plies(card, materials)
     name = f"{card.name} {card.integer(0)}"
     if not plies:
-        raise InputError(f"{name} has no plies", where=card.where, expected="MID, T, THETA of each ply")
+        raise card.error(f"{name} has no plies", expected="MID, T, THETA of each ply")
     lam = card.text(7).upper()
     if lam in ("SYM", "SYMEM", "SYBEND", "SYSMEAR"):
         plies = [*plies, *reversed(plies)]

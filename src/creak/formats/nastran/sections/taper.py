@@ -9,7 +9,6 @@ from itertools import pairwise
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.nastran.sections.bar_shapes import dimensions, shape_of
 from creak.formats.nastran.text.bulk_data import Card
 from creak.model.materials import BeamSection
@@ -142,9 +141,8 @@ _WORDS = ("YES", "YESA", "NO")
 
 def _check(card: Card, places: Sequence[float]) -> None:
     if any(not 0.0 < x <= 1.0 for x in places) or len(set(places)) < len(places):
-        raise InputError(
+        raise card.error(
             f"{card.name} {card.text(0)} has stations at {', '.join(f'{x:g}' for x in places)}",
-            where=card.where,
             expected="X/XB between 0 and 1, each once",
             fix="Correct them.",
         )

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from creak.errors import InputError
+from creak.formats.deck.refusals import Placed
 from creak.formats.deck.text import Line
 from creak.formats.matrices.checks import field_value, number, read_text
 
@@ -22,7 +23,7 @@ _BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
 
 
 @dataclass(frozen=True)
-class Card:
+class Card(Placed):
     """One bulk data entry with its continuations."""
 
     name: str
@@ -309,11 +310,8 @@ def id_list(card: Card, start: int = 0) -> Iterator[int]:
     """
     ranges = list(id_ranges(card, start))
     if (count := sum(map(len, ranges))) > MAX_LIST:
-        raise InputError(
-            f"{card.name} lists {count:,} ids",
-            where=card.where,
-            expected=f"at most {MAX_LIST:,}",
-            fix="Give the last id that there is.",
+        raise card.error(
+            f"{card.name} lists {count:,} ids", expected=f"at most {MAX_LIST:,}", fix="Give the last id that there is."
         )
     return itertools.chain.from_iterable(ranges)
 

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from creak.arrays import FloatArray
-from creak.errors import InputError
 from creak.formats.deck.groups import Group, put
 from creak.formats.nastran.mesh.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.nastran.mesh.grids import Grids
@@ -108,9 +107,8 @@ class Deck:
         if identifier == 0:
             return BASIC
         if identifier not in self.systems:
-            raise InputError(
+            raise card.error(
                 f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
-                where=card.where,
                 fix="Add its CORD card.",
             )
         return self.systems[identifier]
@@ -131,9 +129,8 @@ class Deck:
             self.note(card, why, changes=False, what=f"{card.name} {identifier}")
             identifier = other
         if identifier in self.element_at:
-            raise InputError(
+            raise card.error(
                 f"element {identifier} ({card.name}) is defined twice, first at {self.element_at[identifier]}",
-                where=card.where,
                 fix="Give one of them another id.",
             )
         self.element_at[identifier] = card.where
@@ -151,13 +148,10 @@ class Deck:
         rows = [self.grids.row(card.integer(i), card) for i in fields]
         for i, row in zip(fields, rows, strict=True):
             if row in self.grids.scalar:
-                raise InputError(
-                    f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", where=card.where, expected="a GRID"
-                )
+                raise card.error(f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", expected="a GRID")
         if len(set(rows)) < len(rows):
-            raise InputError(
+            raise card.error(
                 f"{card.name} {card.text(0)} uses a grid twice",
-                where=card.where,
                 expected="distinct grids",
                 fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.",
             )
@@ -217,10 +211,8 @@ def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
         identifier = card.integer(0)
         first = found.get(identifier)
         if first is not None and (first.name, first.fields) != (card.name, card.fields):
-            raise InputError(
-                f"{what} {identifier} is defined twice, first at {first.where}",
-                where=card.where,
-                fix="Give one of them another id.",
+            raise card.error(
+                f"{what} {identifier} is defined twice, first at {first.where}", fix="Give one of them another id."
             )
         found[identifier] = card
     return found
@@ -234,9 +226,8 @@ def referred(found: Mapping[K, T], identifier: K, user: Card, what: str, names: 
     InputError : there is none.
     """
     if identifier not in found:
-        raise InputError(
+        raise user.error(
             f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined",
-            where=user.where,
             expected=f"a {names} card with this id",
             fix="Add the card or correct the id.",
         )
