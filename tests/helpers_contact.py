@@ -17,7 +17,6 @@ from helpers_core import block, model_of, plate, shell, whole_block
 METHODS = {"surface-to-surface": surface_to_surface, "node-to-surface": node_to_surface}
 both = pytest.mark.parametrize("method", sorted(METHODS))
 HEIGHT, T_LOW, T_HIGH = 0.01, 1e-3, 2e-3
-NODE_SET = {"TOP_NODES": range(0)}
 
 
 def stacked(

@@ -28,7 +28,6 @@ from helpers_findings import summarised, to_draw
 RECORDED = {"section": "verdicts"}
 
 EXACT = STUDY.replace("step = 5e-4\n", 'accuracy = "quick"\n').replace("[time]", "[reference]\nrun = false\n\n[time]")
-SLANTED = EXACT.replace('dof = "z"\nkind', 'dof = "x"\nkind')
 LINES = """
 [limit]
 tolerance = "50 um"

@@ -55,7 +55,7 @@ def described_contact(deck: Deck, surfaces: Collection[str]) -> DeckContact | No
     for card, count in counts.items():
         far = card.name == "BCTSET" and any(card.text(i) for k in (4, 5) for i in range(k, len(card.fields), 8))
         why = f"{count} contact pair(s) for `creak new`; a run has those of its study{UNUSED_REACH if far else ''}"
-        deck.note(card, why, changes=False, what=f"{card.name} {card.text(0)}", used=True)
+        deck.note(card, why, changes=False, what=card.title, used=True)
     flaws += _unfollowed(deck) if found else []
     return DeckContact(laws, tuple(found.values()), flaws=tuple(flaws)) if found or flaws else None
 

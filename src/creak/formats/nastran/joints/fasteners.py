@@ -183,7 +183,7 @@ def _place(deck: Deck, card: Card, gs: int, ga: int | None, xyz: int) -> FloatAr
     if ga is not None:
         return deck.grids.place(ga)
     if not any(card.text(xyz + i) for i in range(3)):
-        raise card.error(f"{card.name} {card.text(0)} has no place", expected="GS, GA or XS, YS, ZS")
+        raise card.error(f"{card.title} has no place", expected="GS, GA or XS, YS, ZS")
     return np.array([card.real(xyz + i, 0.0) for i in range(3)])
 
 
@@ -208,8 +208,7 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
     if not corners:
         what = "property" if kind == "PROP" else "element"
         raise card.error(
-            f"{card.name} {card.text(0)} joins {what} {identifier}, which has no shells",
-            expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6",
+            f"{card.title} joins {what} {identifier}, which has no shells", expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6"
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
 
@@ -237,7 +236,7 @@ def _pierced(f: _Fastener, corners: IntArray, _: FloatArray, coords: FloatArray)
     beside = float(np.linalg.norm(apart - (apart @ normal) * normal))
     if beside > BESIDE * float(np.linalg.norm(X[2] - X[0])):
         raise InputError(
-            f"{f.card.name} {f.card.text(0)} lies {beside:.4g} beside a patch",
+            f"{f.card.title} lies {beside:.4g} beside a patch",
             where=f.card.where,
             expected="a place that projects on both patches",
             fix="Move GS, or correct the ids of the patches.",
@@ -284,9 +283,7 @@ def _hung(
     """
     d = HALF * f.owner.real(1 if f.card.name == "CFAST" else 2)
     if not d > 0.0:
-        raise InputError(
-            f"{f.owner.name} {f.owner.text(0)} has diameter {d / HALF:g}", where=f.owner.where, expected="> 0"
-        )
+        raise InputError(f"{f.owner.title} has diameter {d / HALF:g}", where=f.owner.where, expected="> 0")
     _, y, z = along
     around = place + d * np.array([y + z, y - z, -y - z, z - y])
     facet, shape, met = _met(around, corners, coords)
@@ -295,7 +292,7 @@ def _hung(
     scale = np.array([1.0, 1.0, 1.0, d, d, d])
     if np.linalg.cond(A / np.outer(scale, scale)) > 1e10:
         raise InputError(
-            f"{f.card.name} {f.card.text(0)} meets a patch at its edge only",
+            f"{f.card.title} meets a patch at its edge only",
             where=f.card.where,
             expected="a patch that is there around the fastener",
             fix="Move the fastener, or give a smaller diameter.",
@@ -350,7 +347,7 @@ def _connect(
         made_of, _ = materials.isotropic(f.owner.integer(1), f.owner)
         beta = made_of.beta
     beta = beta if k.any() else 0.0
-    section = Bushing(f"{f.owner.name} {f.owner.text(0)}", np.diag(k), np.zeros((6, 6)), 0.5, beta, made_of)
+    section = Bushing(f.owner.title, np.diag(k), np.zeros((6, 6)), 0.5, beta, made_of)
     own = {"axis1": axes[0], "axis2": axes[1]}
     deck.add((f.owner.name, f.owner.text(0), *k.tolist()), "bush2", section, f.identifier, rows, f.card, **own)
 

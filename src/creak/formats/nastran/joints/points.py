@@ -109,12 +109,10 @@ def _ends(deck: Deck, card: Card, fields: tuple[tuple[int, int], ...]) -> list[t
         if row in deck.grids.scalar:
             dof = 1
         if not 1 <= dof <= 6:
-            raise card.error(
-                f"{card.name} {card.text(0)} acts on component {dof} of grid {card.text(at)}", expected="1 to 6"
-            )
+            raise card.error(f"{card.title} acts on component {dof} of grid {card.text(at)}", expected="1 to 6")
         ends.append((row, dof))
     if not ends:
-        raise card.error(f"{card.name} {card.text(0)} has no grid", expected="one or two grids")
+        raise card.error(f"{card.title} has no grid", expected="one or two grids")
     return ends
 
 

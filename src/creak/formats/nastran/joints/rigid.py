@@ -98,7 +98,7 @@ def _grid_list(deck: Deck, card: Card, first: int) -> list[int]:
             rows.append(deck.grids.row(card.integer(i), card))
             i += 1
     if not rows:
-        raise card.error(f"{card.name} {card.text(0)} has no grids", expected="dependent grids")
+        raise card.error(f"{card.title} has no grids", expected="dependent grids")
     return list(dict.fromkeys(rows))
 
 
@@ -131,21 +131,17 @@ def _eliminating(
     names = list(dict.fromkeys([*dependent, *dofs]))
     if len(names) > len(set(dofs)):
         raise card.error(
-            f"UM of {card.name} {card.text(0)} names dofs that the card does not use",
+            f"UM of {card.title} names dofs that the card does not use",
             expected="dofs of the reference grid and of the listed grids",
         )
     if len(dependent) != C.shape[0]:
-        raise card.error(
-            f"UM of {card.name} {card.text(0)} names {len(dependent)} dofs", expected=f"{C.shape[0]}, as many as REFC"
-        )
+        raise card.error(f"UM of {card.title} names {len(dependent)} dofs", expected=f"{C.shape[0]}, as many as REFC")
     summed, column = np.zeros((C.shape[0], len(names))), {name: k for k, name in enumerate(names)}
     for k, dof in enumerate(dofs):
         summed[:, column[dof]] += C[:, k]
     block = summed[:, : len(dependent)]
     if not np.linalg.cond(block / np.abs(block).max(axis=0)) < 1.0 / SINGULAR:
-        raise card.error(
-            f"the dependent dofs of {card.name} {card.text(0)} cannot be solved for", fix="Choose other dofs."
-        )
+        raise card.error(f"the dependent dofs of {card.title} cannot be solved for", fix="Choose other dofs.")
     yield from local_equations(deck.grids, names, summed, len(dependent), card.where)
 
 
@@ -251,7 +247,7 @@ def _rigid_body(
     R_n, R_m = motion(independent), motion(dependent)
     if R_n.shape[0] != 6 or not np.linalg.cond(R_n / np.maximum(np.abs(R_n).max(axis=0), 1e-300)) < 1.0 / SINGULAR:
         raise card.error(
-            f"the independent dofs of {card.name} {card.text(0)} do not define a rigid motion",
+            f"the independent dofs of {card.title} do not define a rigid motion",
             expected="six dofs that no rigid motion leaves at rest",
         )
     m, n = ([(node, d) for node, of_node in side for d in of_node] for side in (dependent, independent))

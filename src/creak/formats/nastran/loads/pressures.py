@@ -103,9 +103,7 @@ def _elements(card: Card, known: dict[int, tuple[str, list[int]]]) -> list[int]:
     missing = [e for e in found if e not in known]
     if missing or not found:
         gone = missing[0] if missing else card.text(at)
-        raise card.error(
-            f"{card.name} {card.text(0)} presses element {gone}, which is not there", expected="shells or solids"
-        )
+        raise card.error(f"{card.title} presses element {gone}, which is not there", expected="shells or solids")
     return found
 
 
@@ -120,8 +118,7 @@ def _of_element(deck: Deck, card: Card, factor: float, kind: str, nodes: list[in
         return _facets(kind, nodes, number), factor * np.array(p)[places], along
     if kind not in FACES or card.name != "PLOAD4":
         raise card.error(
-            f"{card.name} {card.text(0)} presses an element without such a surface",
-            expected="a shell, or with PLOAD4 a solid",
+            f"{card.title} presses an element without such a surface", expected="a shell, or with PLOAD4 a solid"
         )
     p = _pressures(card, 4)
     if len(set(p)) > 1:

@@ -51,7 +51,7 @@ def load_set(deck: Deck, identifier: int, user: Card) -> LoadSet:
             _add(deck, cards, card.integer(2), 1.0, found, 0)
     if not found.where:
         raise user.error(
-            f"{user.name} {user.text(0)} uses load set {identifier}, which is not defined",
+            f"{user.title} uses load set {identifier}, which is not defined",
             expected="DAREA, FORCE, MOMENT or SPCD cards of this set",
         )
     if found.gravity.any() or found.pressures:

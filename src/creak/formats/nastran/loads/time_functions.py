@@ -68,9 +68,7 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
 
 def _delay(card: Card) -> float:
     if card.is_integer(2) and card.integer(2):
-        raise card.error(
-            f"{card.name} {card.text(0)} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table."
-        )
+        raise card.error(f"{card.title} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table.")
     return 0.0 if card.is_integer(2) else card.real(2, 0.0)
 
 

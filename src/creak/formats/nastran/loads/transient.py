@@ -179,13 +179,13 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
     found = load_set(deck, card.integer(1), card)
     if kind != "force" and found.forces:
         raise card.error(
-            f"{card.name} {card.text(0)} moves grids (TYPE {card.text(3)}), but its set has forces",
+            f"{card.title} moves grids (TYPE {card.text(3)}), but its set has forces",
             expected="SPCD cards",
             fix="Give TYPE LOAD for forces.",
         )
     if kind == "force" and found.motion:
         raise card.error(
-            f"{card.name} {card.text(0)} is a load, but its set has SPCD cards",
+            f"{card.title} is a load, but its set has SPCD cards",
             expected="TYPE DISP, VELO or ACCE",
             fix="Give the type of the motion.",
         )

@@ -203,7 +203,7 @@ def _orientation(deck: Deck, card: Card, default: Card, nodes: list[int], offt: 
         return deck.grids.place(deck.grids.row(source.integer(4), card)) - deck.grids.place(nodes[0])
     v = np.array([source.real(i, 0.0) for i in (4, 5, 6)])
     if not v.any():
-        raise card.error(f"{card.name} {card.text(0)} has no orientation vector", expected="X1, X2, X3 or G0")
+        raise card.error(f"{card.title} has no orientation vector", expected="X1, X2, X3 or G0")
     axes = deck.grids.axes.get(nodes[0])
     return v if axes is None or offt.startswith("B") else axes @ v
 
@@ -285,10 +285,8 @@ def _add_rod(
     area, torsion, nsm = values
     material, factor = materials.isotropic(mid, owner)
     if area < 0.0 or torsion < 0.0 or not area + torsion > 0.0:
-        raise owner.error(
-            f"{owner.name} {owner.text(0)} has A = {area:g} and J = {torsion:g}", expected="A > 0 or J > 0"
-        )
-    name = f"{owner.name} {owner.text(0)}"
+        raise owner.error(f"{owner.title} has A = {area:g} and J = {torsion:g}", expected="A > 0 or J > 0")
+    name = owner.title
     if torsion == 0.0 and nsm == 0.0:
         deck.add((name,), "truss2", TrussSection(name, material, area), identifier, nodes, card)
         return

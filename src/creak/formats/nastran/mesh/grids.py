@@ -36,14 +36,13 @@ class Grids:
         """Row of a grid or scalar point that a card uses."""
         if identifier in self.fluid:
             raise card.error(
-                f"{card.name} {card.text(0)} uses grid {identifier}, which is a fluid point (CD = -1)",
+                f"{card.title} uses grid {identifier}, which is a fluid point (CD = -1)",
                 expected="points of the structure",
                 fix="creak has no fluid elements.",
             )
         if identifier not in self.row_of:
             raise card.error(
-                f"{card.name} {card.text(0)} uses grid {identifier}, which is not defined",
-                fix="Add its GRID card or correct the id.",
+                f"{card.title} uses grid {identifier}, which is not defined", fix="Add its GRID card or correct the id."
             )
         return self.row_of[identifier]
 

@@ -135,12 +135,12 @@ def _thicknesses(card: Card, owner: Card, n: int, at: _Fields) -> tuple[FloatArr
     own = owner.real(2, 0.0)
     if not own and (relative or not all(card.fields[at.t1 : at.t1 + n])):
         raise card.error(
-            f"{card.name} {card.text(0)} lacks thicknesses that PSHELL {owner.text(0)} does not give",
+            f"{card.title} lacks thicknesses that PSHELL {owner.text(0)} does not give",
             expected="T on PSHELL or T1 to T4",
         )
     values = np.array([card.real(at.t1 + i, 1.0 if relative else own) for i in range(n)])
     if not (values > 0.0).all():
-        raise card.error(f"{card.name} {card.text(0)} has a corner without thickness", expected="T1 to T4 > 0")
+        raise card.error(f"{card.title} has a corner without thickness", expected="T1 to T4 > 0")
     base = 1.0 if relative else own or float(values.mean())
     return values / base, 0.0 if own else base
 
@@ -150,9 +150,7 @@ def _normal(corners: FloatArray, card: Card) -> FloatArray:
     normal = np.array([b * f - c * e, c * d - a * f, a * e - b * d])
     size = math.sqrt(float(normal @ normal))
     if not size > 1e-12 * (a * a + b * b + c * c + d * d + e * e + f * f):
-        raise card.error(
-            f"{card.name} {card.text(0)} has zero area", fix="Check the coordinates and the order of its grids."
-        )
+        raise card.error(f"{card.title} has zero area", fix="Check the coordinates and the order of its grids.")
     return normal / size
 
 

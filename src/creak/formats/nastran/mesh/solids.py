@@ -86,9 +86,7 @@ def _refuse_middles(card: Card, n: int, more: int) -> None:
     given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
     if given:
         raise card.error(
-            f"{card.name} {card.text(0)} has {n + given} grids",
-            expected=f"{n} grids",
-            fix="Export the mesh in first order.",
+            f"{card.title} has {n + given} grids", expected=f"{n} grids", fix="Export the mesh in first order."
         )
 
 

@@ -216,14 +216,12 @@ def shape_of(card: Card, dims: list[float]) -> CrossSection:
     kind = card.text(3).upper()
     n, make = SHAPES[kind]
     if any(not d > 0.0 for d in dims[: 1 if kind == "TUBE" else n]):
-        raise card.error(f"{card.name} {card.text(0)} has dimensions {dims}", expected="> 0")
+        raise card.error(f"{card.title} has dimensions {dims}", expected="> 0")
     try:
         shape = make(*dims)
         right = shape.sound
     except ArithmeticError:  # no wall, or too large to compute with
         right = False
     if not right:
-        raise card.error(
-            f"{card.name} {card.text(0)}: dimensions {dims} make no {kind}", expected="walls thinner than the section"
-        )
+        raise card.error(f"{card.title}: dimensions {dims} make no {kind}", expected="walls thinner than the section")
     return shape

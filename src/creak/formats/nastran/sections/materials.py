@@ -64,9 +64,7 @@ class Materials:
         """A MAT1 and its shear factor, for bars, beams and rods."""
         found = self._read(identifier, user)
         if not isinstance(found.material, Material):
-            raise user.error(
-                f"{user.name} {user.text(0)} uses {self.cards[identifier].name} {identifier}", expected="a MAT1"
-            )
+            raise user.error(f"{user.title} uses {self.cards[identifier].name} {identifier}", expected="a MAT1")
         return found.material, found.shear_factor
 
 

@@ -35,8 +35,7 @@ def _in_plane_strain(materials: Materials, identifier: int, user: Card) -> Sheet
     material = found.material
     if not isinstance(material, Material):
         raise user.error(
-            f"{user.name} {user.text(0)} is in plane strain (MID2 = -1) and its MID1 is {material.name}",
-            expected="a MAT1",
+            f"{user.title} is in plane strain (MID2 = -1) and its MID1 is {material.name}", expected="a MAT1"
         )
     return isotropic_sheet(Isotropic(material, found.shear_factor, strained=True))
 

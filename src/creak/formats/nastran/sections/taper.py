@@ -142,7 +142,7 @@ _WORDS = ("YES", "YESA", "NO")
 def _check(card: Card, places: Sequence[float]) -> None:
     if any(not 0.0 < x <= 1.0 for x in places) or len(set(places)) < len(places):
         raise card.error(
-            f"{card.name} {card.text(0)} has stations at {', '.join(f'{x:g}' for x in places)}",
+            f"{card.title} has stations at {', '.join(f'{x:g}' for x in places)}",
             expected="X/XB between 0 and 1, each once",
             fix="Correct them.",
         )

@@ -39,6 +39,11 @@ class Card(Placed):
     def text(self, i: int) -> str:
         return self.fields[i] if i < len(self.fields) else ""
 
+    @property
+    def title(self) -> str:
+        """Name and id, for messages."""
+        return f"{self.name} {self.text(0)}"
+
     def place(self, i: int) -> str:
         """File and line of field i."""
         return next((where for first, where in reversed(self.continued) if i >= first), self.where)

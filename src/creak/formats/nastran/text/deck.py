@@ -108,8 +108,7 @@ class Deck:
             return BASIC
         if identifier not in self.systems:
             raise card.error(
-                f"{card.name} {card.text(0)} uses coordinate system {identifier}, which is not defined",
-                fix="Add its CORD card.",
+                f"{card.title} uses coordinate system {identifier}, which is not defined", fix="Add its CORD card."
             )
         return self.systems[identifier]
 
@@ -148,10 +147,10 @@ class Deck:
         rows = [self.grids.row(card.integer(i), card) for i in fields]
         for i, row in zip(fields, rows, strict=True):
             if row in self.grids.scalar:
-                raise card.error(f"{card.name} {card.text(0)} uses scalar point {card.text(i)}", expected="a GRID")
+                raise card.error(f"{card.title} uses scalar point {card.text(i)}", expected="a GRID")
         if len(set(rows)) < len(rows):
             raise card.error(
-                f"{card.name} {card.text(0)} uses a grid twice",
+                f"{card.title} uses a grid twice",
                 expected="distinct grids",
                 fix="A collapsed CQUAD4 is a CTRIA3, a collapsed CHEXA a CPENTA.",
             )
@@ -227,7 +226,7 @@ def referred(found: Mapping[K, T], identifier: K, user: Card, what: str, names: 
     """
     if identifier not in found:
         raise user.error(
-            f"{user.name} {user.text(0)} uses {what} {identifier}, which is not defined",
+            f"{user.title} uses {what} {identifier}, which is not defined",
             expected=f"a {names} card with this id",
             fix="Add the card or correct the id.",
         )

@@ -94,9 +94,9 @@ def refuse_cut(cards: list[Card], last: Line) -> None:
     card, file = cards[-1], Path(last.where.rpartition(":")[0])
     others = [_filled(c) for c in cards[:-1] if c.name == card.name]
     if card.tail:
-        why = f"{card.name} {card.text(0)} goes on in a line that is not there"
+        why = f"{card.title} goes on in a line that is not there"
     elif read_bytes(file)[-1:] not in (b"\n", b"\r") and others and _filled(card) < min(others):
-        why = f"its last line has no end, and {card.name} {card.text(0)} has fewer fields than all others of its name"
+        why = f"its last line has no end, and {card.title} has fewer fields than all others of its name"
     else:
         return
     raise InputError(
