@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
 from creak.dynamics.flight.contact_steps import FINEST, IN_CONTACT, REBOUND, RESOLVED, steps_in_contact
 from creak.dynamics.flight.stepper import FlightStepper
+from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.history import History
 from creak.dynamics.loads import at_rest
 from creak.dynamics.record.recorder import OutputRequest
@@ -17,7 +20,7 @@ from creak.verify.reliability import created_of_contact
 from helpers_core import bar, channels, system_of, time_axis
 
 PARTS, STEP = 50, 1e-3
-LONGEST = 1.0 / PARTS
+LONGEST = replace(SETTLED, stepped=1.0 / PARTS)
 """Of a step."""
 MASS = system_of(np.eye(1), np.zeros((1, 1)), velocity=-np.ones(1))
 

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh, null_space
 
 import creak
-from creak.dynamics.flow.hard import HARD, SHORT, hard_springs, held
+from creak.dynamics.flow.hard import HARD, LOADS, SHORT, hard_springs, held
+from creak.dynamics.flow.march import SAMPLES, simulate_flow, with_springs
+from creak.dynamics.flow.resolution import SETTLED
+from creak.dynamics.record.recorder import OutputRequest
 from creak.verify.events import find_events
 from helpers_core import bar
 
@@ -129,3 +134,18 @@ def test_hard_contact_of_a_plate_is_hard_against_its_stiffest_held_mode():
     assert 0.136 < largest < 0.5
     assert hard_springs(omega2, share[None, :], 1e-3)[0] == pytest.approx(HARD * largest * local)
     assert hard_springs(omega2[:1], np.ones((1, 1)), 1.0)[0] == pytest.approx(SHORT**2 * omega2[0])
+
+
+@pytest.mark.parametrize("by", [0.25, 1.0, 4.0])
+def test_a_hard_spring_times_a_factor_holds_a_mass_for_less(by):
+    """A mass on a spring turns round in pi sqrt(m / k); impulse 2 m v whatever k is."""
+    system = creak.system_from_matrices(sp.csr_matrix([[0.0]]), sp.csr_matrix([[3.0]]), velocity=[-2.0])
+    system, stop = creak.diagonalise(system), creak.gap_channels([[1.0]], 1.0, np.inf)
+    loads, times = creak.make_loads(system, np.linspace(0.0, 1.0, 301)), replace(SETTLED, hard=by)
+    sprung = with_springs(system, stop, loads, times)
+    history = simulate_flow(system, stop, loads, OutputRequest(np.zeros(0, dtype=np.int64)), resolution=times)
+    (event,) = find_events(history, stop, f_max=30.0)
+    lasts = np.pi * np.sqrt(3.0 / sprung.stiffness[0])
+    assert sprung.stiffness[0] == pytest.approx(by * (LOADS / loads.step / SAMPLES) ** 2 * 3.0, rel=1e-9)
+    assert event.t_end - event.t_start == pytest.approx(lasts, rel=0.01)
+    assert event.impulse == pytest.approx(12.0, rel=2e-3)

@@ -26,7 +26,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.condensed import response
-from creak.dynamics.flow.resolution import steepest
+from creak.dynamics.flow.resolution import Resolution, steepest
 from creak.dynamics.scheme import generalised_alpha
 from creak.dynamics.step_matrix import StepFactor
 
@@ -54,13 +54,15 @@ REBOUND = 40
 """Of these for a hard contact of a mass: it lasts 3 % of a flight step."""
 
 
-def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: float) -> tuple[int, GapOperator]:
-    """Parts of `step` (s), each at most the share `longest` of it, and the channels with springs for hard contact.
+def steps_in_contact(system: System, gaps: GapOperator, step: float, resolution: Resolution) -> tuple[int, GapOperator]:
+    """Parts of `step` (s), each at most the share `resolution.stepped` of it, and the channels with springs for hard
+    contact.
 
-    A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1. Where
+    A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1, and
+    `resolution.hard` times as stiff. Where
     a mass rebounds, no spring is stiffer than omega h = `RESOLVED`, and h c / m is `DAMPED` at most.
     """
-    parts = fewest = fewest_parts(longest)
+    parts = fewest = fewest_parts(resolution.stepped)
     can = np.flatnonzero(gaps.can_press())
     if not can.size:
         return parts, gaps
@@ -87,7 +89,7 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, longest: fl
     if alone(step / parts)[brief].all():  # no wave has been seen
         parts = fewest
     h = step / parts
-    springs = np.where(np.isinf(given), 1.0 / (h * h * np.diagonal(give(h))), given)
+    springs = np.where(np.isinf(given), resolution.hard / (h * h * np.diagonal(give(h))), given)
     block = np.flatnonzero(alone(h))
     if block.size:
         reach = np.abs(give(h)[np.ix_(block, block)])

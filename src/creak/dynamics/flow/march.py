@@ -44,6 +44,7 @@ from creak.dynamics.flow.resolution import (
     seen_through,
     steepest,
     straight,
+    with_hard,
 )
 from creak.dynamics.flow.rows import new_cone
 from creak.dynamics.flow.steady import NEW, NONE
@@ -105,8 +106,6 @@ class FlowStates:
     """(n, k) of the System."""
     velocities: FloatArray
     """(n, k)"""
-    stiffness: FloatArray
-    """(m,) of the springs of its channels, hard ones as they were resolved."""
 
 
 def flow_states(
@@ -130,7 +129,15 @@ def flow_states(
     found = [run.form.motion(run.start())] if 0 in at else []
     march_chunks(run, None, at, lambda x: found.append(run.form.motion(x)))
     q, v = (np.array([pair[j] for pair in found]).reshape(len(found), system.n).T for j in (0, 1))
-    return FlowStates(q, v, run.steps.laws.stiffness)
+    return FlowStates(q, v)
+
+
+def with_springs(system: System, gaps: GapOperator, loads: Loads, resolution: Resolution) -> GapOperator:
+    """Hard channels with the springs that stand for them in the march of a diagonal System (`flow.hard`)."""
+    if not np.isinf(gaps.stiffness).any():
+        return gaps
+    form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
+    return gaps.with_stiffness(with_hard(form, gaps.laws, SAMPLES * loads.step, resolution.hard).stiffness)
 
 
 SHARED = ("stiffness", "damping", "curve", "start", "x", "y", "scale", "rubs")

@@ -38,9 +38,11 @@ class Resolution:
     """Longest step near contact, as a share of the flight step."""
     stepped: float
     """The same of Systems that are not diagonal."""
+    hard: float = 1.0
+    """Times the spring that stands for hard contact."""
 
 
-QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.01, 0.02)
+QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.01, 0.02, 4.0)
 
 
 @dataclass(frozen=True)
@@ -75,7 +77,7 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
     ------
     InputError : the contact springs are so stiff that a flight step would have to be halved more than `DEEPEST` times.
     """
-    laws = _with_hard(form, laws, H)
+    laws = with_hard(form, laws, H, resolution.hard)
     slopes = steepest(laws)
     levels, mollifier, fastest = 0, np.ones(form.omega.size), 0.0
     for levels in range(DEEPEST + 1):
@@ -133,14 +135,14 @@ def seen_through(form: FlowForm, mollifier: FloatArray) -> FloatArray:
     return np.asarray(form.rows * (mollifier * form.root))
 
 
-def _with_hard(form: FlowForm, laws: LawArrays, H: float) -> LawArrays:
-    """Springs in place of hard contact (`flow.hard`)."""
+def with_hard(form: FlowForm, laws: LawArrays, H: float, by: float) -> LawArrays:
+    """Springs in place of hard contact (`flow.hard`), times a factor."""
     hard = (laws.stiffness == np.inf) & (laws.curve < 0)
     if not hard.any():
         return laws
     stiffness = laws.stiffness.copy()
     channels = form.rows[: laws.stiffness.size][hard]
-    stiffness[hard] = hard_springs(form.omega2, (channels * form.root) ** 2, H)
+    stiffness[hard] = by * hard_springs(form.omega2, (channels * form.root) ** 2, H)
     return laws._replace(stiffness=stiffness, damping=np.where(hard, 0.0, laws.damping))
 
 
@@ -185,6 +187,6 @@ def _by_band(band: IntArray, count: int, off: FloatArray) -> FloatArray:
     return np.stack([np.sqrt((off[:, band == b] ** 2).sum(axis=1)) for b in range(count)])
 
 
-def finer(resolution: Resolution, by: float) -> Resolution:
-    """The same with steps near contact that are shorter by a factor."""
-    return Resolution(resolution.contact / by, resolution.longest / by, resolution.stepped / by)
+def finer(resolution: Resolution, by: float, hard: float = 1.0) -> Resolution:
+    """The same with steps near contact that are shorter by a factor, and springs for hard contact by another one."""
+    return Resolution(resolution.contact / by, resolution.longest / by, resolution.stepped / by, hard * resolution.hard)

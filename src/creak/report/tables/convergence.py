@@ -232,4 +232,5 @@ def _verdict(e: EventSettling) -> str:
 
 def _limits() -> str:
     said = f"forces, impulses and closing speeds within {share(SETTLED)}"
-    return f"start and duration within {share(OF_DURATION)} of the event's duration, {said}"
+    brief = "or a hundredth of the period of the low-pass"
+    return f"start and duration within {share(OF_DURATION)} of the event's duration {brief}, {said}"

@@ -194,7 +194,7 @@ def _events(
                 {run: of(e) for run, e in same.items()},
                 families,
                 told,
-                limit(name, lasts),
+                limit(name, lasts, tolerance),
                 cut.get(name, problem),
             )
             for name, of in FIGURES.items()

@@ -132,14 +132,12 @@ def plan(
     ----------
     gaps : channels of the run. exact : no step is forced.
     """
-    finite, own = (
-        _scaled(gaps, contact).size > 0,
-        all(t.stiffness != "auto" or t.overclosure is not None for t in contact.values()),
-    )
+    scaled, own = gaps.stiffness[_scaled(gaps, contact)], not _chosen(contact)
+    finite = bool(np.isfinite(scaled).any())
     notes = [GIVEN] if finite and own else []
     if exact:
         repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
-        if finite:
+        if scaled.size:
             repeats += [
                 replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
                 replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
@@ -188,16 +186,21 @@ def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[
 
 
 def scaled_contact(gaps: GapOperator, channels: IntArray, factor: float) -> GapOperator:
-    """The same with stiffness and pressure curves of `channels` times a factor; hard ones stay hard."""
+    """The same with stiffness and pressure curves of `channels` times a factor; hard ones stay so (`Setup.harder`)."""
     by = np.ones(gaps.m)
     by[channels] = factor
     curves = None if gaps.curves is None else replace(gaps.curves, scale=gaps.curves.scale * by)
     return replace(gaps.with_stiffness(gaps.stiffness * by), curves=curves)
 
 
+def _chosen(contact: Mapping[str, ContactTable]) -> set[str]:
+    """Contacts whose stiffness, or the spring that stands for hard, is creak's choice."""
+    return {name for name, t in contact.items() if isinstance(t.stiffness, str) and t.overclosure is None}
+
+
 def _scaled(gaps: GapOperator, contact: Mapping[str, ContactTable]) -> IntArray:
-    """Channels of contact pairs with a finite stiffness or a curve."""
-    return np.flatnonzero(gaps.of_groups({*contact}) & np.isfinite(gaps.stiffness))
+    """Channels whose stiffness is varied: of contacts where it is creak's choice, of all where it is nowhere."""
+    return np.flatnonzero(gaps.of_groups(_chosen(contact) or {*contact}))
 
 
 @dataclass(frozen=True)
@@ -273,7 +276,7 @@ def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:
         "time": c.time.model_copy(update={"step": repeat.step, "end": end, "periods": None, "substeps": substeps}),
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
-    return replace(varied(setup, tables), refined=repeat.refined)
+    return replace(varied(setup, tables), refined=repeat.refined, harder=repeat.stiffness)
 
 
 def _substeps(table: TimeTable, base: Run) -> int:

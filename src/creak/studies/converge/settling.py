@@ -26,6 +26,9 @@ ENOUGH = 0.95
 OF_DURATION = 1.0 / 3.0
 """Start and duration are settled when all that they hang on moves them together by no more than this share of the
 event's own duration: the last of several micro-contacts of an event comes and goes, the blow itself stays."""
+BRIEF = 1.0 / 500.0
+"""Of the time within which events count as the same (five periods of the low-pass of forces): a hundredth of a period.
+What moves start or duration by less is settled too: a blow so short is one at an instant, whatever holds it."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "more modes"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
@@ -58,9 +61,14 @@ SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "mo
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 
 
-def limit(name: str, lasts: float) -> float:
-    """What the verdict lets a figure of an event that lasts so long move by: s, or a share."""
-    return OF_DURATION * lasts if name in TIMES else SETTLED
+def limit(name: str, lasts: float, tolerance: float = 0.0) -> float:
+    """What the verdict lets a figure of an event that lasts so long move by: s, or a share.
+
+    Parameters
+    ----------
+    tolerance : events that start this close are the same, s.
+    """
+    return max(OF_DURATION * lasts, BRIEF * tolerance) if name in TIMES else SETTLED
 
 
 @dataclass(frozen=True)

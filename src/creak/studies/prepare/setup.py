@@ -82,6 +82,8 @@ class Setup:
     notes: list[str]
     refined: float = 1.0
     """How much finer than the study's accuracy says contact is resolved."""
+    harder: float = 1.0
+    """Times the springs that stand for hard contact."""
     static: StaticStart | None = None
     """What the run starts from, once it was solved: contacts and connectors are then those of that state."""
     digests: tuple[str, str] = ("", "")
@@ -118,7 +120,7 @@ class Setup:
     def marching(self) -> Marching:
         """How it is marched."""
         driving, course = self.study.driving, self.study.course
-        resolution = finer(RESOLUTIONS[course.time.accuracy], self.refined)
+        resolution = finer(RESOLUTIONS[course.time.accuracy], self.refined, self.harder)
         solver = any(gaps.rubbing or gaps.has_dampers for gaps in (self.contacts, self.connectors))
         sampled = partial(loads_over, self.model, driving)
         return Marching(course, self.loads, sampled, highest_frequency(driving), resolution, solver)
@@ -163,7 +165,7 @@ class Setup:
     def origin(self) -> tuple[str, ...]:
         """All that a march hangs on but its channels and what is kept of it."""
         config = repr(self.study.config.model_dump())
-        return config, *self.digests, repr(self.refined)
+        return config, *self.digests, repr((self.refined, self.harder))
 
     @property
     def no_contact(self) -> str | None:

@@ -14,7 +14,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
 from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.flow.coupled import MOST, can_couple
-from creak.dynamics.flow.march import SAMPLES, simulate_flow
+from creak.dynamics.flow.march import SAMPLES, simulate_flow, with_springs
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.flow.unhindered import gaps_without_contact
 from creak.dynamics.history import History
@@ -79,6 +79,12 @@ def flowing(system: System) -> tuple[System | None, str]:
     return modal, ""
 
 
+def sprung(marching: Marching, system: System, gaps: GapOperator) -> GapOperator:
+    """Hard channels with the springs of a reduced System's march, so that an unreduced one meets the same contact."""
+    flows = flowing(system)[0] if marching.table.exact else None
+    return gaps if flows is None else with_springs(flows, gaps, marching.loads, marching.resolution)
+
+
 def shortest_step(history: History) -> float:
     """s between two instants of a history."""
     return float(np.diff(history.time).min(initial=np.inf))
@@ -92,7 +98,7 @@ def _stepped(
     progress: Report | None,
     keeper: Keeper | None,
 ) -> tuple[History, System, str]:
-    parts, springs = steps_in_contact(system, gaps, marching.table.step, marching.resolution.stepped)
+    parts, springs = steps_in_contact(system, gaps, marching.table.step, marching.resolution)
     like = None if keeper is None or keeper.saved is None else keeper.saved.stepper
     stepper = FlightStepper(system, springs, marching.divided(parts), IN_CONTACT, parts, like=like)
     history = march(stepper, asked, progress, keeper)
@@ -112,7 +118,7 @@ def simulate_settled(
     flows, _ = flowing(system)
     if flows is not None:
         return simulate_flow(flows, gaps, refined(loads, SAMPLES), asked, progress=progress)
-    parts, springs = steps_in_contact(system, gaps, loads.step, SETTLED.stepped)
+    parts, springs = steps_in_contact(system, gaps, loads.step, SETTLED)
     return march(FlightStepper(system, springs, refined(loads, parts), IN_CONTACT, parts), asked, progress)
 
 

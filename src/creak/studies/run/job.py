@@ -33,6 +33,7 @@ from creak.studies.run.compared import ResultBase, compare_events
 from creak.studies.run.elines import LineFindings, compare_lines, touched_points
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.foretold import foretold
+from creak.studies.run.integrate import sprung
 from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import ready, run_with_closed, with_closed
@@ -204,8 +205,8 @@ def run_study(
                 gaps, runs["reference"], more = run_with_closed(gaps, limit, closed, only_run)
                 notes += more
             else:
-                make = reference_run or own
-                runs["reference"] = make(marching.compared, setup.observed(gaps), reference, gaps, progress)
+                make, springs = reference_run or own, sprung(marching, runs["reduced"].system, gaps)
+                runs["reference"] = make(marching.compared, setup.observed(gaps), reference, springs, progress)
             stopped = runs["reference"].stopped
     notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):

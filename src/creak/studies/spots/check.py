@@ -112,7 +112,7 @@ def _marched(
 
     def made(parts: int) -> AnyChecker:
         nonlocal solves
-        checker = checker_of(of, parts, near, states.found.stiffness)
+        checker = checker_of(of, parts, near)
         solves += begin
         counted(begin)
         return checker

@@ -14,7 +14,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flight.contact_steps import fewest_parts
-from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states
+from creak.dynamics.flow.march import SAMPLES, FlowStates, flow_states, with_springs
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.linalg.diagonal import Diagonal
@@ -74,7 +74,7 @@ class Handover:
     reduced: System
     """As it was marched."""
     gaps: GapOperator
-    """All channels of the run."""
+    """All channels of the run, hard ones with their springs there."""
     loads: Loads
     """`SAMPLES` of each flight step."""
     history: History
@@ -163,7 +163,8 @@ def handed_over(found: ReducedRun, reference: ReferenceModel) -> tuple[Handover 
     run_of = marching.loads, run.history, v.merge, v.f_max
     positions = structure.model.nodes.coords
     by_parts = reference.of_parts is not None
-    return Handover(unreduced, system, found.gaps, *run_of, fewest, budget, positions, nearby, low, by_parts), ""
+    gaps = with_springs(system, found.gaps, marching.loads, marching.resolution)
+    return Handover(unreduced, system, gaps, *run_of, fewest, budget, positions, nearby, low, by_parts), ""
 
 
 def low_modes(zeta: ModalDamping | None, reduced: System, reference: ReferenceModel) -> LowModes:

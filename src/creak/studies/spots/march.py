@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.flow.march import SAMPLES
@@ -55,9 +55,9 @@ class Marched:
 class Checker:
     """Marches through stretches by steps of one length, all unknowns of the unreduced model taking part."""
 
-    def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
+    def __init__(self, of: Handover, parts: int, near: IntArray) -> None:
         self._of, self._parts, self._near = of, parts, near
-        self.gaps = gaps = springs_of(of, near, stiffness)
+        self.gaps = gaps = of.gaps.select(near)
         h = SAMPLES * of.loads.step / parts
         self._watched = watching(of.gaps.select(np.setdiff1d(np.arange(of.gaps.m), near)))
         loads = Loads(h * np.arange(2.0), of.loads.support[:, :2], of.loads.force[:2], of.loads.force_labels)
@@ -86,12 +86,6 @@ class Checker:
         none = np.zeros(0, dtype=np.int64)
         history = march(stepper, OutputRequest(none, max(1, stepper.loads.n_step), watched=self._watched))
         return Marched(history, self.gaps, self._near, what_closes(history), s.steps)
-
-
-def springs_of(of: Handover, near: IntArray, stiffness: FloatArray) -> GapOperator:
-    """Channels `near`; hard ones with the springs (m,) by which they were resolved in the reduced run."""
-    gaps = of.gaps.select(near)
-    return gaps.with_stiffness(stiffness[near]) if np.isinf(gaps.stiffness).any() else gaps
 
 
 def watching(gaps: GapOperator) -> Watched:

@@ -21,7 +21,7 @@ from creak.studies.models.reduced import FACTOR
 from creak.studies.spots.choose import BLOCKED, Price, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
 from creak.studies.spots.handover import Begins, Handover
-from creak.studies.spots.march import Checker, Marched, cut, springs_of, watching, what_closes
+from creak.studies.spots.march import Checker, Marched, cut, watching, what_closes
 
 Result = TypeVar("Result")
 SHAPES = 1e-7
@@ -46,9 +46,9 @@ class Nearby:
     told by marching with a quarter of the dofs, in shells with a border that is half as far away.
     """
 
-    def __init__(self, of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> None:
+    def __init__(self, of: Handover, parts: int, near: IntArray) -> None:
         self._of, self._parts = of, parts
-        self._near, self._gaps = near, springs_of(of, near, stiffness)
+        self._near, self._gaps = near, of.gaps.select(near)
         self._follower: CondensedStepper | None = None
 
     def side_by_side(
@@ -154,9 +154,9 @@ class Nearby:
 AnyChecker = Checker | Nearby
 
 
-def checker_of(of: Handover, parts: int, near: IntArray, stiffness: FloatArray) -> AnyChecker:
+def checker_of(of: Handover, parts: int, near: IntArray) -> AnyChecker:
     """What marches through stretches by steps of one length."""
-    return (Checker if of.nearby is None else Nearby)(of, parts, near, stiffness)
+    return (Checker if of.nearby is None else Nearby)(of, parts, near)
 
 
 def price_of(of: Handover, rows: int) -> Price:

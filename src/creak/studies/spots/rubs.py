@@ -63,7 +63,7 @@ def check_rubs(run: ReducedRun, places: Sequence[Place], of: Handover) -> tuple[
     price = price_of(of, near.size + 2 * of.gaps.select(near).rubbing)
     taken = affordable(order, price, of.budget - price.once, 1)
     states = states_at(run.marching, of, taken)
-    checkers = {n: checker_of(of, n, near, states.found.stiffness) for n in sorted({p.parts for p in taken})}
+    checkers = {n: checker_of(of, n, near) for n in sorted({p.parts for p in taken})}
 
     def march(checker: AnyChecker, p: Piece) -> Callable[[Solver | None], Marched]:
         return partial(checker.through, p, states.begins[p.first], p.place.channels)

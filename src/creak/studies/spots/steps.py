@@ -35,9 +35,9 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
     """
     if flowing(of.unreduced)[0] is not None:  # which has no contact steps
         return {}
-    step, longest = of.ends[1] - of.ends[0], run.marching.resolution.stepped
-    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, longest)
-    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, 1.0 / (2 * parts))
+    step, resolution = of.ends[1] - of.ends[0], run.marching.resolution
+    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, resolution)
+    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, replace(resolution, stepped=0.5 / parts))
     if half != 2 * parts:
         return {}
     most = (of.ends.size - 1) * parts
@@ -48,7 +48,7 @@ def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
         return {}
     states = states_at(run.marching, of, order)
     found: dict[str, float] = {}
-    runs = [Checker(replace(of, gaps=g), n, near, g.stiffness) for n, g in ((parts, springs), (half, stiffer))]
+    runs = [Checker(replace(of, gaps=g), n, near) for n, g in ((parts, springs), (half, stiffer))]
     stretches = order, [s.finer() for s in order]
 
     def march(checker: Checker, s: Stretch) -> Callable[[Solver], Marched]:

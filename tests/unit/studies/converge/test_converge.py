@@ -23,12 +23,15 @@ from creak.studies.converge.repeats import converge, repeated_setup, scaled_cont
 from creak.studies.converge.settled import _of_convergence, _of_repeats, is_chaotic, settled_to
 from creak.studies.converge.settling import (
     BASE,
+    FINER,
     HALF,
     LAST_TWO,
     LEAST,
     MORE_MODES,
     QUARTER,
     SETTLED,
+    SOFTER,
+    STIFFER,
     TENFOLD,
     TWICE,
     Outcome,
@@ -212,6 +215,28 @@ def test_hard_contact_and_guyan_leave_out_what_they_do_not_have(strips):
     for word in (f"{strips.gaps.m} hard channels", "no contact has a stiffness"):
         assert any(word in note for note in notes)
     assert "Guyan" in module.not_looked_at(config.reduction, strips.reduced)[0]
+
+
+def test_the_spring_that_stands_for_hard_contact_is_halved_and_doubled(strips):
+    c, base = strips.setup.study.config, Repeat(BASE, "", strips.setup.study.config.time.step)
+    hard = {"tip": c.contact["tip"].model_copy(update={"stiffness": "hard"})}
+    gaps = replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf))
+    repeats, _ = module.plan(base, hard, gaps, strips.setup.connectors, exact=True)
+    varied = {r.name: r for r in repeats if r.judged}
+    assert {*varied} == {FINER, SOFTER, STIFFER}
+    factors = [module.repeated_setup(strips.setup, r, 1).marching.resolution.hard for r in varied.values()]
+    assert factors == [strips.setup.marching.resolution.hard * r.stiffness for r in varied.values()]
+    assert sorted(r.stiffness for r in varied.values()) == [0.5, 1.0, 2.0]
+
+
+def test_only_what_creak_chose_is_varied_where_others_are_given(strips):
+    c, half = strips.setup.study.config, strips.gaps.m // 2
+    group = ("tip",) * half + ("seal",) * (strips.gaps.m - half)
+    gaps, tip = replace(strips.gaps, group=group), c.contact["tip"]
+    tables = {"tip": tip.model_copy(update={"stiffness": "auto"}), "seal": tip.model_copy(update={"stiffness": 7.0})}
+    np.testing.assert_array_equal(module._scaled(gaps, tables), np.arange(half))
+    both = {"tip": tables["seal"], "seal": tables["seal"]}
+    np.testing.assert_array_equal(module._scaled(gaps, both), np.arange(gaps.m))
 
 
 @pytest.mark.parametrize(

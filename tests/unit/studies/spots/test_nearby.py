@@ -144,8 +144,8 @@ def test_it_is_taken_for_large_models_alone(short):
     _, result = short
     of, _ = handed_over(result.band, result.reference)
     assert of.nearby is None
-    assert isinstance(checker_of(of, 8, np.arange(2), of.gaps.stiffness), Checker)
-    assert isinstance(checker_of(replace(of, nearby=60), 8, np.arange(2), of.gaps.stiffness), Nearby)
+    assert isinstance(checker_of(of, 8, np.arange(2)), Checker)
+    assert isinstance(checker_of(replace(of, nearby=60), 8, np.arange(2)), Nearby)
 
 
 def test_without_a_factor_of_the_whole_events_are_checked_all_the_same(short, monkeypatch):
