@@ -146,9 +146,11 @@ class Shown:
 
     if TYPE_CHECKING:
         findings: Findings
+        """Everything that the study found."""
 
         @cached_property
-        def summary(self) -> dict[str, Any]: ...
+        def summary(self) -> dict[str, Any]:
+            """The content of summary.json (docs/results.md)."""
 
     @property
     def events(self) -> Events:
