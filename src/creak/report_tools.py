@@ -11,7 +11,7 @@ from creak.report.figures.axes import Trace, axis, base_layout, line, plain, sta
 from creak.report.figures.picture import Marks, Panel, data_uri, model_picture, panels_picture
 from creak.report.figures.view import Facets, View, facets_of, front, outward
 from creak.report.tables.run import Table
-from creak.report.templates import page_templates
+from creak.report.templates import page_templates, script_json
 from creak.report.words.text import NONE, THIN, fixed, number, percent, plural, tidy, times
 
 __all__ = [
@@ -39,6 +39,7 @@ __all__ = [
     "percent",
     "plain",
     "plural",
+    "script_json",
     "stacked",
     "tidy",
     "times",

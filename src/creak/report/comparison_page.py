@@ -13,7 +13,7 @@ from creak.report.figures import palette
 from creak.report.tables.comparison import Comparison, Figure, Side
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.words.text import NONE, number, percent, plural
+from creak.report.words.text import NONE, number, percent, plural, setting
 from creak.report.words.verdict import span, verdict_line
 from creak.version import version
 
@@ -88,7 +88,7 @@ def verdicts(found: Comparison) -> list[str]:
 
 def settings_table(found: Comparison) -> Table:
     """Keys of the study that differ."""
-    rows = [[s.key, _shown(s.a), _shown(s.b)] for s in found.settings]
+    rows = [[s.key, setting(s.a), setting(s.b)] for s in found.settings]
     return Table(["setting", found.a.name, found.b.name], rows, text_columns=3)
 
 
@@ -127,12 +127,6 @@ def _values(f: Figure) -> list[str]:
     whole = f.name in COUNTS
     shown = [v if isinstance(v, str) else number(int(v) if whole and v is not None else v) for v in (f.a, f.b)]
     return [*shown, NONE if f.change is None else percent(1.0 + f.change)]
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return NONE
-    return f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _events_svg(found: Comparison) -> str:

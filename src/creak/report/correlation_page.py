@@ -10,9 +10,9 @@ from creak.report.beside_tests import frf_table, pair_table, record_table
 from creak.report.figures import beside_test as beside
 from creak.report.figures.beside_test import records_figure
 from creak.report.figures.correlated import correlated_scene
-from creak.report.html import file_parts, script_json
+from creak.report.html import file_parts
 from creak.report.tables.run import Table
-from creak.report.templates import page_templates
+from creak.report.templates import page_templates, script_json
 from creak.report.words.correlation import frf_sentence, sentence
 from creak.report.words.records import record_sentence
 from creak.report.words.text import as_sentence, number

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import functools
 import gzip
-import json
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -35,7 +34,7 @@ from creak.report.tables.convergence import convergence_parts
 from creak.report.tables.elines import eline_table, eline_words, material_table
 from creak.report.tables.event_csv import event_csv
 from creak.report.tables.places import place_parts
-from creak.report.templates import page_templates
+from creak.report.templates import page_templates, script_json
 from creak.report.words import answer, method, verdict
 from creak.studies.findings.elines import line_rows, point_csv
 from creak.studies.findings.summary import summary_of
@@ -231,12 +230,6 @@ def _eline_parts(result: Findings, summary: dict[str, Any], units: Units) -> dic
         "materials": material_table(found, config.material_pairs),
         "csv_elines": script_json(point_csv(found, model, units.length)),
     }
-
-
-def script_json(value: Any) -> Markup:
-    """JSON that may stand inside a script element: no `<` that could end it."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))
 
 
 def _model_picture(result: Findings) -> Picture:

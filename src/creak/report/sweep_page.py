@@ -12,7 +12,7 @@ from markupsafe import Markup
 from creak.formats.complete_file import write_text
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
-from creak.report.words.text import NONE, number, plural
+from creak.report.words.text import number, plural, setting
 from creak.studies.sweep.figures import RUNS, unit_of
 from creak.studies.sweep.table import Row
 from creak.version import version
@@ -80,8 +80,8 @@ def sweep_rows(rows: Sequence[Row]) -> list[list[str]]:
     out = [head]
     for row in rows:
         record = row.outcome.record
-        cells = [row.case.name, *(_shown(row.case.changes[key]) for key in keys)]
-        cells += [_shown(row.case.seed)] * seeded
+        cells = [row.case.name, *(setting(row.case.changes[key]) for key in keys)]
+        cells += [setting(row.case.seed)] * seeded
         cells += [row.outcome.status, *(_figure(record.get(f"{run}.{key}")) for key in told)]
         out.append([*cells, *[number(record.get("nrmse_all"))] * fitted])
     return out
@@ -138,9 +138,3 @@ def _with_unit(name: str, unit: str) -> str:
 
 def _figure(value: Any) -> str:
     return value if isinstance(value, str) else number(value)
-
-
-def _shown(value: Any) -> str:
-    if value is None:
-        return NONE
-    return f"{value:g}" if isinstance(value, float) else str(value)

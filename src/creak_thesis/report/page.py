@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +11,7 @@ from markupsafe import Markup
 
 import creak
 from creak import write_text
-from creak.report_tools import THIN, page_templates
+from creak.report_tools import THIN, page_templates, script_json
 from creak_thesis.doors import Doors
 from creak_thesis.outcome import Outcome
 from creak_thesis.record import RecordStudy
@@ -84,7 +83,7 @@ def thesis_page(inputs: Inputs) -> str:
         sections=parts,
         failed=[(name, o.reason) for name, o in facts.outcomes.items() if o.reason],
         figure_ids=ids,
-        specs=_script_json(specs),
+        specs=script_json(specs),
         answered=[
             ("questions", "The five questions of section 1.2", answers.questions(facts)),
             ("recommendations", "The four recommendations of section 5.2", answers.recommendations(facts)),
@@ -155,9 +154,3 @@ def _specs(parts: list[Section]) -> tuple[dict[str, Any], dict[int, str]]:
             ids[id(block)] = name = f"plot-{len(specs) + 1}"
             specs[name] = block.spec
     return specs, ids
-
-
-def _script_json(value: Any) -> Markup:
-    """JSON that may stand inside a script element: no `<` that could end it."""
-    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
-    return Markup(text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029"))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 MINUS = "\N{MINUS SIGN}"
 NONE = "\N{EN DASH}"
@@ -55,12 +56,12 @@ def four(value: float | None) -> str:
     return fixed(value, 4) if value > -10.0 else number(value, 3)
 
 
-def percent(ratio: float | None, decimals: int = 1, *, signed: bool = True) -> str:
+def percent(ratio: float | None, decimals: int = 1) -> str:
     """A ratio minus one as per cent: 1.005 -> +0.5 %."""
     if ratio is None or not math.isfinite(ratio):
         return NONE
     value = round(100.0 * (ratio - 1.0), decimals) + 0.0
-    sign = "+" if signed and value > 0.0 else ""
+    sign = "+" if value > 0.0 else ""
     return f"{sign}{value:.{decimals}f}{THIN}%".replace("-", MINUS)
 
 
@@ -94,3 +95,10 @@ def as_sentence(note: str) -> str:
 def times(factor: float) -> str:
     """A speed-up in words: `190 times`, `1.7 times`."""
     return f"{factor:.1f} times" if factor < 10.0 else f"{number(round(factor))} times"
+
+
+def setting(value: Any) -> str:
+    """A value of a study."""
+    if value is None:
+        return NONE
+    return f"{value:g}" if isinstance(value, float) else str(value)
