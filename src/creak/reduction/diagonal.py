@@ -12,7 +12,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System, project, to_dense
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.pencil import regular_pairs, require_positive
+from creak.linalg.pencil import MASSLESS, regular_pairs, require_positive
 
 NO_MASS = 1e-13
 """Directions with less mass than this, each coordinate scaled by its own, count as massless."""
@@ -97,17 +97,18 @@ def _singular(M: FloatArray) -> bool:
 
 
 def _split_modes(K: FloatArray, M: FloatArray) -> Split:
-    """omega^2 and Phi of the finite modes (Phi' M Phi = I), and the massless directions N (N' K N = I)."""
-    d = _scales(M)
-    mass, U = np.linalg.eigh(d[:, None] * M * d)
-    require_positive("M", M, d[:, None] * U[:, mass < 0.0])
-    light = mass <= NO_MASS * mass.max(initial=0.0)
-    N, rest = d[:, None] * U[:, light], d[:, None] * U[:, ~light] / np.sqrt(mass[~light])
+    """omega^2 and Phi of the finite modes (Phi' M Phi = I), and the massless directions N (N' K N = I).
+
+    M x = mu (K + s M) x, with mu of round-off where there is no mass. The mass of a coordinate may be round-off too, as
+    that of a static shape in which massless rotations alone move: held against its stiffness it is none.
+    """
+    shift = float(np.trace(K) / np.trace(M) if np.trace(M) > 0.0 else 0.0) or 1.0
     try:
-        L = np.linalg.cholesky(N.T @ K @ N)
+        mu, X = sla.eigh(M, K + shift * M)
     except np.linalg.LinAlgError as error:
         raise NumericalError("a degree of freedom has neither mass nor stiffness") from error
-    N = sla.solve_triangular(L, N.T, lower=True).T
-    rest = rest - N @ (N.T @ (K @ rest))
-    omega2, Y = sla.eigh(rest.T @ K @ rest)
+    require_positive("M", M, X[:, mu < 0.0])
+    light = mu <= MASSLESS * mu.max(initial=0.0)
+    N, rest = X[:, light], X[:, ~light] / np.sqrt(mu[~light])
+    omega2, Y, _ = regular_pairs(rest.T @ K @ rest, rest.T @ M @ rest)
     return omega2, rest @ Y, N

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 
 from creak.assembly.system import Stats
 from creak.dynamics.loads import at_rest
@@ -13,7 +14,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
-from creak.reduction.diagonal import diagonalise
+from creak.reduction.diagonal import all_modes, diagonalise
 from creak_thesis.newton_cost import simulate_plain_newton
 from helpers_core import chain, channels, forces_on, system_of, time_axis
 
@@ -116,3 +117,26 @@ def test_condensed_contact_without_mass_equals_plain_newton():
     a, b = (run(system, gaps, loads, HHT(), OutputRequest(ALL)) for run in (simulate, simulate_plain_newton))
     assert a.contact_steps > 50
     np.testing.assert_allclose(b.force, a.force, atol=1e-9 * a.force.max())
+
+
+def test_masses_of_round_off_are_none():
+    """As of static shapes in which massless rotations alone move: each held against the stiffness of its coordinate.
+
+    The modes are those without these masses, of the stiffness condensed to the rest (Guyan; exact without mass).
+    """
+    rng, n, none = np.random.default_rng(3), 40, 8
+    A, B = rng.standard_normal((n, n)), rng.standard_normal((n, n - none))
+    K = 1e5 * (A @ A.T + np.eye(n))
+    M = np.zeros((n, n))
+    M[none:, none:] = 1e-6 * (B[none:] @ B[none:].T + np.eye(n - none))
+    noise = np.zeros((n, n))
+    noise[:none] = 1e-22 * rng.uniform(-1.0, 1.0, (none, n))
+    faint = np.append(np.logspace(-11, -9, none), np.zeros(n - none))
+    M += np.outer(faint, faint) + 0.5 * (noise + noise.T)
+    condensed = K[none:, none:] - K[none:, :none] @ np.linalg.solve(K[:none, :none], K[:none, none:])
+    omega2, Phi, N = all_modes(K, M)
+    known = sla.eigh(condensed, M[none:, none:], eigvals_only=True)
+    assert N.shape == (n, none)
+    assert omega2 == pytest.approx(known, rel=1e-6)
+    assert np.abs(N.T @ K @ N - np.eye(none)).max() < 1e-9
+    assert np.abs(Phi.T @ M @ Phi - np.eye(n - none)).max() < 1e-6
