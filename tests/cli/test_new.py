@@ -32,6 +32,13 @@ def new(creak, folder, deck, *more, name="strips.inp"):
     return told, tomllib.loads((folder / "strips.toml").read_text())
 
 
+def test_structural_damping_of_the_deck_gets_a_damping_of_the_study(creak, tmp_path):
+    told, study = new(creak, tmp_path, two_strips().replace("*DENSITY", "*DAMPING, STRUCTURAL=.04\n*DENSITY"))
+    assert told["ready"] is True
+    assert study["damping"] == {"modal": 0.02}
+    assert "creak does not read *DAMPING, STRUCTURAL of the deck" in (tmp_path / "strips.toml").read_text()
+
+
 def test_two_strips(creak, tmp_path):
     """Everything is in the deck: surfaces 0.5 mm apart, a root held but in z, pairs of nodes in turn."""
     told, study = new(creak, tmp_path, two_strips())

@@ -225,3 +225,17 @@ def test_a_known_card_is_no_misspelling(tmp_path):
 def test_gravity_is_said_to_be_that_of_static_in_a_study(tmp_path):
     listed = {u.keyword: u.why for u in read(tmp_path, BULK + "GRAV,3,,9.81,0.,0.,-1.\n", "LOAD = 3\n").unread}
     assert "[[static]]" in listed["GRAV"]
+
+
+def test_structural_damping_acts_over_frequency_alone(tmp_path):
+    """As in Abaqus's direct integration: it stops nothing, and the modal damping that does the same is named."""
+    path = tmp_path / "d.inp"
+    path.write_text(ROD.replace("*DENSITY", "*DAMPING, ALPHA=3., STRUCTURAL=.04\n*DENSITY"))
+    model = read_deck(path)
+    (found,) = model.unread
+    assert (found.keyword, found.changes_answer, found.damps) == ("*DAMPING, STRUCTURAL", False, True)
+    assert "modal = 0.02" in found.why
+    assert model.blocks[0].section.material.alpha == 3.0
+    path.write_text(ROD.replace("*DENSITY", "*DAMPING, STRUCTURAL=-.04\n*DENSITY"))
+    with pytest.raises(InputError, match=r"damping STRUCTURAL of material 'M' is -0\.04"):
+        read_deck(path)

@@ -107,6 +107,16 @@ def test_the_whole_structure_is_damped(tmp_path, name):
     assert lost == ({} if "W4" in PARAMS[name] else dict.fromkeys(given, False))
 
 
+def test_structural_damping_that_does_not_act_in_time_is_told(tmp_path):
+    """PARAM,G without W3 as GE without W4, with the modal damping that does the same at resonance."""
+    found = {u.keyword: u for u in chain(tmp_path, {"G": 0.06}).unread if u.damps}
+    assert "PARAM,W3" in found["PARAM,G"].why
+    assert "modal = 0.03 " in found["PARAM,G"].why
+    assert not found["PARAM,G"].changes_answer
+    assert "PARAM,W4" in found["MAT1, GE"].why
+    assert not [u for u in chain(tmp_path, {"G": 0.06, "W3": 9.0}).unread if u.keyword == "PARAM,G"]
+
+
 def test_springs_alone_are_damped_by_one_number(tmp_path):
     """Without materials: C is beta K, with no matrix of its own, and the model counts as damped."""
     springs = "GRID,1\nGRID,2,,10.\nCELAS2,1,300.,1,1,2,1\nCELAS2,2,500.,2,1\nCONM2,3,1,,.1\nCONM2,4,2,,.1\n"

@@ -194,7 +194,7 @@ def _material(deck: Outline, name: str, block: Block) -> RawMaterial:
             fields, where = _row(deck, name, option, 1)
             density = positive(fields[0], where, f"density of material {name!r}")
         elif option.name == "DAMPING":
-            alpha, beta = _damping(name, option)
+            alpha, beta = _damping(deck, name, option)
         elif option.name == "EXPANSION":
             heat = read_expansion(name, option)
     return RawMaterial(name, block.where, elastic, density, alpha, beta, heat)
@@ -270,16 +270,24 @@ def _single_row(name: str, option: Block, n_values: int) -> tuple[list[str], str
     return fields, where
 
 
-def _damping(name: str, option: Block) -> tuple[float, float]:
+def _damping(deck: Outline, name: str, option: Block) -> tuple[float, float]:
+    """Of Rayleigh; structural damping is no part of Abaqus's direct integration either."""
     values = []
-    for param in ("ALPHA", "BETA"):
+    for param in ("ALPHA", "BETA", "STRUCTURAL"):
         value = to_float(option.get(param), option.where, f"{param} of material {name!r}")
         if value < 0.0:
             raise option.error(
                 f"damping {param} of material {name!r} is {value:g}", expected="zero or more", fix="Correct it."
             )
         values.append(value)
-    return values[0], values[1]
+    alpha, beta, structural = values
+    if structural:
+        why = (
+            "it acts over frequency alone, in Abaqus too: in time give [damping] in the study "
+            f"(modal = {structural / 2.0:g} does the same at resonance)"
+        )
+        deck.note(option, why, changes=False, what="*DAMPING, STRUCTURAL", damps=True)
+    return alpha, beta
 
 
 def read_expansion(material: str, option: Block) -> Expansion | None:

@@ -66,9 +66,11 @@ class Outline:
                 if block.name in names:
                     yield scope, block
 
-    def note(self, block: Block, why: str, *, changes: bool, what: str = "", used: bool = False) -> None:
+    def note(
+        self, block: Block, why: str, *, changes: bool, what: str = "", damps: bool = False, used: bool = False
+    ) -> None:
         """List something that creak does not use, or what it made of it, once however often it is looked at."""
-        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, used=used))
+        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used))
 
 
 def outline(blocks: Iterable[Block]) -> Outline:

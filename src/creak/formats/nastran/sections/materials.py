@@ -87,19 +87,19 @@ def damping(deck: Deck, card: Card, loss: float = 0.0) -> tuple[float, float]:
     Materials, springs, bushings, masses and added matrices have these numbers each, so that the whole model has
     B = ALPHA1 M + (ALPHA2 + G/W3) K + sum of GE/W4 K_e, and a study's own damping replaces all of it.
     """
-    beta = deck.param("ALPHA2", 0.0)
-    if deck.param("W3", 0.0) > 0.0:
-        beta += deck.param("G", 0.0) / deck.param("W3", 0.0)
-    if loss and deck.param("W4", 0.0) > 0.0:
-        beta += loss / deck.param("W4", 0.0)
-    elif loss:
-        deck.note(
-            card,
-            "structural damping GE acts in time only at a frequency: give PARAM,W4, or [damping] in the "
-            "study; Nastran's transient solutions leave it out as well",
-            changes=False,
-            what=f"{card.name}, GE",
-        )
+    beta, whole = deck.param("ALPHA2", 0.0), deck.param("G", 0.0)
+    for value, at, by, what in (
+        (whole, "W3", deck.params.get("G", card), "PARAM,G"),
+        (loss, "W4", card, f"{card.name}, GE"),
+    ):
+        if value and deck.param(at, 0.0) > 0.0:
+            beta += value / deck.param(at, 0.0)
+        elif value:
+            why = (
+                f"Nastran's transient solutions use it with PARAM,{at} alone, and so does creak: give that, or "
+                f"[damping] in the study (modal = {value / 2.0:g} does the same at resonance)"
+            )
+            deck.note(by, why, changes=False, what=what, damps=True)
     return deck.param("ALPHA1", 0.0), beta
 
 

@@ -78,9 +78,11 @@ class Deck:
     once: dict[str, Counter[str]] = field(default_factory=dict)
     """How often each id stands on cards of a name."""
 
-    def note(self, card: Card, why: str, *, changes: bool, what: str = "", used: bool = False) -> None:
+    def note(
+        self, card: Card, why: str, *, changes: bool, what: str = "", damps: bool = False, used: bool = False
+    ) -> None:
         """List something that creak does not use, or what it made of it."""
-        entry = Unread(what or card.name, card.where, changes, why, used=used)
+        entry = Unread(what or card.name, card.where, changes, why, damps, used)
         if (entry.keyword, why) not in self.noted:
             self.noted.add((entry.keyword, why))
             self.unread.append(entry)
