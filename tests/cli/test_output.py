@@ -149,6 +149,22 @@ def test_a_phase_of_the_same_name_begins_anew(monkeypatch):
     assert text.getvalue().splitlines() == ["modes: 50 % after 5 s, about 5 s left", "modes: 10.0 s"]
 
 
+def test_time_left_is_told_of_steps_that_can_last_alike(monkeypatch):
+    """Nothing of three parts that differ in size, and no milliseconds."""
+    now, text = [0.0], io.StringIO()
+    monkeypatch.setattr(output.time, "monotonic", lambda: now[0])
+    bars = ProgressBars(Console(file=text, force_terminal=False))
+    with bars:
+        for done in range(3):
+            bars("check", done, 3)
+            now[0] += 5.0
+        bars("check", 3, 3)
+        bars("modes", 0, 100)
+        now[0] += 5.0
+        bars("modes", 99, 100)
+    assert text.getvalue().splitlines() == ["check: 33 % after 5 s", "check: 15.0 s", "modes: 99 % after 5 s"]
+
+
 def test_what_an_earlier_run_did_is_not_counted_as_speed(monkeypatch):
     now, text = [0.0], io.StringIO()
     monkeypatch.setattr(output.time, "monotonic", lambda: now[0])

@@ -47,6 +47,8 @@ WORDS = 16
 """Longer cells of a table are texts, and may break between words."""
 EVERY = 10.0
 """s between further lines of the same phase."""
+ALIKE = 10
+"""Steps of a phase from which on they are taken to last equally long, so that the time left is told."""
 
 
 def writable_folder(folder: Path) -> None:
@@ -332,7 +334,7 @@ class ProgressBars:
                 self._console.print(f"{stage}: {took:.1f} s")
         elif now - known.told >= EVERY:
             known.told = now
-            made = done - known.begun
-            left = f", about {duration(took / made * (total - done))} left" if made else ""
+            rest = took * (total - done) / max(done - known.begun, 1)
+            left = f", about {duration(rest)} left" if done > known.begun and total >= ALIKE and rest >= 1.0 else ""
             share = f"{100 * done // max(total, 1)} % after " if total > 1 else ""
             self._console.print(f"{stage}: {share}{duration(took)}{left}")

@@ -16,6 +16,7 @@ from creak.dynamics.simulate import Progress
 from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.threads import one_blas_thread
+from creak.progress import silent
 
 
 class Chunk(NamedTuple):
@@ -80,6 +81,8 @@ def march_chunks(
     now, after, log, done = run.start(), run.empty(), run.log, 0
     log.first(run.loads.time[0], now, run.kept(now))
     log.setup_s = clock.perf_counter() - run.started
+    told = silent if progress is None else progress
+    told(0, run.n_step)
     try:
         while done < run.n_step:
             end = min(done + log.chunk, run.n_step, *(step for step in at if step > done))
@@ -94,8 +97,7 @@ def march_chunks(
             now, after, done = (after, now, left.done) if left.swapped else (now, after, left.done)
             if caught is not None and done in at:
                 caught(now)
-            if progress is not None:
-                progress(done, run.n_step)
+            told(done, run.n_step)
     except KeyboardInterrupt as error:
         raise Interrupted(log.history()) from error
     return log.history()

@@ -27,7 +27,15 @@ from creak.studies.converge.settling import (
     is_moved,
 )
 from creak.studies.file.config import VerificationTable
-from creak.studies.models.reduced import DENSE, DIAGONAL_LIMIT, ReducedModel, Stage, raised_model, with_more_modes
+from creak.studies.models.reduced import (
+    BLOCKED,
+    DENSE,
+    DIAGONAL_LIMIT,
+    ReducedModel,
+    Stage,
+    raised_model,
+    with_more_modes,
+)
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.prepare.reduction import Reduction
@@ -118,8 +126,9 @@ def settle(
             proven = is_proven(_compared(v, at.scope.window, at.run, again, structure))
         stages[-1:] = [replace(stages[-1], same=agree, proven=proven), stage]
         reckoned.append(_reckoned(reference, more, again, at.reduced))
+        takes = GROWTH * _reckoned(reference, more, again, at.reduced, BLOCKED)
         enough = agree and moved and proven is not False and len(stages) > least
-        why = "" if enough else _too_much(f_max, more, reckoned)
+        why = "" if enough else _too_much(f_max, more, reckoned, takes)
         if not (enough or why) and again.stopped is None:
             try:
                 reduced = more
@@ -178,14 +187,17 @@ def _stage(f_max: float, reduced: ReducedModel, run: Run, making: float) -> Stag
     return Stage(f_max, reduced.modes, len(run.events), impulse, making + run.cost.wall_s)
 
 
-def _reckoned(reference: ReferenceModel, reduced: ReducedModel, run: Run, known: ReducedModel | None = None) -> float:
+def _reckoned(
+    reference: ReferenceModel, reduced: ReducedModel, run: Run, known: ReducedModel | None = None, share: float = 1.0
+) -> float:
     """s that a stage takes by its counts: back-substitutions, the eigenproblem of what is coupled, instants of the run.
 
     Parameters
     ----------
     known : the model whose modes were there before; None: it is the first one.
+    share : what a back-substitution takes of one by itself: all of it in the budgets, `BLOCKED` by the clock.
     """
-    solves = reduced.solves - (0 if known is None else known.solves)
+    solves = share * (reduced.solves - (0 if known is None else known.solves))
     n = float(reduced.system.n)
     return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + _marched(run, n)
 
@@ -195,17 +207,16 @@ def _marched(run: Run, n: float) -> float:
     return run.history.time.size * (INSTANT_S + PRODUCT_S * n * run.history.gap.shape[1])
 
 
-def _too_much(f_max: float, more: ReducedModel, reckoned: list[float]) -> str:
-    """Why no further stage is made, and what it would cost; empty: it is."""
+def _too_much(f_max: float, more: ReducedModel, reckoned: list[float], takes: float) -> str:
+    """Why no further stage is made, and the seconds that it would take; empty: it is."""
     if more.complete:
         return ""
     to = f"f_max {BAND * f_max:,.0f} Hz"
     n = more.system.n + int(HALF_AGAIN * more.modes)
     if n > DIAGONAL_LIMIT or not fits(DENSE * 8.0 * float(n) ** 2):
         return f"{to} would take {n:,} unknowns, more than memory or {DIAGONAL_LIMIT:,}"
-    following = GROWTH * reckoned[-1]
-    if sum(reckoned) + following > max(BUDGET * (reckoned[0] + reckoned[1]), PATIENCE):
-        return f"{to} would take some {duration(following)} more"
+    if sum(reckoned) + GROWTH * reckoned[-1] > max(BUDGET * (reckoned[0] + reckoned[1]), PATIENCE):
+        return f"{to} would take some {duration(takes)} more"
     return ""
 
 

@@ -54,7 +54,6 @@ def check_spots(found: ReducedRun, of: Handover, progress: Progress) -> Structur
     price = price_of(of, near.size + 2 * of.gaps.select(near).rubbing)
     taken = affordable(order, price, of.budget - price.once, FEWEST_EVENTS)
     taken = taken[:FEWEST_EVENTS] if found.reduced.complete else taken
-    progress("spot checks", 0, 1)
     marched = partial(_marched, of, found.marching, near, price, progress)
     spots, solves = marched(taken)
     solves += price.once
@@ -98,7 +97,9 @@ def _marched(
     ----------
     halved : whether the first one is.
     """
+    progress("states before the events", 0, 1)
     states = states_at(marching, of, taken)
+    progress("states before the events", 1, 1)
     found: dict[int, tuple[Spot, Stretch]] = {}
     queue, solves, marched = list(enumerate(taken)), 0.0, 0
     begin = round(price.length)

@@ -17,9 +17,6 @@ from creak.verify.events import Event
 
 SHARE = 0.2
 """Of the cost of the reduction that the checks may take."""
-BLOCKED = 0.2
-"""Cost of a back-substitution among the blocks of a reduction over that of one by itself: .3 at 56,000 dofs, .16 at
-1.15 million."""
 FEWEST = 5e7
 """Back-substitutions times unknowns that they may take in any case: ten seconds or so."""
 STEP = 2_500

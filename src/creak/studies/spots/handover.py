@@ -23,13 +23,13 @@ from creak.linalg.scratch import spared
 from creak.reduction.modal import ModalDamping, modal_values, without_modal_damping
 from creak.studies.findings.places import find_places
 from creak.studies.models.alike import damped_alike, recovered_on
-from creak.studies.models.reduced import reduced_modes
+from creak.studies.models.reduced import BLOCKED, reduced_modes
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.flight_steps import RESOLUTIONS
 from creak.studies.prepare.marching import Marching
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun
-from creak.studies.spots.choose import BLOCKED, FEWEST, SHARE, STEP, Span, chosen
+from creak.studies.spots.choose import FEWEST, SHARE, STEP, Span, chosen
 from creak.verify.events import Event
 from creak.verify.sides import sides
 

@@ -17,8 +17,8 @@ from creak.dynamics.simulate import CondensedStepper, march
 from creak.linalg.together import Solver
 from creak.model.dofs import nodes_of
 from creak.studies.models.alike import recovered_on
-from creak.studies.models.reduced import FACTOR
-from creak.studies.spots.choose import BLOCKED, Price, Span
+from creak.studies.models.reduced import BLOCKED, FACTOR
+from creak.studies.spots.choose import Price, Span
 from creak.studies.spots.ground import Ground, Prescribed, beside, restricted
 from creak.studies.spots.handover import Begins, Handover
 from creak.studies.spots.march import Checker, Marched, cut, watching, what_closes

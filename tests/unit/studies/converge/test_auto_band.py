@@ -313,3 +313,22 @@ def test_samples_are_compared_only_where_single_events_are_lost(monkeypatch, los
     v = SimpleNamespace(event_tolerance=1e-3, f_max=500.0)
     run_of = SimpleNamespace(name="reduced")
     assert auto_band.tell_the_same(v, (0.0, 1.0), run_of, run_of) is same
+
+
+MEASURED = [
+    ("door, 40 mm", 14_859, 10_881, 2886, 21_398, 23, 17.5),
+    ("door, 40 mm", 14_859, 15_652, 4090, 24_196, 23, 50.0),
+    ("door, 20 mm", 55_881, 7_536, 1039, 65_325, 31, 15.1),
+    ("door, 20 mm", 55_881, 9_594, 2177, 65_380, 31, 22.6),
+    ("cockpit, 10 mm", 27_052, 2_826, 338, 137_452, 9, 3.1),
+    ("cockpit, 10 mm", 27_052, 7_501, 1786, 202_275, 9, 12.2),
+]
+"""Dofs, back-substitutions, unknowns, instants and channels of a stage, and the s of CPU that it took on one core."""
+
+
+@pytest.mark.parametrize(("name", "dofs", "solves", "n", "instants", "channels", "took"), MEASURED)
+def test_what_a_stage_takes_is_told_to_a_factor_of_two(name, dofs, solves, n, instants, channels, took):
+    unreduced, reduced = SimpleNamespace(free_dof=dofs), SimpleNamespace(solves=solves, system=SimpleNamespace(n=n))
+    run = SimpleNamespace(history=SimpleNamespace(time=np.zeros(instants), gap=np.zeros((1, channels))))
+    told = auto_band._reckoned(unreduced, reduced, run, share=auto_band.BLOCKED)
+    assert 0.5 * took < told < 2.0 * took, name
