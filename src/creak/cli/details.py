@@ -17,9 +17,14 @@ KEYWORDS = 3
 
 
 def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
-    """A line for each reason why keywords were not read, or what is to be told of some."""
+    """A line for each reason why keywords were not read, or what is to be told of some; one for all without effect."""
     alike: dict[tuple[str, str], list[str]] = {}
+    idle = list(dict.fromkeys(u.keyword for u in unread if not (u.changes_answer or u.used)))
+    if idle:
+        output.say(f"not read, without effect (creak info tells why): {first_few(idle, len(idle), KEYWORDS)}")
     for u in unread:
+        if not (u.changes_answer or u.used):
+            continue
         alike.setdefault((u.word, u.why), []).append(f"{u.keyword} ({u.where})")
     for (word, why), names in alike.items():
         output.say(f"{word}: {first_few(names, len(names), KEYWORDS)}: {why}")

@@ -92,7 +92,7 @@ def test_figures_in_other_units_are_told_first_and_judge_nothing():
 
 
 def test_the_words_say_whose_they_are():
-    assert "creak's own words" in answer(summary([place()])).why
+    assert "creak's own scale" in answer(summary([place()])).why
     assert answer(summary([place()], limits=[limit()])).why == "limit force = 5 N holds everywhere"
 
 
@@ -110,7 +110,7 @@ def test_what_sticks_most_of_the_time_does_not_slide():
     assert answer(summary(odd[:1])).headline.startswith("1 place slips; ")
     squeaks = place("d", 0, slips=3, slip_rate=12.0, friction="stick-slip")
     assert tiles(answer(summary([squeaks])), "Settled.")[2].detail == "touches and slips at 1 place"
-    assert any(" squeaks, 3.0 a second (12 while it squeaks), " in line for line in answer_lines(summary([squeaks])))
+    assert any(" squeaks, 3.0 a second (12 slips in a squeak), " in line for line in answer_lines(summary([squeaks])))
 
 
 def test_what_hits_at_two_places_at_once_is_one_event():
@@ -136,7 +136,7 @@ def test_beside_a_background_what_it_adds_counts():
     assert (found.light, found.n5, found.places[0].n5) == (AMBER, 0.3, 0.3)
     loud = tiles(found, "Settled.")[1]
     assert (loud.label, loud.value) == ("loudness added to the background", "0.30 sone")
-    assert loud.detail.startswith("from 20 to 900 Hz")
+    assert loud.detail.startswith("faint; from 20 to 900 Hz; ")
     assert found.headline.endswith(": faint, 0.30 sone added to the background")
     assert ", adds 0.30 sone" in answer_lines(summary([place(n5=9.0, n5_added=0.3)], sound=sound))[1]
 
@@ -157,7 +157,7 @@ def test_what_rests_touches(forces, told):
     found = answer(still)
     assert found.why == told
     assert tiles(found, "Settled.")[0].detail == told
-    assert answer_lines(still)[-1] == f"judged by {told}"
+    assert answer_lines(still)[-1] == f"why GREEN: {told}"
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 40])
@@ -179,6 +179,29 @@ def test_a_long_text_goes_on_where_there_are_lines_left():
     assert len(lines) <= 8
     assert " ".join(" ".join(lines).split()).count("end") == 2
     assert not any("[...]" in line for line in lines)
+
+
+def test_the_first_screen_says_where_when_and_who_hears_it():
+    """The hardest event of the window at a node of the place; the listener of the study, or the ear that creak took."""
+    told = summary(
+        [place("rib 1", nodes=[7, 8], n5=5.0)], sound={"level": 60.0, "n5": 5.0, "n_max": 6.0, "listener": "driver"}
+    )
+    hits = [(0.5, 9.0, 7), (1.3, 2.0, 8), (1.6, 1.0, 7), (1.7, 3.0, 99)]
+    told["runs"]["reduced"]["events"] = [
+        {**event(t, force), "node": node, "channel": f"rib:PANEL-1.{node}"} for t, force, node in hits
+    ]
+    where, loud = tiles(answer(told), "Settled.")[:2]
+    assert where.detail == "rattles; 2.00 N at PANEL-1.8, 1.290 s"
+    assert loud.detail.startswith("loud to an ear off the loudest panel; ")
+    told["sound"]["given"] = True
+    assert tiles(answer(told), "Settled.")[1].detail.startswith("loud to driver; ")
+
+
+def test_a_long_name_of_the_only_place_is_not_cut():
+    squeaks = place("trimbottom-foamtop 1", slips=20, slip_rate=416.0, friction="stick-slip", n5=83.0, force=113.0)
+    lines = answer_lines(summary([squeaks]))
+    assert "trimbottom-foamtop 1 rattles and squeaks" in " ".join(" ".join(lines).split())
+    assert all(len(line) <= 80 for line in lines)
 
 
 def test_how_sure_is_said_in_a_word():

@@ -130,7 +130,7 @@ def _row(
 
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
-    return "" if to is None or not told[figure] else f"within {share(to)}"
+    return "" if to is None or not told[figure] else f"within {share(to)}" if to < 1.0 else "not settled"
 
 
 def _added(told: dict[str, Any]) -> str:
@@ -157,7 +157,7 @@ def _count(place: Place, told: dict[str, Any]) -> str:
     friction, said = place.rub.friction, []
     if friction is not None and (place.slip_count or friction.state != STICK):
         said = [friction.state, *([plural(place.slip_count, "slip")] if place.slip_count else [])]
-        said += [f"{number(friction.rate, 3)} a second from first to last"] if friction.rate else []
+        said += [f"{number(friction.rate, 3)} a second while it squeaks"] if friction.rate else []
         said += [text] if (text := _settled(told, "friction_energy")) and friction.state == SLIDING else []
         said += [text] if (text := _settled(told, "slip_rate")) else []
     return ", ".join([*([number(len(place.events))] if place.events or not said else []), *said])

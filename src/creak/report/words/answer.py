@@ -29,7 +29,7 @@ LOUDER = 2.0
 SHOWN = 3
 """Places and lines that are named."""
 ADDED = " added to the background"
-OWN = "creak's own words, for want of a [limit]"
+OWN = "creak's own scale, as the study has no [limit]"
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,8 @@ class Place:
     """sone; beside a background what it adds to that; infinite beyond ISO 532-1; None: it was not heard."""
     n_max: float
     """The same of its loudest instant; 0: it was not heard."""
+    hit: str
+    """Node and instant of its hardest event; empty: it has none."""
     cause: str
     helps: str
 
@@ -77,6 +79,8 @@ class Answer:
     n_max: float
     beside: bool
     """Whether there is a background."""
+    listener: str
+    """Who hears it; empty: nobody."""
     band: tuple[float, float] | None
     """Hz that the loudness comes from."""
     computed: float | None
@@ -93,7 +97,9 @@ def answer(summary: Mapping[str, Any]) -> Answer:
     run = runs.get("reduced") or runs.get("reference") or {"places": [], "end": 0.0}
     beside = bool(sound.get("beside_background"))
     seconds = _seconds(summary, run)
-    places = tuple(_place(p, seconds, beside) for p in run["places"] if _does(p))
+    start = (summary["verification"].get("window") or (0.0,))[0]
+    events = [e for e in run.get("events", ()) if e["t_end"] > start]
+    places = tuple(_place(p, events, seconds, beside) for p in run["places"] if _does(p))
     light, why = _light(summary, run, places)
     band = sound.get("band")
     return Answer(
@@ -106,6 +112,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         _n5(sound, beside),
         _n_max(sound, beside),
         beside,
+        (sound["listener"] if sound.get("given") else "an ear off the loudest panel") if sound.get("listener") else "",
         None if band is None else (band["low"], band["high"]),
         computed_to(band),
         _still(run),
@@ -154,8 +161,9 @@ def _does(p: Mapping[str, Any]) -> str:
     return " and ".join(told)
 
 
-def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
-    cause = p["cause"] or {}
+def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: float, beside: bool) -> Place:
+    cause, own = p["cause"] or {}, [e for e in events if e.get("node") in p.get("nodes", ())]
+    hit = max(own, key=lambda e: float(e["force_place"]), default=None)
     helps = cause.get("changes_words") or [""]
     return Place(
         p["name"],
@@ -165,6 +173,7 @@ def _place(p: Mapping[str, Any], seconds: float, beside: bool) -> Place:
         p["force"],
         _n5(p, beside),
         _n_max(p, beside),
+        "" if hit is None else f"{hit['channel'].rpartition(':')[2]}, {number(hit['t_start'], 4)} s",
         cause.get("words", ""),
         helps[0],
     )
@@ -317,19 +326,21 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     word = "" if found.n5 is None else word_of(found.n5, HEARD)
     if found.n5 is not None and _is_rare(found.n5, found.n_max):
         word = f"heard in less than 5 % of the time, up to {sones(found.n_max)}"
-    loud = f"{word}; {found.why}" if word else ""
+    loud = f"{word} to {found.listener}" if found.listener and word else word
     slips = "touches and slips " * any(p.squeak for p in found.places)
     of_all = " of all places" if len(found.places) > 1 else ""
     return [
         Tile(
             "worst place",
             worst.name if worst else "none",
-            f"{worst.does}, {number(worst.force, 3)} N" if worst else found.still,
+            f"{worst.does}; {number(worst.force, 3)} N{f' at {worst.hit}' if worst.hit else ''}"
+            if worst
+            else found.still,
         ),
         Tile(
             f"loudness{of_all}{ADDED}" if found.beside else f"loudness{of_all}, N5",
             "not heard" if found.n5 is None else sones(found.n5),
-            "; ".join(text for text in (band_words(found), loud) if text) or found.why,
+            "; ".join(text for text in (loud, band_words(found), found.why) if text),
         ),
         Tile("events a second", number(found.rate, 2), f"{slips}at {plural(len(found.places), 'place')}"),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),

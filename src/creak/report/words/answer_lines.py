@@ -41,15 +41,16 @@ def _fitting(text: str, most: int) -> list[str]:
 
 
 def _place_lines(places: Sequence[Place], beside: bool) -> list[str]:
-    """A line for each of the first places, and one for the others."""
+    """A line for each of the first places, and one for the others; two for a single one that has a long name."""
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
     n5, n_max = ("adds", "adds up to") if beside else ("N5", "Nmax")
     lines = []
     for p in shown:
         heard = "" if p.n5 is None else f", {n_max} {sones(p.n_max)}" if p.is_rare else f", {n5} {sones(p.n5)}"
-        often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} while it squeaks)" if p.squeak else "")
+        often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} slips in a squeak)" if p.squeak else "")
         told = f" {p.does}, {often}, {number(p.force, 3)} N{heard}"
-        lines.append(f"  {shortened(p.name, WIDTH - 2 - len(told))}{told}")
+        name = p.name if len(shown) == 1 else shortened(p.name, WIDTH - 2 - len(told))
+        lines += textwrap.wrap(name + told, WIDTH, initial_indent="  ", subsequent_indent="    ", max_lines=2)
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
 
 
@@ -62,7 +63,7 @@ def _texts(found: Answer) -> Iterator[str]:
     if found.places and found.before:
         yield found.before
     yield from found.limits
-    own = [] if found.limits else [f"judged by {found.why}"]
+    own = [] if found.limits else [f"why {found.light.upper()}: {found.why}"]
     band = [] if found.band is None else [f"loudness {band_words(found)}"]
     if found.computed is None and own and band:
         yield f"{own[0]}; {band[0]}"

@@ -109,7 +109,7 @@ def _remedy(causes: list[str], c: Convergence) -> list[str]:
     if not causes:
         return []
     what, remedy = remedy_of(_most(causes), c)
-    return [f"most of it comes from {what}: it takes {remedy}"]
+    return [f"most of it comes from {what}: what settles it is {remedy}"]
 
 
 def _most(causes: list[str]) -> str:

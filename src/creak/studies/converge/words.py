@@ -31,7 +31,7 @@ WORDS = {
 }
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
 MORE = "a higher [reduction] f_max"
-STIFFNESS = ("the contact stiffness", "the contact stiffness that the material has")
+STIFFNESS = ("the contact stiffness", "the stiffness that the material has, as stiffness of the [contact]")
 REMEDIES = {
     "step": ("the forced step", "a shorter [time] step, or none, so that creak chooses"),
     "stiffness": ("the contact stiffness", "a stiffer contact with a step that resolves it"),
@@ -59,7 +59,7 @@ def remedy_of(family: str, c: Convergence) -> tuple[str, str]:
 
 def _finer(c: Convergence) -> str:
     """What a finer resolution of contact takes."""
-    return 'the figures with their bars: accuracy = "fine" is the finest' if c.fine else REMEDIES["tolerance"][1]
+    return "nothing finer: use the figures with their bars" if c.fine else REMEDIES["tolerance"][1]
 
 
 def findings(c: Convergence) -> list[str]:
@@ -113,7 +113,7 @@ def _advice(c: Convergence, family: str, force: float | None, impulse: float | N
             ": the blow itself has settled, the share of the hardest channel has not (the stiffer, the fewer "
             "channels carry it)"
         )
-    return f": it takes {remedy_of(family, c)[1]}"
+    return f": what settles it is {remedy_of(family, c)[1]}"
 
 
 def _median(c: Convergence, name: str, family: str) -> float | None:
