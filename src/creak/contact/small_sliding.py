@@ -48,9 +48,9 @@ def turn_warnings(names: Sequence[str], turn: FloatArray, at: FloatArray) -> lis
     if not far.size:
         return []
     i = int(far[np.argmax(turn[far])])
-    more = f" and {far.size - 1} more" if far.size > 1 else ""
+    what = f"and {far.size - 1} more parts or nodes turn" if far.size > 1 else "turns"
     return [
-        f"{names[i]}{more} turn(s) by more than {np.degrees(TURN):.2g} degrees, farthest by "
+        f"{names[i]} {what} by more than {np.degrees(TURN):.2g} degrees, farthest by "
         f"{np.degrees(turn[i]):.3g} at t = {at[i]:.4g} s; creak takes rotations as small, which lengthens what turns "
         f"by {50.0 * turn[i] ** 2:.2g} %, so where and when it touches is not to be trusted."
     ]

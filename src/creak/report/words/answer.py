@@ -164,6 +164,8 @@ def _does(p: Mapping[str, Any]) -> str:
 def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: float, beside: bool) -> Place:
     cause, own = p["cause"] or {}, [e for e in events if e.get("node") in p.get("nodes", ())]
     hit = max(own, key=lambda e: float(e["force_place"]), default=None)
+    label = "" if hit is None else str(hit["node"])
+    named = tail if hit and (tail := hit["channel"].rpartition(":")[2]).endswith(label) else label  # of an instance
     helps = cause.get("changes_words") or [""]
     return Place(
         p["name"],
@@ -173,7 +175,7 @@ def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: f
         p["force"],
         _n5(p, beside),
         _n_max(p, beside),
-        "" if hit is None else f"{hit['channel'].rpartition(':')[2]}, {number(hit['t_start'], 4)} s",
+        "" if hit is None else f"node {named}, {number(hit['t_start'], 4)} s",
         cause.get("words", ""),
         helps[0],
     )

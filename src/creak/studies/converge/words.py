@@ -59,7 +59,8 @@ def remedy_of(family: str, c: Convergence) -> tuple[str, str]:
 
 def _finer(c: Convergence) -> str:
     """What a finer resolution of contact takes."""
-    return "nothing finer: use the figures with their bars" if c.fine else REMEDIES["tolerance"][1]
+    finest = 'no setting, as "fine" is the finest: use the figures with their bars'
+    return finest if c.fine else REMEDIES["tolerance"][1]
 
 
 def findings(c: Convergence) -> list[str]:

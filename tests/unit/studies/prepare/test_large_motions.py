@@ -96,7 +96,9 @@ def test_a_rotation_is_told_from_its_bar_on():
     at = np.array([0.1, 0.2])
     assert turn_warnings(("part A", "node 3"), np.array([0.99 * TURN, 0.0]), at) == []
     (told,) = turn_warnings(("part A", "node 3"), np.array([1.1 * TURN, 0.5]), at)
-    assert told.startswith("node 3 and 1 more turn(s) by more than 10 degrees, farthest by 28.6 at t = 0.2 s")
+    assert told.startswith(
+        "node 3 and 1 more parts or nodes turn by more than 10 degrees, farthest by 28.6 at t = 0.2 s"
+    )
 
 
 def test_a_rigid_rotation_is_found_at_parts_and_nodes():
