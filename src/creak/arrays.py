@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -15,3 +16,17 @@ ComplexArray = NDArray[np.complex128]
 
 Matrix = Any
 """A matrix that knows `@`, `.T` and `.shape`: ndarray, SciPy sparse array, or `linalg.Diagonal`."""
+
+
+def brief(record: Any) -> str:
+    """A record as a notebook shows it: arrays and matrices by their shape, functions not at all.
+
+    >>> Modes(omega2 (3,), freq (3,))
+    """
+
+    def shown(value: Any) -> Any:
+        return tuple(map(shown, value)) if type(value) is tuple else getattr(value, "shape", value)
+
+    values = {f.name: getattr(record, f.name) for f in fields(record) if f.repr}
+    said = [f"{k} {shown(v)}" for k, v in values.items() if v is not None and not callable(v)]
+    return f"{type(record).__name__}({', '.join(said)})"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly import coupling
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import Rows, System, no_supports, to_dense
+from creak.assembly.system import System, no_supports, to_dense
 from creak.errors import InputError
 from creak.given import array_of, number, of_kind, pairs_of, positive, table_of, whole
 from creak.linalg import modes as linalg_modes
@@ -114,7 +115,9 @@ def system_from_matrices(
     start = np.zeros(n) if velocity is None else table_of(velocity, "velocity")
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InputError(f"velocity of shape {start.shape}", expected=f"({n},) finite numbers")
-    return System(name, M, K, Damping(alpha, beta, C), _rows_of(own), no_supports(n), own, start, labels=np.sort(own))
+    return System(
+        name, M, K, Damping(alpha, beta, C), partial(_rows, own), no_supports(n), own, start, labels=np.sort(own)
+    )
 
 
 def couple(
@@ -267,17 +270,13 @@ def _checked_labels(labels: ArrayLike, n: int) -> IntArray:
 # --- parts of the Systems -------------------------------------------------------------------------------------------
 
 
-def _rows_of(own: IntArray) -> Rows:
+def _rows(own: IntArray, labels: IntArray) -> tuple[Matrix, FloatArray]:
+    """`System.rows` of a System with the labels `own`; no closure, so that it can be pickled."""
     order = np.argsort(own)
-    known = own[order]
-
-    def rows(labels: IntArray) -> tuple[Matrix, FloatArray]:
-        columns = order[np.searchsorted(known, known_labels(labels, known, "motion"))]
-        shape = (columns.size, own.size)
-        pick = sp.csr_matrix((np.ones(columns.size), (np.arange(columns.size), columns)), shape=shape)
-        return pick, np.zeros((columns.size, 0))
-
-    return rows
+    columns = order[np.searchsorted(own[order], known_labels(labels, own[order], "motion"))]
+    shape = (columns.size, own.size)
+    pick = sp.csr_matrix((np.ones(columns.size), (np.arange(columns.size), columns)), shape=shape)
+    return pick, np.zeros((columns.size, 0))
 
 
 class _Numbered:

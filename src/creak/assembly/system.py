@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import cg
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief
 from creak.assembly.damping import Damping
 from creak.linalg.dense_product import symmetric
 
@@ -30,6 +30,8 @@ class Supports:
 
     The equation of motion is M q'' + C q' + K q = f - M_qs s'' - C_qs s' - K_qs s.
     """
+
+    __repr__ = brief
 
     names: tuple[str, ...]
     """One per prescribed coordinate; several physical dofs may follow the same one."""
@@ -81,6 +83,8 @@ class System:
 
     A full-order System is sparse, a Craig-Bampton one dense, a diagonalised one diagonal: nobody asks.
     """
+
+    __repr__ = brief
 
     name: str
     M: Matrix

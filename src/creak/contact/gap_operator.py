@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief
 from creak.contact.channel_data import joined, per_channel, taken
 from creak.contact.laws.parameters import Curves, Friction, LawArrays, law_arrays
 from creak.model.dofs import TRANSLATIONS, dofs_of, nodes_of
@@ -24,6 +24,8 @@ class GapOperator:
 
     g = gap0 + G u[labels]; the force on the structure is G' p.
     """
+
+    __repr__ = brief
 
     labels: IntArray
     """(n_label,) physical dof labels that any channel touches."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, brief
 from creak.dynamics.record.watch import Extremes
 
 ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
@@ -27,6 +27,8 @@ def split_columns(table: FloatArray, m: int, f2: int) -> tuple[FloatArray, ...]:
 @dataclass(frozen=True)
 class History:
     """Time histories of one run; contact quantities at every step, motion at the output times."""
+
+    __repr__ = brief
 
     time: FloatArray
     """(n_time,) every instant; uneven where steps are shorter near contact."""

@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, brief
 from creak.dynamics.scheme import Scheme
 
 
 @dataclass(frozen=True)
 class Loads:
     """Samples at every instant a run may step to."""
+
+    __repr__ = brief
 
     time: FloatArray
     """(n_time,) s, evenly spaced."""

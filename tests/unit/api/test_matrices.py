@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 import numpy as np
 import pytest
 import scipy.linalg as sla
@@ -276,3 +278,20 @@ def test_labels_are_names_however_large():
 def test_what_is_no_system_is_not_joined():
     with pytest.raises(creak.InputError, match="a ndarray to couple; expected Systems"):
         creak.couple(np.eye(2))
+
+
+def test_a_system_of_matrices_goes_to_other_processes():
+    """What a pool of workers asks for."""
+    system = creak.system_from_matrices(np.diag([3.0, 2.0]), np.eye(2), labels=[7, 5])
+    again = pickle.loads(pickle.dumps(system))
+    for one, other in zip(again.rows(np.array([5, 7])), system.rows(np.array([5, 7])), strict=True):
+        np.testing.assert_array_equal(to_dense(one), to_dense(other))
+
+
+def test_a_notebook_shows_shapes_instead_of_arrays():
+    system = creak.system_from_matrices(np.diag([3.0, 2.0]), np.eye(2))
+    gaps = creak.gap_channels([[-1.0]], 0.1, 1e3)
+    history = creak.simulate(system, gaps, creak.make_loads(system, np.linspace(0.0, 1.0, 101)))
+    assert "time (" in repr(history)
+    assert "M (2, 2)" in repr(system)
+    assert all("\n" not in repr(one) and len(repr(one)) < 800 for one in (system, gaps, history))
