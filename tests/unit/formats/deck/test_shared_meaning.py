@@ -239,3 +239,15 @@ def test_structural_damping_acts_over_frequency_alone(tmp_path):
     path.write_text(ROD.replace("*DENSITY", "*DAMPING, STRUCTURAL=-.04\n*DENSITY"))
     with pytest.raises(InputError, match=r"damping STRUCTURAL of material 'M' is -0\.04"):
         read_deck(path)
+
+
+def test_an_element_that_is_treated_as_another_was_read(tmp_path):
+    path = tmp_path / "d.inp"
+    path.write_text(
+        ROD.replace("T3D2", "B31").replace(
+            "*SOLID SECTION, ELSET=E, MATERIAL=M\n1.",
+            "*BEAM SECTION, ELSET=E, MATERIAL=M, SECTION=CIRC\n1.\n0., 0., 1.",
+        )
+    )
+    (found,) = read_deck(path).unread
+    assert (found.keyword, found.word) == ("*ELEMENT, TYPE=B31", "read")

@@ -390,4 +390,4 @@ def _list_notes(deck: Outline, tables: list[tuple[int, int, _Table, Block]]) -> 
     for _, row, _, block in tables:
         if TYPES[row].note and row not in seen:
             seen.add(row)
-            deck.note(block, TYPES[row].note, changes=False, what=f"*ELEMENT, TYPE={TYPES[row].name}")
+            deck.note(block, TYPES[row].note, changes=False, used=True, what=f"*ELEMENT, TYPE={TYPES[row].name}")
