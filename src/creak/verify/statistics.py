@@ -99,14 +99,21 @@ def chance(values: Sequence[float]) -> float:
 def chance_of_runs(sums: Sequence[float]) -> float:
     """The same by the sums of runs that part: Student's t times their standard deviation, over their mean.
 
-    Of fewer than three infinite. Runs that part late, or come back to the same orbit, show that so.
+    Of fewer than three infinite. Runs that part late, or come back to the same orbit, show that so. The smaller of this
+    and `chance` is taken: with t of 98 % that covers in 94.4 to 95 of 100 cases, with t of 95 % in 93.2 to 94.
     """
     from scipy.stats import t
 
     x = np.asarray(sums, dtype=float)
     if x.size < 3 or not x.sum() > 0.0:
         return float("inf")
-    return float(t.ppf(0.975, x.size - 1) * x.std(ddof=1) / x.mean())
+    return float(t.ppf(0.99, x.size - 1) * x.std(ddof=1) / x.mean())
+
+
+def by_chance_of(values: Sequence[float], sums: Sequence[float]) -> float:
+    """How far the sum of a figure over a chaotic run may be off: as that of many events, or as one of the runs that
+    were made, whichever tells more."""
+    return min(chance(values), chance_of_runs(sums))
 
 
 def compare_statistics(

@@ -32,7 +32,7 @@ from creak.studies.converge.settling import (
 from creak.verify.events import Event, events_in
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import MANY, chance, chance_of_runs, compare_statistics
+from creak.verify.statistics import MANY, by_chance_of, compare_statistics
 from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
@@ -76,7 +76,9 @@ def assess(
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
-    by_chance = {"impulse": {CHANCE: _by_chance(outcomes)}} if chaotic else {}
+    parting = [o for o in outcomes.values() if o.repeat.judged and not o.stopped and o.steps] if chaotic else []
+    own = [e.impulse for e in outcomes[BASE].events]
+    by_chance = {"impulse": {CHANCE: by_chance_of(own, [o.impulse for o in parting])}} if chaotic else {}
     if structure is not None and structure.counts:
         events = _beside(events, structure)
     new = {name: tuple(match.extra) for name, match in matches.items()}
@@ -93,18 +95,11 @@ def assess(
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, of_all, {BAND: places.band, WAYS: places.ways, SCATTER: places.scatter}),
+        _places(outcomes, families, told, of_all, places, parting),
         structure,
         places.band_ends,
-        rubs=settled_rubs(outcomes, families, told, places.rub_names, structure),
+        rubs=settled_rubs(outcomes, families, told, places, parting, structure),
     )
-
-
-def _by_chance(outcomes: dict[str, Outcome]) -> float:
-    """How far the sum of impulses of a chaotic run may be off: as one of many events, or as one of the runs that were
-    made, whichever tells more."""
-    sums = [o.impulse for o in outcomes.values() if o.repeat.judged and not o.stopped]
-    return min(chance([e.impulse for e in outcomes[BASE].events]), chance_of_runs(sums))
 
 
 def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[EventSettling, ...]:
@@ -275,10 +270,17 @@ def _places(
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
     of_all: dict[str, dict[str, float]],
-    of_sound: dict[str, tuple[float, ...]],
+    followed: Followed,
+    parting: Sequence[Outcome],
 ) -> tuple[dict[str, Settling], ...]:
-    """How far each figure of each place has settled, by the runs that reached their end."""
+    """How far each figure of each place has settled, by the runs that reached their end.
+
+    Parameters
+    ----------
+    parting : runs of chaotic motion; none where it is not.
+    """
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
+    of_sound = {BAND: followed.band, WAYS: followed.ways, SCATTER: followed.scatter}
     out = []
     for k in range(len(outcomes[BASE].places)):
         values = {
@@ -287,6 +289,10 @@ def _places(
         }
         of_n5 = {name: x[k] for name, x in of_sound.items() if k < len(x)}
         beside = {**of_all, "n5": of_n5} if of_n5 else of_all
+        if parting and k < len(followed.impulses):
+            sums = [o.places[k]["impulse"] for o in parting if "impulse" in o.places[k]]
+            by = {CHANCE: by_chance_of(followed.impulses[k], sums)}
+            beside = {**beside, "impulse": beside.get("impulse", {}) | by}
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
             {

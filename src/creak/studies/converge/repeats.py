@@ -53,7 +53,8 @@ UNEXCITED = (
     "[reduction] f_max"
 )
 SHAPES = ("interpolation", "characteristic", "coarse-mesh")
-"""Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out."""
+"""Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out, or
+cut them free where parts meet (`ReducedModel.freed`)."""
 GROWING = 2.0
 """Times of a run's histories that it holds while they are put together."""
 HALVED = 2.0
@@ -181,6 +182,11 @@ def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[
     if table.interface.type in SHAPES:
         said.append(
             f'what interface = "{table.interface.type}" leaves out was not looked at ("full" leaves out nothing)'
+        )
+    if reduced.freed:
+        said.append(
+            f'interface = "{table.interface.type}" leaves parts free of each other at {reduced.freed} dofs where they '
+            'meet, which makes the model softer: what that changes was not looked at ("full" joins all)'
         )
     return tuple(said)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -11,17 +11,19 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.studies.converge.settling import (
     BASE,
+    CHANCE,
     ENOUGH,
     SETTLED,
     UNREDUCED,
     Convergence,
+    Followed,
     Outcome,
     RubSettling,
     Settling,
 )
 from creak.verify.figures import change
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
-from creak.verify.statistics import MANY
+from creak.verify.statistics import MANY, by_chance_of
 from creak.verify.unreduced import Structure
 
 FLOOR = 0.1
@@ -30,6 +32,8 @@ MOVED = 0.1
 """Share of the time between slips by which one may begin earlier or later to be the same one."""
 HELD = ("slip_share", "friction_energy", "force_mean")
 """What pieces of both models are held against each other in: number and rate of some slips are left to chance."""
+SUMS = ("slip_time", "slip_path", "friction_energy")
+"""What adds up hit by hit."""
 WORDS = {
     "slips": "number of slips",
     "slip_rate": "slips per second",
@@ -47,24 +51,38 @@ def settled_rubs(
     outcomes: dict[str, Outcome],
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
-    names: Sequence[tuple[str, int]],
+    followed: Followed,
+    parting: Sequence[Outcome] = (),
     structure: Structure | None = None,
 ) -> tuple[RubSettling, ...]:
     """Each place of the base run that rubs, or that something presses on for the whole time, in the other runs.
 
     Parameters
     ----------
-    structure : what the unreduced model says of pieces of it.
+    followed : the places. parting : runs of chaotic motion; none where it is not. structure : what the unreduced model
+    says of pieces of it.
     """
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     found = []
-    for k, (contact, number) in enumerate(names):
+    for k, (contact, number) in enumerate(followed.rub_names):
         rubs = {name: o.rubs[k] for name, o in whole.items()}
         if BASE in rubs and rubs[BASE].figures:
             problem = "" if len(rubs) == len(outcomes) else "not known in all runs"
             r = _settled(contact, number, rubs, families, told, problem)
-            found.append(r if structure is None else _beside(r, structure))
+            r = r if structure is None else _beside(r, structure)
+            hits = followed.impulses[k] if parting and not r.lasting and k < len(followed.impulses) else ()
+            found.append(_of_hits(r, hits, [o.rubs[k].figures for o in parting]) if hits else r)
     return tuple(found)
+
+
+def _of_hits(r: RubSettling, impulses: Sequence[float], runs: Sequence[Mapping[str, float]]) -> RubSettling:
+    """With chance in what friction adds up to over hits of chaotic motion: as in the sum of their impulses."""
+
+    def beside(name: str, f: Settling) -> Settling:
+        by = by_chance_of(impulses, [x[name] for x in runs if name in x])
+        return replace(f, beside={**f.beside, CHANCE: by})
+
+    return replace(r, figures={name: beside(name, f) if name in SUMS else f for name, f in r.figures.items()})
 
 
 def _beside(r: RubSettling, structure: Structure) -> RubSettling:

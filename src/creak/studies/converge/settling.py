@@ -54,7 +54,8 @@ COUNTS = ("events", "slips", "slip_rate")
 """Figures that are counted: finer steps move them by whole numbers."""
 GOES_ON = "goes on when the run ends"
 """Why duration and impulse of an unfinished event are not known."""
-UNSEEN, LEAST = "unseen", {name: 5e-3 if name == "force" else 2e-3 for name in FIGURES}
+SMALL = 2e-3
+UNSEEN, LEAST = "unseen", {name: 5e-3 if name == "force" else SMALL for name in FIGURES}
 """Source of what no run sees, of each figure a share; of times a share of the event's duration. Found by coverage as
 well: a low-passed force hangs on the even axis that it is laid on, too."""
 SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
@@ -98,6 +99,8 @@ class Followed:
     """`OF_PLACE` of each in the base run; figures that are not known are left out."""
     of: Callable[[System, GapOperator, History], tuple[dict[str, float], ...]] = lambda *_: ()
     """The same in another run."""
+    impulses: tuple[tuple[float, ...], ...] = ()
+    """Those of the events of each in the base run, of all places."""
     band: tuple[float, ...] = ()
     """Share of the N5 of each that the last third of the band makes: half a band more may add as much."""
     ways: tuple[float, ...] = ()
@@ -189,7 +192,7 @@ class Settling:
         found = {name: [rest[k] for k in families if k in rest] for name, families in SOURCES.items()}
         sizes = {name: float(np.max(x)) for name, x in found.items() if x}
         of = self.limit / OF_DURATION if self.in_time else 1.0
-        unseen = {UNSEEN: LEAST[self.name] * of} if sizes and self.name in FIGURES else {}
+        unseen = {UNSEEN: LEAST.get(self.name, SMALL) * of} if sizes and self.name not in COUNTS else {}
         return {**sizes, **self.beside, **unseen}
 
     @property

@@ -75,7 +75,8 @@ def followed(scope: Scope, run: Run | None, sound: Sound | str | None) -> Follow
     base = tuple(_figures(p, n5) for p, n5 in zip(places, heard, strict=False))
     here = _Places(places, scope, ear, rub)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
-    return Followed(base, here.figures, band, ways, scatter, ends, names, rubs, here.rubs)
+    impulses = tuple(tuple(e.impulse for e in p.events) for p in every)
+    return Followed(base, here.figures, impulses, band, ways, scatter, ends, names, rubs, here.rubs)
 
 
 def _figures(place: Place, n5: float | None) -> dict[str, float]:

@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.formats.decks import read_model
-from creak.model.dofs import PER_NODE, node_dofs, nodes_of
+from creak.model.dofs import PER_NODE, dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
 from creak.reduction.interface.graph import interface_graph
@@ -72,7 +72,7 @@ def _participating(highest: float, reference: ReferenceModel, line: Line, eta: f
     """Positions of the dofs that take part in the modes of the assembly within the excitation (thesis 3.5.1)."""
     band = reference.modes.frequencies <= highest
     shapes = np.asarray(reference.system.rows(line.labels)[0] @ reference.modes.shapes[:, band])
-    return np.flatnonzero(participating(shapes, eta))
+    return np.flatnonzero(participating(shapes, eta, dofs=dofs_of(line.labels)))
 
 
 def _interpolated(line: Line, labels: IntArray, n: int) -> Matrix:

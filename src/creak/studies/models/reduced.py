@@ -76,10 +76,14 @@ class ReducedModel:
     """The coupled superelements before they were diagonalised; None where the assembly was reduced as a whole."""
     found: Modes | None = None
     """Modes of the assembly, further ones too, where it was reduced as a whole."""
+    freed: int = 0
+    """Dofs that parts share and are not joined at, as the study thins their interface."""
 
     @property
     def complete(self) -> bool:
-        """Whether it has all modes that there are: nothing is left out."""
+        """Whether it has all modes that there are: nothing is left out, and no joint is cut."""
+        if self.freed:
+            return False
         if self.found is not None:
             return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
         return all(r.complete for r in self.superelements)
@@ -238,7 +242,8 @@ def _together(
     progress("couple and diagonalise", 1, 1)
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)
-    return ReducedModel(tuple(superelements), cut.model, system, retained, kept, 0.0, 0.0, [], coupled)
+    freed = sum(sub.freed for sub in cut.substructures)
+    return ReducedModel(tuple(superelements), cut.model, system, retained, kept, 0.0, 0.0, [], coupled, freed=freed)
 
 
 def with_more_modes(

@@ -45,6 +45,8 @@ class Substructure:
     """Unreduced elements."""
     marks: Marks | None = None
     """Of a part whose matrices may not be there yet."""
+    freed: int = 0
+    """Dofs that it shares with another part and is not joined at."""
 
 
 @dataclass(frozen=True)
@@ -260,7 +262,8 @@ def _substructure(
     if chosen.shape is None:
         kept = _coordinates(part, chosen.labels)
         boundary = np.union1d(fixed, kept)
-        return Substructure(part, boundary, None, chosen.labels, False)
+        freed = line.size - chosen.labels.size if line_nodes.size else 0
+        return Substructure(part, boundary, None, chosen.labels, False, freed=freed)
     return _shaped(part, fixed, _coordinates(part, chosen.labels), chosen.shape)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
@@ -280,9 +280,9 @@ def _sampled(
     return solved(store, f"signal_{file_stem(name)}", made_from, make)["rows"]
 
 
-def records_of(driving: Driving) -> dict[str, sources.Record]:
-    """The records that move something, by the names of their excitations."""
-    made = {name: _signal(driving, name, t) for name, t in driving.moving.items() if isinstance(t.signal, RecordTable)}
+def records_of(driving: Driving, tables: Mapping[str, ExcitationTable]) -> dict[str, sources.Record]:
+    """The records among some excitations, by their names."""
+    made = {name: _signal(driving, name, t) for name, t in tables.items() if isinstance(t.signal, RecordTable)}
     return {name: signal for name, signal in made.items() if isinstance(signal, sources.Record)}
 
 

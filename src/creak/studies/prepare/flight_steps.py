@@ -22,6 +22,7 @@ from creak.studies.file.case import Course, Driving
 from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
 from creak.studies.file.signals.course import PER_FLANK, RecordTable, TableTable, columns
+from creak.studies.file.signals.vibration import LOBE
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import highest_frequency
 from creak.studies.warned import Warned
@@ -51,6 +52,9 @@ TRAVEL = 0.02
 """Share of all that a signal spans, by which it goes in the time that tells how steep it is."""
 PER_LOBE, FEWEST = 10.0, 2.5
 """Flight steps in a lobe at half its height, and how few of them are told."""
+EDGES = 0.15
+"""Of a shock, in place of all of it: steps leave flanks that they do not follow off by a sixth of a step, and the
+impulse by 1 % where a step is a seventeenth of the shock."""
 RESOLUTIONS: dict[str, Resolution] = {"quick": QUICK, "settled": SETTLED, "fine": FINE}
 SHORTER = {"fine": 4.0}
 """How finely contact is resolved by [time] accuracy, in shares of a flight step, and how much shorter these are."""
@@ -90,14 +94,14 @@ def with_flight_steps(study: Study) -> tuple[Study, list[str]]:
 
 
 def _unfollowed(driving: Driving, step: float, points: Mapping[str, Wanted]) -> list[str]:
-    """Excitations that change faster than flight steps follow; those whose frequencies are known are told by these."""
+    """Excitations that change faster than flight steps follow."""
     return [
         Warned(
             f"[excitation.{name}] changes within {PER_LOBE * wanted.told:.2g} s, which flight steps of {step:.2g} s do "
             "not follow: what this moves may be wrong; a higher [verification] f_max makes them shorter"
         )
         for name, wanted in points.items()
-        if FEWEST * step > PER_LOBE * wanted.told and not driving.excitations[name].signal.highest
+        if FEWEST * step > PER_LOBE * wanted.told
     ]
 
 
@@ -123,7 +127,8 @@ def _wanted(driving: Driving) -> dict[str, Wanted]:
     for name, table in driving.excitations.items():
         signal = table.signal
         if signal.resolving is not None:
-            found[name] = Wanted(signal.resolving, signal.resolving)
+            told = EDGES * LOBE / (signal.highest * PER_LOBE) if signal.highest else 0.0  # of a shock
+            found[name] = Wanted(signal.resolving, max(signal.resolving, told))
         elif isinstance(signal, TableTable) and signal.values is not None:
             found[name] = _between_points(*columns(signal.values))
         elif isinstance(signal, TableTable | RecordTable) and signal.file is not None:

@@ -23,9 +23,9 @@ KNOWN = 0.02
 def record_warnings(driving: Driving, loads: Loads) -> list[str]:
     """Records that cover another time than the run, are too short for the displacement that is made of them, or whose
     samples are not what was to be measured."""
-    texts, end = list[str](), float(loads.time[-1])
-    names = list(driving.moving)
-    for name, record in records_of(driving).items():
+    end, names = float(loads.time[-1]), list(driving.moving)
+    texts = [text for name, r in records_of(driving, driving.forcing).items() for text in _of_force(name, r, end)]
+    for name, record in records_of(driving, driving.moving).items():
         moves = loads.time[loads.support[:, :, names.index(name)].any(axis=0)]
         begins, ends = float(record.time[0]), float(record.time[-1])
         if not np.ptp(record.value):
@@ -58,6 +58,21 @@ def record_warnings(driving: Driving, loads: Loads) -> list[str]:
                 "long, and its ends do not meet. Take a longer record, or one of whole periods"
             )
     return texts
+
+
+def _of_force(name: str, record: Record, end: float) -> Iterator[str]:
+    """Of a force, which outside its record stays at the first and the last sample."""
+    first, last = record.value[[0, -1]]
+    if record.time[0] > STANDS * end and abs(first) > STANDS * np.abs(record.value).max():
+        yield (
+            f"the record of [excitation.{name}] begins at {record.time[0]:.4g} s with a force of {first:.4g}, which "
+            "acts from 0 on. Shift its times to begin at 0, or let it begin with zero"
+        )
+    if record.time[-1] < (1.0 - STANDS) * end and abs(last) > STANDS * np.abs(record.value).max():
+        yield (
+            f"the record of [excitation.{name}] ends at {record.time[-1]:.4g} s with a force of {last:.4g}, which acts "
+            f"on until the run ends at {end:g} s. Let the run end with it, or let it end with zero"
+        )
 
 
 def _faults(record: Record) -> Iterator[str]:

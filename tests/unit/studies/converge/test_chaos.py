@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -13,8 +15,9 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settled import SETTLED, STATISTICS, _of_convergence
-from creak.studies.converge.settling import BASE, CHANCE, FINER, Outcome, Repeat
+from creak.studies.converge.settling import BASE, CHANCE, FINER, MORE_MODES, Followed, Outcome, Repeat
 from creak.verify.events import find_events
+from creak.verify.rubbing import Rub, Rubbing
 from creak.verify.statistics import chance, chance_of_runs, rate_interval
 from helpers_core import channels, system_of
 
@@ -50,6 +53,22 @@ def test_a_ball_on_a_shaken_table(shake, loss, begin, word):
         assert f"{rate:.3g} events per second over the whole run (95 % confidence:" in verdict.reasons[1]
     else:
         assert len(runs[BASE].events) > 100  # more than forty a second
+
+
+def test_chance_counts_runs_that_were_made_in_places_and_friction_too():
+    """A complete model has no run with more modes: the base run stands for it, and is no draw of chance."""
+    runs = {o.repeat.name: o for o in (bounce(6.0, 0.02, 2.0, by) for by in (1.0, 2.0))}
+    rub = Rub(Rubbing(1.0, (0.0, 0.0, 1.0), 1.0, (), 2.0, 1.0, 3.0), None)
+    runs = {n: replace(o, places=({"impulse": o.impulse},), rubs=(rub,)) for n, o in runs.items()}
+    hits = tuple(e.impulse for e in runs[BASE].events)
+    same = replace(runs[BASE], repeat=Repeat(MORE_MODES, "modes", STEP), steps=0)
+    followed = Followed(base=runs[BASE].places, impulses=(hits,), rub_names=(("table", 1),))
+    found = assess(runs | {MORE_MODES: same}, "reduced", (0.0, 2.0), 0.002, places=followed)
+    told = [found.totals["impulse"], found.places[0]["impulse"], found.rubs[0].figures["friction_energy"]]
+    assert [f.sources[CHANCE] for f in told] == [pytest.approx(chance(hits))] * 3
+    assert CHANCE not in found.rubs[0].figures["slip_share"].sources
+    calm = assess({n: o for n, o in runs.items() if n == BASE}, "reduced", (0.0, 2.0), 0.002, places=followed)
+    assert CHANCE not in calm.places[0]["impulse"].sources
 
 
 def test_confidence_of_a_rate():

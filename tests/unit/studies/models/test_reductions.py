@@ -7,6 +7,7 @@ Static shapes of forces need a structure that is held without contact.
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -14,8 +15,12 @@ import pytest
 
 from creak.errors import InputError
 from creak.linalg.factor import SingularMatrixError
+from creak.model.dofs import node_dofs
 from creak.progress import silent
+from creak.studies.converge.repeats import not_looked_at
 from creak.studies.file.reader import read_study
+from creak.studies.models.interface import Line, _participating
+from creak.studies.models.reduced import reduced_modes
 from creak.studies.models.reference import build_reference, held_factor, static_shapes
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
@@ -115,3 +120,28 @@ def test_a_structure_that_only_contact_holds_has_none(tmp_path):
     assert np.abs(pushed).sum() == pytest.approx(4.0, rel=1e-6)  # one on each of four nodes
     with pytest.raises(InputError, match="only contact holds the structure"):
         static_shapes(replace(reference, stiffness=None), setup.reduction)
+
+
+def test_dofs_at_which_joined_parts_are_left_free_are_told(tmp_path):
+    """Courant and Fischer: no Galerkin reduction is softer; one whose parts are not joined everywhere may be."""
+    spaced = run(
+        tmp_path, '[reduction]\nf_max = 6000\nkeep_out = 15\ninterface = { type = "spacing", n = 3 }\n', *ALONE
+    )
+    full = run(tmp_path, "[reduction]\nf_max = 6000\nkeep_out = 15\n", *ALONE)
+    (said,) = not_looked_at(spaced.setup.study.config.reduction, spaced.reduced)
+    assert f"free of each other at {spaced.reduced.freed} dofs" in said
+    assert not spaced.reduced.complete
+    assert full.reduced.freed == 0
+    assert not not_looked_at(full.setup.study.config.reduction, full.reduced)
+    known = full.reference.modes.frequencies
+    assert reduced_modes(spaced.reduced.system, known[-1]).frequencies[0] < (1.0 - 1e-4) * known[0]
+    assert reduced_modes(full.reduced.system, known[-1]).frequencies[0] > (1.0 - 1e-6) * known[0]
+
+
+def test_translations_alone_take_part_by_their_own_size():
+    """Six translations: the three that move stay, whatever dofs of one node their number would fit."""
+    shapes = np.array([[1.0], [1.0], [1.0], [0.1], [0.1], [0.1]])
+    line = Line("PART", SimpleNamespace(), node_dofs(np.arange(6))[2::6])
+    modes = SimpleNamespace(frequencies=np.array([10.0]), shapes=shapes)
+    whole = SimpleNamespace(modes=modes, system=SimpleNamespace(rows=lambda labels: (np.eye(labels.size), None)))
+    np.testing.assert_array_equal(_participating(20.0, whole, line, 0.35), [0, 1, 2])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -76,6 +77,30 @@ def test_one_that_no_step_follows_is_told(tmp_path):
     setup = set_up(study_of(tmp_path, "table", [(0.1004, 0.0), (0.1004 + 1e-7, 1e6), (0.1004 + 2e-7, 0.0)]))
     (told,) = [note for note in setup.notes if "changes within" in note]
     assert told.startswith("[excitation.blow] changes within 1e-07 s, which flight steps of ")
+
+
+@pytest.mark.parametrize(
+    ("shock", "told"),
+    [
+        ('type = "trapezoid", amplitude = 3000, rise = 1e-6, hold = 4e-5, fall = 1e-6', True),
+        ('type = "trapezoid", amplitude = 300, rise = 1e-6, hold = 4e-4, fall = 1e-6', False),
+        ('type = "half-sine", amplitude = 1e5, duration = 3e-6', True),
+        ('type = "half-sine", amplitude = 1e3, duration = 3e-4', False),
+    ],
+)
+def test_a_shock_shorter_than_steps_follow_is_told(tmp_path, shock, told):
+    """Where nothing is told the mass has the whole impulse, I / (m omega), within 1 %."""
+    (tmp_path / "mass.inp").write_text(DECK)
+    text = re.sub(
+        r"signal = .*", f"signal = {{ {shock}, start = 0.1 }}", STUDY.format("table", [[0.0, 0.0], [1.0, 1.0]])
+    )
+    (tmp_path / "study.toml").write_text(text)
+    study = creak.read_study(tmp_path / "study.toml")
+    assert any("changes within" in note for note in set_up(study).notes) == told
+    if not told:
+        x = creak.run(study, converge=False).runs["reduced"].history.displacement[:, 0]
+        impulse = {"trapezoid": 300 * 4.01e-4, "half-sine": 1e3 * 3e-4 * 2.0 / np.pi}[shock.split('"')[1]]
+        assert x.max() == pytest.approx(impulse / (0.01 * OMEGA), rel=0.01)
 
 
 @pytest.mark.parametrize(("width", "allowed"), [(1e-7, 5e-3), (1e-4, 2e-3)])

@@ -69,6 +69,27 @@ def told_of(tmp_path, time, a, signal='type = "record", high_pass = 8', end=1.9)
     return [note for note in set_up(read_study(write_strips(tmp_path, study=study))).notes if "record" in note]
 
 
+@pytest.mark.parametrize(
+    ("begin", "value", "said"),
+    [
+        (0.0, [0.0, 5.0, -3.0], "ends at 1 s with a force of -3, which acts on until the run ends at 1.9 s"),
+        (0.5, [2.0, 5.0, 0.0], "begins at 0.5 s with a force of 2, which acts from 0 on"),
+        (0.0, [0.0, 5.0, 0.0], ""),
+        (0.95, [0.0, 5.0, 4.0], ""),
+    ],
+)
+def test_a_force_that_acts_outside_its_record_is_told(tmp_path, begin, value, said):
+    time = begin + 0.01 * np.arange(101)
+    course = np.interp(time - begin, [0.0, 0.5, 1.0], value)
+    np.savetxt(tmp_path / "road.csv", np.stack([time, course], axis=1), delimiter=",", header="time,N", comments="")
+    signal = 'signal = { file = "road.csv", type = "record", high_pass = 8 }'
+    on_lower = '[excitation.push]\nnode_set = "TIP_LOWER"\ndof = "z"\nkind = "force"\n' + signal
+    study = STUDY.replace("step = 5e-4\nperiods = 2", "end = 1.9") + on_lower
+    told = [n for n in set_up(read_study(write_strips(tmp_path, study=study))).notes if "[excitation.push] " in n]
+    assert len(told) == bool(said)
+    assert all(said in text for text in told)
+
+
 def changed(a, where, by):
     a = a.copy()
     a[where] = by
