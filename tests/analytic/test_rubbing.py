@@ -12,6 +12,7 @@ import scipy.linalg as sla
 
 import creak
 from creak.report.words.terminal import place_settled
+from creak.studies.converge.settling import SMALL
 from helpers_contact_studies import floor, points, push
 
 pytestmark = pytest.mark.slow
@@ -128,8 +129,8 @@ def test_one_mass_on_a_belt(tmp_path):
     assert place["slip_rate"] == pytest.approx(12.3932817, rel=1e-3)
     assert place["slips"] == math.floor((end - 0.05 - 0.04068888) * 12.3932817) + 1  # those that have ended
     for name in ("slips", "slip_rate", "slip_share", "friction_energy", "force_mean"):
-        assert place["settled_to"][name] < 1e-3
-    assert 0.0 < (place_settled(place) or 0.0) < 1e-3  # as the terminal tells it
+        assert place["settled_to"][name] < 1e-3 + SMALL
+    assert 0.0 < (place_settled(place) or 0.0) < 1e-3 + SMALL  # as the terminal tells it
     slips, stuck, path = marched(np.eye(1), 1e4 * np.eye(1), np.ones(1), PRESS, belt, end, 1e-4)
     assert len(slips) == place["slips"]
     assert place["slip_share"] == pytest.approx(1.0 - stuck / end, rel=1e-3)
