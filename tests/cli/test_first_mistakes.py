@@ -140,7 +140,7 @@ def test_nothing_comes_near(creak, tmp_path):
     """The root moves by 12 sines of 0.05 mm; 5 mm stay open."""
     said, warnings = run(creak, tmp_path, two_strips(gap=5.0))
     text = next(w for w in warnings if "no contact comes within the pre-check's margin of 15 % of its gap" in w)
-    assert "which starts 5 open" in text
+    assert "which starts 5 mm open" in text
     assert "closest approach is" in text
     assert text in said.err
 
@@ -149,12 +149,12 @@ def test_nothing_touches_without_a_precheck(creak, tmp_path):
     study = SHORT + "\n[precheck]\nenabled = false\n"
     _, warnings = run(creak, tmp_path, two_strips(gap=5.0), study)
     text = next(w for w in warnings if "nothing touched in the run" in w)
-    assert 4.0 < float(re.search(r"approach was ([\d.]+)", text)[1]) < 5.0
+    assert 4.0 < float(re.search(r"approach was ([\d.]+) mm at", text)[1]) < 5.0
 
 
 def test_parts_that_overlap_at_the_start(creak, tmp_path):
     _, warnings = run(creak, tmp_path, two_strips(gap=-0.2), SHORT.replace("step = 5e-4", "step = 1e-4"))
-    assert any("39 channel(s) start closed, by up to 0.2 at node" in w for w in warnings)
+    assert any("39 channel(s) start closed, by up to 0.2 mm at node" in w for w in warnings)
 
 
 def test_parts_deep_inside_each_other_are_refused(creak, tmp_path):
@@ -276,7 +276,7 @@ def test_a_sound_study_warns_of_nothing_when_set_up(tmp_path):
         (
             "[time]",
             '[[connector]]\ntype = "play"\nnodes = ["TIP_LOWER", "TIP_UPPER"]\ndof = "z"\nlower = 0.1\nstiffness = 10\n[time]',
-            "connector 1 is squeezed by 0.1 where the model is at rest, as 0 lies outside its limits: it presses with 1 at once",
+            "connector 1 is squeezed by 0.1 mm where the model is at rest, as 0 lies outside its limits: it presses with 1 N at once",
         ),
         (
             "step = 5e-4",

@@ -101,7 +101,9 @@ def test_an_edge_that_reaches_through_is_a_question_with_a_picture(creak, tmp_pa
 def test_a_rib_that_stands_through_the_plate_is_a_warning(creak, tmp_path):
     """No node of it is near as an edge on a face, so no contact is found; `creak new`, info and run say why."""
     told, _ = new(creak, tmp_path, rib_on_plate(-5.0))
-    words = "RIB is drawn through PLATE: 3 edge(s) of its elements pierce it, by 4 or more beyond the far face at node"
+    words = (
+        "RIB is drawn through PLATE: 3 edge(s) of its elements pierce it, by 4 mm or more beyond the far face at node"
+    )
     info = creak("info", tmp_path / "own.inp").err
     assert words in info
     assert "1002" in info

@@ -149,7 +149,7 @@ class Bench:
             watch = table.enabled and table.margin == "auto" and not self.chosen  # with a number the user decides
             observed = observed if watch else replace(observed, seen=None)
             run = march_run(name, setup.marching, observed, self.model, self.gaps, self.progress)
-            if with_closed(table, setup.contacts, setup.connectors, self.gaps, run.history) is not None:
+            if with_closed(table, setup.contacts, setup.connectors, "", self.gaps, run.history) is not None:
                 raise InputError(
                     "channels closed that the pre-check has dropped under the load that the bench was made with",
                     expected="channels that come near under every load",
@@ -213,11 +213,11 @@ def make_bench(
     if positions is None:
         table = setup.study.config.precheck
         smallest = with_linear_gaps(table, setup.reduction, setup.marching, reference, report).linear_gaps
-        kept, _ = prechecked(table, setup.contacts, smallest)
+        kept, _ = prechecked(table, setup.contacts, smallest, "")
     else:
         kept = setup.contacts.select(_at(setup.model.nodes.coords[setup.contacts.nodes_idx], positions))
     coords = setup.model.nodes.coords
-    gaps, _ = limited(setup.marching, coords, reference.system, join([kept, setup.connectors]))
+    gaps, _ = limited(setup.marching, coords, reference.system, "", join([kept, setup.connectors]))
     return Bench(setup, reference, gaps, report, chosen=positions is not None)
 
 

@@ -55,14 +55,16 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     """All of it as plain numbers, strings and lists."""
     from creak.contact.crossing import crossing_warnings
     from creak.model.constraints import supported_nodes
-    from creak.studies.prepare.unit_check import guessed_units
+    from creak.studies.prepare.unit_check import guessed_units, named_systems
     from creak.studies.propose.deck_pairs import contact_facts, contact_flaw
 
     parts = _parts(model, progress)
     mass = sum(p["mass"] for p in parts.values())
     with progress.phase("look at supports and units"):
         loose, guess = _loose(model), [s.name for s in guessed_units(model)]
-        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose), *crossing_warnings(model)]
+        length = shared_words(named_systems([units] if units else guess))[0] or "units of length"
+        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose)]
+        warnings += crossing_warnings(model, length)
         warnings += [contact_flaw(said) for said in (() if model.contact is None else model.contact.flaws)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}
     return {

@@ -92,12 +92,12 @@ def crossings(model: Model) -> list[Crossing]:
     return sorted(shallower.values(), key=lambda c: -c.depth)
 
 
-def crossing_warnings(model: Model) -> list[str]:
-    """Parts that are drawn through each other: no channel parts them."""
+def crossing_warnings(model: Model, unit: str) -> list[str]:
+    """Parts that are drawn through each other, in this unit of length: no channel parts them."""
     return [
-        f"{c.part} is drawn through {c.other}: {c.edges} edge(s) of its elements pierce it, by {c.depth:.3g} or more "
-        f"beyond the far face at node {', '.join(c.nodes[:PIERCING])}{' and more' * (len(c.nodes) > PIERCING)}; no "
-        "contact acts there; move one of them, cut a slot, or tie them where they are joined"
+        f"{c.part} is drawn through {c.other}: {c.edges} edge(s) of its elements pierce it, by {c.depth:.3g} {unit} or "
+        f"more beyond the far face at node {', '.join(c.nodes[:PIERCING])}{' and more' * (len(c.nodes) > PIERCING)}; "
+        "no contact acts there; move one of them, cut a slot, or tie them where they are joined"
         for c in crossings(model)
     ]
 

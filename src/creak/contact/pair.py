@@ -54,6 +54,8 @@ class ContactPair:
     """Table of the study that it comes from."""
     press_fit: bool = False
     """Gaps below zero stay: what overlaps presses."""
+    unit: str = ""
+    """Of length, with a space before it, where it is known."""
 
     @property
     def where(self) -> str:
@@ -169,7 +171,7 @@ def never_face(pair: ContactPair, limit: float) -> InputError:
     sides = "the sides (SPOS, SNEG) of the surfaces" if pair.normal is None else "the sense of the normal"
     return InputError(
         f"surfaces {pair.secondary!r} and {pair.main!r} never face each other: no point of the first has a facet "
-        f"of the second opposite it within {limit:.4g}{along}",
+        f"of the second opposite it within {limit:.4g}{pair.unit}{along}",
         where=pair.where,
         expected="two surfaces that lie opposite each other",
         fix=f"Check the names, the positions of the parts and {sides}.",
@@ -260,8 +262,8 @@ def _without_overclosure(
     if deep.size and deep.min() < 0.0:
         worst = int(np.argmin(deep))
         raise InputError(
-            f"node {model.nodes.label(int(channels.nodes_idx[worst]))} starts {-gap0[worst]:.4g} inside the main "
-            "surface, more than the shells' thickness (of solids: half an element's height)",
+            f"node {model.nodes.label(int(channels.nodes_idx[worst]))} starts {-gap0[worst]:.4g}{pair.unit} inside the "
+            "main surface, more than the shells' thickness (of solids: half an element's height)",
             where=pair.where,
             fix="Move the parts apart, or give a clearance."
             + (f" {_side_asked(pair)}" if turned or pair.normal else ""),
@@ -270,8 +272,8 @@ def _without_overclosure(
     if turned:
         count, most = np.count_nonzero(inside < 0.0), -channels.gap.min()
         notes.append(
-            f"{pair.where} {count} of {inside.size} nodes lie up to {most:.3g} behind the main surface, which the "
-            f"clearance hides: where it looks the other way, the contact holds "
+            f"{pair.where} {count} of {inside.size} nodes lie up to {most:.3g}{pair.unit} behind the main surface, "
+            "which the clearance hides: where it looks the other way, the contact holds "
             f"parts together instead of apart. {_side_asked(pair)}"
         )
     if pair.press_fit:
@@ -281,7 +283,7 @@ def _without_overclosure(
         return np.maximum(gap0, 0.0), notes
     node = model.nodes.label(int(channels.nodes_idx[np.argmin(gap0)]))
     note = (
-        f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g} at node {node}; "
+        f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g}{pair.unit} at node {node}; "
         "their gap is set to 0 without strain"
     )
     return np.maximum(gap0, 0.0), [*notes, note]

@@ -68,7 +68,7 @@ def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntA
     return ends
 
 
-def crossed(model: Model, play: Play, where: str) -> list[str]:
+def crossed(model: Model, play: Play, where: str, unit: str) -> list[str]:
     """In words, nodes that are joined by the order of their sets to others than those that lie beside them."""
     ends = nodes_of_ends(model, play.nodes, where)
     if len(ends) < 2 or ends[0].size < 2:
@@ -83,8 +83,8 @@ def crossed(model: Model, play: Play, where: str) -> list[str]:
     first, second, beside = (model.nodes.label(int(i)) for i in (ends[0][k], ends[1][k], ends[1][other[k]]))
     return [
         f"{where}: sets of nodes are joined in turn, so node {first} of {play.nodes[0]!r} to {second} of "
-        f"{play.nodes[1]!r}, {apart[k]:.4g} away, though {beside} lies {near[k]:.4g} away: list both in the same order "
-        "(Abaqus: *NSET, UNSORTED), or give a connector for each pair"
+        f"{play.nodes[1]!r}, {apart[k]:.4g} {unit} away, though {beside} lies {near[k]:.4g} {unit} away: list both in "
+        "the same order (Abaqus: *NSET, UNSORTED), or give a connector for each pair"
     ]
 
 

@@ -18,7 +18,7 @@ TURN = np.radians(10.0)
 """rad: a rotation theta taken as small lengthens an arm by theta^2 / 2, here by 1.5 %."""
 
 
-def slip_warnings(gaps: GapOperator, slip_max: FloatArray, at: FloatArray | None = None) -> list[str]:
+def slip_warnings(gaps: GapOperator, slip_max: FloatArray, unit: str, at: FloatArray | None = None) -> list[str]:
     """One warning for each contact whose channels slip by more than half an element.
 
     Every channel keeps the facet and the normal that it has at the start (small sliding), which holds while the
@@ -34,7 +34,7 @@ def slip_warnings(gaps: GapOperator, slip_max: FloatArray, at: FloatArray | None
     share = np.asarray(slip_max, dtype=np.float64) / gaps.size
     far = np.flatnonzero(share > SHARE)
     group = np.array(gaps.group, dtype=object)[far]
-    return [_warning(gaps, gaps.size, share, far[group == name], name, at) for name in dict.fromkeys(group)]
+    return [_warning(gaps, gaps.size, share, far[group == name], name, unit, at) for name in dict.fromkeys(group)]
 
 
 def turn_warnings(names: Sequence[str], turn: FloatArray, at: FloatArray) -> list[str]:
@@ -57,7 +57,13 @@ def turn_warnings(names: Sequence[str], turn: FloatArray, at: FloatArray) -> lis
 
 
 def _warning(
-    gaps: GapOperator, size: FloatArray, share: FloatArray, far: IntArray, name: str, at: FloatArray | None
+    gaps: GapOperator,
+    size: FloatArray,
+    share: FloatArray,
+    far: IntArray,
+    name: str,
+    unit: str,
+    at: FloatArray | None,
 ) -> str:
     worst = far[np.argsort(-share[far], kind="stable")]
     names = first_few((gaps.names[i] for i in worst), worst.size, SHOWN)
@@ -65,6 +71,7 @@ def _warning(
     when = "" if at is None else f" at t = {at[i]:.4g} s"
     return (
         f"[contact.{name}] {worst.size} channel(s) slip by more than half an element: {names}. {gaps.names[i]} slips "
-        f"farthest, by {share[i] * size[i]:.3g}{when} on elements {size[i]:.3g} wide; contact keeps the partners and "
-        "normals that it has at the start (small sliding), so where and how it presses there is not to be trusted."
+        f"farthest, by {share[i] * size[i]:.3g} {unit}{when} on elements {size[i]:.3g} {unit} wide; contact keeps the "
+        "partners and normals that it has at the start (small sliding), so where and how it presses there is not to be "
+        "trusted."
     )

@@ -60,7 +60,7 @@ def is_finite(history: History) -> bool:
     return all(bool(np.isfinite(t).all()) for t in tables)
 
 
-def reasons_against(history: History, *, forced: bool = True) -> list[str]:
+def reasons_against(history: History, *, forced: bool = True, unit: str = "") -> list[str]:
     """Why the figures of a run are worth nothing, a sentence each; empty where nothing speaks against them.
 
     forced: its step was; else creak chose it.
@@ -79,7 +79,7 @@ def reasons_against(history: History, *, forced: bool = True) -> list[str]:
         if value > bar
     ]
     created = [f"the time integration created energy, {' and '.join(shares)}: {remedy}"] if shares else []
-    return [*created, *_passed_through(history)]
+    return [*created, *_passed_through(history, unit)]
 
 
 def _given_by_damping(history: History) -> float:
@@ -87,7 +87,7 @@ def _given_by_damping(history: History) -> float:
     return max(0.0, -float(history.energy[:, ENERGIES.index("damping")].min())) / history.energy_scale
 
 
-def _passed_through(history: History) -> list[str]:
+def _passed_through(history: History, unit: str) -> list[str]:
     """Channels without force that closed."""
     seen = history.extremes
     if seen is None or not seen.silent or seen.gap.min() > 0.0:
@@ -95,6 +95,6 @@ def _passed_through(history: History) -> list[str]:
     k = int(seen.gap.argmin())
     return [
         f"parts pass through each other: {int((seen.gap <= 0.0).sum())} channel(s) that the pre-check dropped closed, "
-        f"farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} at t = {seen.gap_at[k]:.4g} s; set [precheck] enabled = "
-        "false"
+        f"farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} {unit} at t = {seen.gap_at[k]:.4g} s; set [precheck] "
+        "enabled = false"
     ]

@@ -192,14 +192,14 @@ def linked(velocity):
 def test_velocities_of_linked_masses_keep_their_momentum(velocity, expected, warned):
     model, system, v = linked(velocity)
     np.testing.assert_allclose(v, expected, rtol=1e-10)
-    assert len(velocity_warnings(model, system)) == warned
+    assert len(velocity_warnings(model, system, "m/s")) == warned
 
 
 def test_the_warning_names_the_node_and_both_velocities():
     model, system, _ = linked([(1, 1, 8.0)])
-    (text,) = velocity_warnings(model, system)
+    (text,) = velocity_warnings(model, system, "m/s")
     assert text.startswith("node 2 X of part ")
-    assert "starts with 2 instead of 8" in text
+    assert "starts with 2 instead of 8 m/s" in text
 
 
 def test_a_body_thrown_at_dependent_nodes_alone_flies_and_turns():

@@ -160,14 +160,14 @@ def test_slip_beyond_half_an_element_is_told_with_the_channel():
     b, _ = built("node-to-surface", name="b")
     gaps = join([a, b])
     slip = np.zeros(gaps.m)
-    assert slip_warnings(gaps, slip) == []
+    assert slip_warnings(gaps, slip, "mm") == []
     slip[:] = 0.49 * 0.2 / 7
-    assert slip_warnings(gaps, slip) == []
+    assert slip_warnings(gaps, slip, "mm") == []
     slip[[2, 4, gaps.m - 1]] = 0.02, 0.025, 0.016
-    told = slip_warnings(gaps, slip)
+    told = slip_warnings(gaps, slip, "mm")
     assert len(told) == 2
     assert told[0].startswith("[contact.a] 2 channel(s) slip by more than half an element: a:35, a:33.")
-    assert "a:35 slips farthest, by 0.025 on elements 0.0286 wide" in told[0]
+    assert "a:35 slips farthest, by 0.025 mm on elements 0.0286 mm wide" in told[0]
     assert "b:62" in told[1]
 
 
@@ -176,8 +176,8 @@ def test_channels_without_a_size_never_warn():
 
     model = stacked()
     stop = play_channels(model, Play("stop", ("TOP_NODES",), 3, None, 0.1, ContactLaw(1e4)), "")
-    assert slip_warnings(stop, np.full(stop.m, 1e9)) == []
+    assert slip_warnings(stop, np.full(stop.m, 1e9), "mm") == []
     a, _ = built("surface-to-surface", model)
     both_ = join([a, stop])
     assert np.isinf(both_.size[a.m :]).all()
-    assert slip_warnings(both_, np.append(np.zeros(a.m), np.full(stop.m, 1e9))) == []
+    assert slip_warnings(both_, np.append(np.zeros(a.m), np.full(stop.m, 1e9)), "mm") == []

@@ -83,7 +83,7 @@ def test_nodes_joined_to_far_ones_are_told():
     for lies, order, told in ((5.0, [5, 4, 3], True), (5.0, [3, 4, 5], False), (40.0, [4, 5, 3], False)):
         coords = np.vstack([row, row + [0.0, lies, 0.0]])
         parts = model_of(coords, masses, node_sets={"A": [0, 1, 2], "B": order})
-        said = crossed(parts, Play("hook", ("A", "B"), 2, -0.2, None, ContactLaw(1e4)), "[[connector]]")
+        said = crossed(parts, Play("hook", ("A", "B"), 2, -0.2, None, ContactLaw(1e4)), "[[connector]]", "mm")
         assert bool(said) == told
         if told:
-            assert "node 1 of 'A' to 6 of 'B', 20.62 away, though 4 lies 5 away" in said[0]
+            assert "node 1 of 'A' to 6 of 'B', 20.62 mm away, though 4 lies 5 mm away" in said[0]

@@ -45,7 +45,7 @@ class Verdict:
 
 
 def verdict_of(
-    run: Run, course: Course, unanswered: str | None, convergence: Convergence | None, ended: str = ""
+    run: Run, course: Course, unanswered: str | None, convergence: Convergence | None, unit: str, ended: str = ""
 ) -> Verdict | None:
     """What the energy balance and the repeated runs say of a run; None where it was not repeated.
 
@@ -53,10 +53,10 @@ def verdict_of(
 
     Parameters
     ----------
-    unanswered : why it says nothing of rattle. ended : why f_max = "auto" went no further.
+    unanswered : why it says nothing of rattle. unit : of length. ended : why f_max = "auto" went no further.
     """
     table = course.time
-    against = reasons_against(run.history, forced=not table.exact)
+    against = reasons_against(run.history, forced=not table.exact, unit=unit)
     if against:
         return Verdict(UNRELIABLE, tuple(against))
     if unanswered:
@@ -71,7 +71,7 @@ def verdict_of(
         )
     if why := faded_in(run.history, course.fade):
         return Verdict(UNSETTLED, (why,))
-    if table.exact and (why := may_still_close(run.history, run.gaps, course.repeats)):
+    if table.exact and (why := may_still_close(run.history, run.gaps, course.repeats, unit)):
         return Verdict(UNSETTLED, (why,))
     if table.exact and not run.gaps.presses:
         return Verdict(SETTLED, ())

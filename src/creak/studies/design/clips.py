@@ -12,6 +12,7 @@ from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.materials import Bushing
 from creak.model.mesh import ElementBlock, Model, Own
+from creak.model.units import UNITS
 from creak.studies.design.named_nodes import nearest_nodes
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import connector_names
@@ -31,7 +32,7 @@ def with_clips(model: Model, touching: Touching) -> tuple[Model, list[tuple[Play
     """
     blocks, plays, notes = [], [], []
     for name, table, where in _named(touching):
-        model, ends, told = _ends(model, table, name, where)
+        model, ends, told = _ends(model, table, name, where, UNITS[touching.units].length)
         notes += told
         if table.type == "bushing":
             blocks.append(_bushing(model, table, ends, name, where))
@@ -77,8 +78,8 @@ def _take(name: str, taken: set[str], where: str) -> None:
     taken.add(name)
 
 
-def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model, tuple[str, ...], list[str]]:
-    """Node sets of both ends; those at points are made."""
+def _ends(model: Model, table: ClipTable, name: str, where: str, unit: str) -> tuple[Model, tuple[str, ...], list[str]]:
+    """Node sets of both ends; those at points are made. unit : of length."""
     if table.at is None:
         return model, table.node_sets, []
     sets, notes = dict(model.node_sets), []
@@ -87,7 +88,7 @@ def _ends(model: Model, table: ClipTable, name: str, where: str) -> tuple[Model,
         rows, off = nearest_nodes(model, table.at, table.within, part, where)
         names.append(f"{name} {end}".upper())
         sets[names[-1]] = rows
-        notes.append(f"clip {name}: nodes of {part} lie up to {off:.3g} from the given places")
+        notes.append(f"clip {name}: nodes of {part} lie up to {off:.3g} {unit} from the given places")
     return replace(model, node_sets=sets), tuple(names), notes
 
 

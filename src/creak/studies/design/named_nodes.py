@@ -19,7 +19,9 @@ SAME = 1e-9
 """Of the model's size: two nodes nearer to each other than this are at one place."""
 
 
-def with_named_nodes(model: Model, tables: Mapping[str, NodesTable], places: Places) -> tuple[Model, list[str]]:
+def with_named_nodes(
+    model: Model, tables: Mapping[str, NodesTable], places: Places, unit: str
+) -> tuple[Model, list[str]]:
     """The model with the node sets of the study beside its own, and how far nodes lie from their points.
 
     Raises
@@ -43,7 +45,9 @@ def with_named_nodes(model: Model, tables: Mapping[str, NodesTable], places: Pla
         rows, off = nearest_nodes(model, table.near, table.within, table.part, where)
         sets[name.upper()] = rows
         labels = ", ".join(model.nodes.label(int(row)) for row in rows[:4]) + (", ..." if rows.size > 4 else "")
-        notes.append(f"[nodes.{name}]: node {labels}, {off:.3g} from the given place" + (" at most" * (rows.size > 1)))
+        notes.append(
+            f"[nodes.{name}]: node {labels}, {off:.3g} {unit} from the given place" + (" at most" * (rows.size > 1))
+        )
     return (replace(model, node_sets=sets), notes) if tables else (model, notes)
 
 

@@ -19,6 +19,7 @@ from creak.formats.stored.run_identity import RunIdentity
 from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Nodes
 from creak.model.plain_mesh import plain_mesh
+from creak.model.units import UNITS
 from creak.studies.converge.settled import Verdict, verdict_of
 from creak.studies.converge.settling import Convergence
 from creak.studies.findings.elines import measured_rates
@@ -77,7 +78,7 @@ def findings_of(
     with_modes = "reduced" in result.runs and c.reduction.method != "guyan"
 
     def verdict(run: Run) -> Verdict | None:
-        return verdict_of(run, s.study.course, unanswered, convergence, stages[1])
+        return verdict_of(run, s.study.course, unanswered, convergence, UNITS[c.model.units].length, stages[1])
 
     static, groups = None, [*s.contacts.group, *s.connectors.group]
     if s.static is not None:

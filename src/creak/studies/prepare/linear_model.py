@@ -8,6 +8,7 @@ from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.contact.play import Play
 from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, without_unread_damping
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.named_nodes import with_named_nodes
@@ -42,7 +43,7 @@ def designed_model(
     vain = [Warned(text) for text in ignored_in_vain(model, ignore)]
     check_units(model, c.model.units, places)
     model, changed = with_properties(model, c.material, c.section, places)
-    model, named = with_named_nodes(model, c.nodes, places)
+    model, named = with_named_nodes(model, c.nodes, places, UNITS[c.model.units].length)
     model = freed_where_moved(model, driving)
     model, held = with_supports(model, c.support, places)
     model, clips, placed = with_clips(model, study.touching)

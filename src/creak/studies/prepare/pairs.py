@@ -18,6 +18,7 @@ from creak.contact.secondary import nodes_of
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.nodal_table import Column, nodal_values
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable, FrictionTable, connector_names
@@ -46,6 +47,7 @@ def contact_pair(model: Model, touching: Touching, name: str) -> ContactPair:
         t.per_area,
         contact_law(t, touching.places.where("contact", name)),
         press_fit=touching.press_fit,
+        unit=f" {UNITS[touching.units].length}",
     )
 
 

@@ -18,6 +18,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.heat import check_heat
 from creak.studies.design.supports import check_driven
 from creak.studies.file.case import Driving
@@ -253,7 +254,7 @@ def set_up_model(
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
     notes += drift_warnings(model, driving, driven, loads)
     plays = [*plays_of(touching), *clips]
-    notes += [Warned(text) for p, where in plays for text in crossed(model, p, where)]
+    notes += [Warned(text) for p, where in plays for text in crossed(model, p, where, UNITS[c.model.units].length)]
     connectors = join([play_channels(model, p, where) for p, where in plays])
     rayleigh, override = own_damping(model, c.damping)
     notes += drive_warnings(model, driving, loads, driven, contacts)

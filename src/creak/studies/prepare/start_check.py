@@ -23,6 +23,7 @@ from creak.errors import InputError
 from creak.formats.endings import is_deck
 from creak.model.dofs import TRANSLATIONS, node_and_dof, node_dofs
 from creak.model.mesh import Model
+from creak.model.units import UNITS, Units
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
@@ -58,8 +59,8 @@ def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) ->
         *_massless(model),
         *_margin(model, touching, precheck),
         *_warped(model),
-        *crossing_warnings(model),
-        *_squeezed(touching.connectors),
+        *crossing_warnings(model, UNITS[units].length),
+        *_squeezed(touching.connectors, UNITS[units]),
     ]
     return [Warned(text) for text in texts]
 
@@ -140,28 +141,28 @@ def nothing_rattles(path: Path, channels: int, contacts: int) -> str:
     return f"the {of} has {what}, so nothing can rattle: {fix}"
 
 
-def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: str) -> str:
+def nothing_closes(contacts: GapOperator, smallest: FloatArray, margin: str, unit: str) -> str:
     """For a pre-check that keeps no channel: the closest approach, and what to do.
 
     Parameters
     ----------
     smallest : (m,) smallest gap of every channel in the linear run.
-    margin : what it had to fall to, in words.
+    margin : what it had to fall to, in words. unit : of length.
     """
     k = int(np.argmin(smallest))
     return Warned(
-        f"no contact comes within the pre-check's margin of {margin}: the closest approach is {smallest[k]:.3g} at "
-        f"{contacts.names[k]}, which starts {contacts.gap0[k]:.3g} open; raise the excitation's amplitude, or look "
-        "whether distances and units are as meant"
+        f"no contact comes within the pre-check's margin of {margin}: the closest approach is {smallest[k]:.3g} {unit} "
+        f"at {contacts.names[k]}, which starts {contacts.gap0[k]:.3g} {unit} open; raise the excitation's amplitude, "
+        "or look whether distances and units are as meant"
     )
 
 
-def never_closed(gaps: GapOperator, history: History) -> str:
+def never_closed(gaps: GapOperator, history: History, unit: str) -> str:
     """For runs without a contact event: the closest approach."""
     step, k = np.unravel_index(int(np.argmin(history.gap)), history.gap.shape)
     return Warned(
-        f"nothing touched in the run: the closest approach was {history.gap[step, k]:.3g} at {gaps.names[k]}, "
-        f"t = {history.time[step]:.4g} s, from {gaps.gap0[k]:.3g} at the start"
+        f"nothing touched in the run: the closest approach was {history.gap[step, k]:.3g} {unit} at {gaps.names[k]}, "
+        f"t = {history.time[step]:.4g} s, from {gaps.gap0[k]:.3g} {unit} at the start"
     )
 
 
@@ -218,16 +219,16 @@ def _massless(model: Model) -> list[str]:
     ]
 
 
-def _squeezed(connectors: Sequence[ConnectorTable]) -> list[str]:
+def _squeezed(connectors: Sequence[ConnectorTable], units: Units) -> list[str]:
     """Play connectors that are not at rest at rest."""
     out = []
     for number, t in enumerate(connectors, start=1):
         beyond = max(t.lower or 0.0, -(t.upper or 0.0))
         if beyond > 0.0:
             out.append(
-                f"connector {t.name or number} is squeezed by {beyond:g} where the model is at rest, as 0 lies outside "
-                f"its limits: it presses with {beyond * t.stiffness:g} at once; are signs and order of the nodes as "
-                "meant?"
+                f"connector {t.name or number} is squeezed by {beyond:g} {units.length} where the model is at rest, as "
+                f"0 lies outside its limits: it presses with {beyond * t.stiffness:g} {units.force} at once; are signs "
+                "and order of the nodes as meant?"
             )
     return out
 

@@ -11,6 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.named_nodes import REACH
 from creak.studies.file.case import Lines
 from creak.studies.file.quantities import length_in
@@ -103,7 +104,7 @@ def point_tolerances(given: Lines, points: Points) -> PointTolerances:
             notes.append(
                 Warned(f"{table.file} has no row for {', '.join(left)}: no tolerance is taken of the gaps there")
             )
-        notes += _nominal_notes(table.file, rows, points, hit)
+        notes += _nominal_notes(table.file, rows, points, hit, UNITS[given.units].length)
     return PointTolerances(below, tuple(source.items()), tuple(notes))
 
 
@@ -207,7 +208,7 @@ def _placed(row: GapTolerance, place: FloatArray, points: Points, mine: BoolArra
     return np.flatnonzero(least <= least.min() + SAME * points.size)
 
 
-def _nominal_notes(file: str, rows: Sequence[GapTolerance], points: Points, at: IntArray) -> list[str]:
+def _nominal_notes(file: str, rows: Sequence[GapTolerance], points: Points, at: IntArray, unit: str) -> list[str]:
     """Where nominal gaps of a table are not those of the model."""
     off = []
     for j in np.flatnonzero(at >= 0).tolist():
@@ -220,8 +221,8 @@ def _nominal_notes(file: str, rows: Sequence[GapTolerance], points: Points, at: 
     many = f" So are {len(off) - 1} more points." if len(off) > 1 else ""
     return [
         Warned(
-            f"{file}: the nominal gap of {row.name} is {row.nominal:g}, and the gap of the model at {points.names[j]} "
-            f"{gap:.4g}: they differ by more than the tolerance, -{row.below:g} +{row.above:g} ({row.where}).{many} "
-            f"Margins are those of the model"
+            f"{file}: the nominal gap of {row.name} is {row.nominal:g} {unit}, and the gap of the model at "
+            f"{points.names[j]} {gap:.4g} {unit}: they differ by more than the tolerance, -{row.below:g} "
+            f"+{row.above:g} {unit} ({row.where}).{many} Margins are those of the model"
         )
     ]

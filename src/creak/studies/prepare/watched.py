@@ -68,9 +68,10 @@ def _rigid(coords: FloatArray, nodes: IntArray) -> tuple[FloatArray, IntArray]:
     return inverse @ cross, node_dofs(ends, TRANSLATIONS)
 
 
-def motion_warnings(gaps: GapOperator, history: History) -> list[str]:
-    """Slip and rotations for which contact and kinematics do not hold, seen at every step."""
+def motion_warnings(gaps: GapOperator, history: History, unit: str) -> list[str]:
+    """Slip, in this unit of length, and rotations for which contact and kinematics do not hold, seen at every step."""
     seen = history.extremes
     if seen is None:
         return []
-    return [*slip_warnings(gaps, seen.slip, seen.slip_at), *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]
+    slips = slip_warnings(gaps, seen.slip, unit, seen.slip_at)
+    return [*slips, *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]

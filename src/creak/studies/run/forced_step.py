@@ -17,28 +17,31 @@ SHARE = 0.1
 """Longest step as a share of the shortest event."""
 
 
-def limited(marching: Marching, coords: FloatArray, system: System, gaps: GapOperator) -> tuple[GapOperator, list[str]]:
+def limited(
+    marching: Marching, coords: FloatArray, system: System, unit: str, gaps: GapOperator
+) -> tuple[GapOperator, list[str]]:
     """Channels with automatic penalties lowered to what a forced step resolves, and a note of it.
 
     Parameters
     ----------
-    coords : (n_node, 3). system : of the unreduced model.
+    coords : (n_node, 3). system : of the unreduced model. unit : of stiffness.
     """
     if marching.table.exact:
         return gaps, []
     positions, step = coords[gaps.nodes_idx], marching.loads.step
     stiffness = step_limited_stiffness(system, gaps, positions, marching.scheme, step)
-    return gaps.with_stiffness(stiffness), _note_of_limit(gaps, stiffness, step)
+    return gaps.with_stiffness(stiffness), _note_of_limit(gaps, stiffness, step, unit)
 
 
-def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float) -> list[str]:
+def _note_of_limit(gaps: GapOperator, stiffness: FloatArray, step: float, unit: str) -> list[str]:
     lowered = np.flatnonzero(stiffness < gaps.stiffness)
     if not lowered.size:
         return []
     before, after = (float(np.median(k[lowered])) for k in (gaps.stiffness, stiffness))
     return [
         f"automatic contact stiffness: {lowered.size} of {gaps.m} channels lowered to what a step of {step:g} s "
-        f"resolves (median {before:.3g} to {after:.3g}); a shorter step gives harder contact and less penetration"
+        f"resolves (median {before:.3g} to {after:.3g} {unit}); a shorter step gives harder contact and less "
+        "penetration"
     ]
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.linalg.threads import one_blas_thread
+from creak.model.units import UNITS
 from creak.progress import Progress, Sentence
 from creak.studies.file.identity import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
@@ -143,12 +144,13 @@ def run_study(
     settle : raises f_max = "auto" from where it begins; None: it stays there.
     """
     c = setup.study.config
+    units = UNITS[c.model.units]
     with compiling(setup.marching, solves_steps=setup.solves_steps) as compiled:
         setup, reference, gaps, notes = ready(setup, progress, store.folder, compiled)
         marching, kept, nodes = setup.marching, gaps.m, setup.model.nodes
         scope = Scope(setup.model, c.verification, marching.window)
-        limit = partial(limited, marching, nodes.coords, reference.system)
-        closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors)
+        limit = partial(limited, marching, nodes.coords, reference.system, units.stiffness)
+        closed = partial(with_closed, c.precheck, setup.contacts, setup.connectors, units.length)
         observed = partial(setup.observed, lines=True, record=record)
         runs: dict[str, Run] = {}
         reduced: ReducedModel | None = None
@@ -212,10 +214,10 @@ def run_study(
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         which = "both runs are" if len(runs) > 1 else "the run is"
         notes.append(f"no channel can close under this load: {which} linear")
-    notes += run_warnings(marching, gaps, runs)
+    notes += run_warnings(marching, gaps, runs, units.length)
     notes += [f"{name} run: {text}" for name, run in runs.items() for text in run.notes]
     if runs and gaps.m and not any(run.history.force.any() for run in runs.values()):
-        notes.append(never_closed(gaps, next(iter(runs.values())).history))
+        notes.append(never_closed(gaps, next(iter(runs.values())).history, units.length))
     window, v, watch = marching.window, c.verification, setup.watch
     whole = {} if stopped else runs
     main, condensed = whole.get("reduced") or whole.get("reference"), None if reduced is None else reduced.system
@@ -259,13 +261,13 @@ def run_study(
     )
 
 
-def run_warnings(marching: Marching, gaps: GapOperator, runs: dict[str, Run]) -> list[Warned]:
-    """What the user should know of each run; where it is the same of both, once."""
-    against = partial(reasons_against, forced=not marching.table.exact)
+def run_warnings(marching: Marching, gaps: GapOperator, runs: dict[str, Run], unit: str) -> list[Warned]:
+    """What the user should know of each run, in this unit of length; where it is the same of both, once."""
+    against = partial(reasons_against, forced=not marching.table.exact, unit=unit)
     said = {
         name: [
             *(f"{UNRELIABLE}: {reason}" for reason in against(run.history)),
-            *motion_warnings(gaps, run.history),
+            *motion_warnings(gaps, run.history, unit),
             *step_warnings(marching, run.events),
         ]
         for name, run in runs.items()

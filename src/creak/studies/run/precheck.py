@@ -17,7 +17,9 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.dynamics.history import History
 from creak.linalg.diagonal import Diagonal
+from creak.model.dofs import TRANSLATIONS, node_and_dof
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
 from creak.signals.peaks import largest
@@ -54,13 +56,13 @@ SAME = 1e-6
 
 
 def prechecked(
-    table: PrecheckTable, contacts: GapOperator, smallest: FloatArray | None, tested: Container[str] = ()
+    table: PrecheckTable, contacts: GapOperator, smallest: FloatArray | None, unit: str, tested: Container[str] = ()
 ) -> tuple[GapOperator, list[str]]:
     """Channels that the gaps (m,) of the linear run let close (thesis 3.3.2), and a note of it.
 
     Parameters
     ----------
-    smallest : of each channel; None: there was no such run.
+    smallest : of each channel; None: there was no such run. unit : of length.
     tested : contacts, in small letters, whose gap or force is measured: where none of its channels closes all are kept.
     """
     if not table.enabled or contacts.m == 0:
@@ -70,11 +72,12 @@ def prechecked(
     closes = smallest <= table.near(contacts.gap0)
     closing = set(np.array(contacts.group)[closes].tolist())
     measured = np.array([name.lower() in tested and name not in closing for name in contacts.group], dtype=bool)
-    notes = [f"pre-check: {closes.sum()} of {contacts.m} channels kept (linear gap falls to {table.words()} or less)"]
+    margin = table.words(unit)
+    notes = [f"pre-check: {closes.sum()} of {contacts.m} channels kept (linear gap falls to {margin} or less)"]
     if measured.any():
         notes.append(f"pre-check: {measured.sum()} channels that cannot close are kept: a test has their gap or force")
     if not closes.any():
-        notes.append(nothing_closes(contacts, smallest, table.words()))
+        notes.append(nothing_closes(contacts, smallest, margin, unit))
     return contacts.select(np.flatnonzero(closes | measured)), notes
 
 
@@ -210,22 +213,27 @@ def ready(
     figures = figure_warnings(setup.model, c.model.units, mass, reference.modes.omega2)
     reference = with_linear_gaps(c.precheck, setup.reduction, setup.marching, reference, progress)
     tested = frozenset[str]().union(*(test.contacts for test in setup.tests))
-    kept, notes = prechecked(c.precheck, setup.contacts, reference.linear_gaps, tested)
+    kept, notes = prechecked(c.precheck, setup.contacts, reference.linear_gaps, UNITS[c.model.units].length, tested)
     if c.reduction.method != WHOLE:
         reference.release()
     whole = [] if reference.of_parts is None else [WITHOUT_WHOLE]
-    started_so = velocity_warnings(setup.model, reference.system)
+    started_so = velocity_warnings(setup.model, reference.system, UNITS[c.model.units].speed)
     return setup, reference, join([kept, setup.connectors]), [*figures, *started_so, *whole, *notes]
 
 
 def with_closed(
-    table: PrecheckTable, contacts: GapOperator, connectors: GapOperator, gaps: GapOperator, history: History
+    table: PrecheckTable,
+    contacts: GapOperator,
+    connectors: GapOperator,
+    unit: str,
+    gaps: GapOperator,
+    history: History,
 ) -> tuple[GapOperator, str] | None:
     """The channels with those dropped ones that came within the pre-check's margin, and a note; None: none closed.
 
     Parameters
     ----------
-    contacts, connectors : all channels. gaps : those of the run.
+    contacts, connectors : all channels. unit : of length. gaps : those of the run.
     """
     seen = history.extremes
     if seen is None or not seen.silent or seen.gap.min() > 0.0:
@@ -238,8 +246,8 @@ def with_closed(
     k = int(seen.gap.argmin())
     note = (
         f"pre-check: {int((seen.gap <= 0.0).sum())} channel(s) that the linear run let stay open closed in the "
-        f"nonlinear one, farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} at t = {seen.gap_at[k]:.4g} s; the run was "
-        f"made again with {len(near)} more kept"
+        f"nonlinear one, farthest {seen.silent[k]}, by {-seen.gap[k]:.3g} {unit} at t = {seen.gap_at[k]:.4g} s; the "
+        f"run was made again with {len(near)} more kept"
     )
     return join([contacts, connectors]), note
 
@@ -269,8 +277,8 @@ def run_with_closed(
     return gaps, found, [*notes, *more]
 
 
-def velocity_warnings(model: Model, system: System) -> list[str]:
-    """Dofs that follow others and start with another velocity than the deck gives them."""
+def velocity_warnings(model: Model, system: System, unit: str) -> list[str]:
+    """Dofs that follow others and start with another velocity than the deck gives them; unit : of speed."""
     labels, at = np.unique(started_labels(model)[::-1], return_index=True)  # the last one given counts
     if not labels.size:
         return []
@@ -281,11 +289,12 @@ def velocity_warnings(model: Model, system: System) -> list[str]:
     if not off.any():
         return []
     k = int(np.argmax(np.where(off, np.abs(found - given), -1.0)))
+    unit = unit if node_and_dof(int(labels[k]))[1] in TRANSLATIONS else "rad/s"
     others = f" and {off.sum() - 1} more dofs" if off.sum() > 1 else ""
     return [
         Warned(
             f"{dof_name(model, int(labels[k]))}{others} cannot have the initial velocity of the deck beside those of "
-            f"the nodes that it is linked to: it starts with {found[k]:.4g} instead of {given[k]:.4g}, so that the "
-            "momentum is that of the deck; give all linked nodes velocities that fit together"
+            f"the nodes that it is linked to: it starts with {found[k]:.4g} instead of {given[k]:.4g} {unit}, so that "
+            "the momentum is that of the deck; give all linked nodes velocities that fit together"
         )
     ]

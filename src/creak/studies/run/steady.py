@@ -87,12 +87,12 @@ def faded_in(history: History, fade: float) -> str:
     )
 
 
-def may_still_close(history: History, gaps: GapOperator, period: float | None) -> str:
+def may_still_close(history: History, gaps: GapOperator, period: float | None, unit: str) -> str:
     """Which gap would close in a longer run, in a sentence; empty where none would, or where something pressed lately.
 
     Parameters
     ----------
-    period : as for `growth`.
+    period : as for `growth`. unit : of length.
     """
     time = history.time
     if period is None or not gaps.m or history.force[time >= time[-1] - 3.0 * period].any():
@@ -105,6 +105,7 @@ def may_still_close(history: History, gaps: GapOperator, period: float | None) -
         return ""
     more = math.ceil(math.log(DONE) / math.log(seen.left[k]))
     return (
-        f"the motion does not repeat yet: gap {gaps.names[k]} came to {seen.lowest[k]:.3g} in the last period, after "
-        f"{seen.before[k]:.3g} in the one before, and may close in a longer run; make it {more} periods longer"
+        f"the motion does not repeat yet: gap {gaps.names[k]} came to {seen.lowest[k]:.3g} {unit} in the last period, "
+        f"after {seen.before[k]:.3g} {unit} in the one before, and may close in a longer run; make it {more} periods "
+        "longer"
     )

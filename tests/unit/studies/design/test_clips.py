@@ -151,7 +151,7 @@ def test_clips_sit_at_places_of_parts(tmp_path):
     place = '[[clip]]\ntype = "stop"\nstiffness = 5\ngap = 1\naxis = [0, 0, 1]\nat = [[50, 0.2, 0], [150, 0, 0]]\n'
     setup = clipped(tmp_path, f'{place}parts = "PART-1"\n'.replace("PART-1", _part(tmp_path)))
     assert setup.model.nodes.ids[setup.connectors.nodes_idx].tolist() == [2, 4]
-    assert any("lie up to 0.2 from the given places" in note for note in setup.notes)
+    assert any("lie up to 0.2 mm from the given places" in note for note in setup.notes)
 
 
 def _part(folder: Path) -> str:

@@ -77,7 +77,7 @@ def test_places_and_labels_name_nodes(tmp_path):
         assert set(sets[-1]) <= set(setup.watch.nodes)
     assert np.array_equal(*sets)
     assert np.array_equal(sets[0], setup.model.node_sets["ROOT_UPPER"])
-    assert any("node 1, 14, 27, 0.1 from the given place at most" in note for note in setup.notes)
+    assert any("node 1, 14, 27, 0.1 mm from the given place at most" in note for note in setup.notes)
 
 
 REFUSED = {

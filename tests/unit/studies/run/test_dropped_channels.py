@@ -137,16 +137,17 @@ def test_a_gap_that_shrinks_from_period_to_period_is_kept(tmp_path):
 ])  # fmt: skip
 def test_a_contact_that_a_test_asks_for_keeps_its_channels(smallest, tested, kept, told):
     """Where none of them closes; one that closes has those that do."""
-    table, gaps = PrecheckTable(), channels(np.eye(3), 2.0, 1e3)
+    table, gaps = PrecheckTable(margin=0.5), channels(np.eye(3), 2.0, 1e3)
     gaps = replace(gaps, names=("A:1", "A:2", "B:3"), group=("A", "A", "B"))
-    found, notes = prechecked(table, gaps, np.array(smallest), {tested})
+    found, notes = prechecked(table, gaps, np.array(smallest), "mm", {tested})
     assert found.names == tuple(gaps.names[k] for k in kept)
+    assert "(linear gap falls to 0.5 mm or less)" in notes[0]
     assert [f"{told} channels that cannot close are kept" in n for n in notes].count(True) == bool(told)
 
 
 def test_nothing_closes_nothing_is_run_again(thrown):
     setup, gaps, h = thrown.setup, thrown.gaps, thrown.runs["reduced"].history
-    every = setup.study.config.precheck, setup.contacts, setup.connectors
+    every = setup.study.config.precheck, setup.contacts, setup.connectors, "mm"
     assert precheck.with_closed(*every, gaps, h) is None
     assert h.extremes.gap.size == setup.contacts.m - (gaps.m - setup.connectors.m)
     assert np.isfinite(h.extremes.gap_at).all()

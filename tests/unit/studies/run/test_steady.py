@@ -33,7 +33,7 @@ def told(periods: int, gap: float, period: float | None = 0.1, pushed: float = n
     mass = system_of(np.eye(1), np.array([[OMEGA**2]]), alpha=2.0 * ZETA * OMEGA)
     gaps = channels([[-1.0]], gap, 1e3 * OMEGA**2)
     history = simulate_flow(diagonalise(mass), gaps, loads, OutputRequest(np.array([0])))
-    return may_still_close(history, gaps, period), (gap - history.gap.min()) / FINAL
+    return may_still_close(history, gaps, period, "mm"), (gap - history.gap.min()) / FINAL
 
 
 def test_motion_that_grows_towards_the_gap_is_told():
@@ -42,6 +42,7 @@ def test_motion_that_grows_towards_the_gap_is_told():
     assert reached == pytest.approx(1.0 - np.exp(-9.0 * np.pi * ZETA), rel=0.02)
     assert said.startswith("the motion does not repeat yet: gap")
     # 5 % of what is left: ln 20 / (2 pi zeta) = 24 periods.
+    assert said.count(" mm in the ") == 2
     assert said.endswith("make it 24 periods longer")
 
 
