@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -60,6 +61,35 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     assert "--ignore 'NOSUCH' names nothing that was left unread" in said.words
     assert "--ignore 'CGAP'" not in said.words
     assert (tmp_path / "results" / "summary.json").exists()
+
+
+def test_a_first_study_has_the_gaps_of_the_deck(creak, tmp_path):
+    """Tips 1.75 mm apart that part by .05 mm more: the study names the stop, of 10 N/mm, and runs with it."""
+    (tmp_path / "strips.bdf").write_text(strips(extra="CGAP,901,9,1013,13\nPGAP,9,.05,,10."))
+    said = creak("new", tmp_path / "strips.bdf", "--distance", "0.1")
+    assert said.status == 0, said.words
+    assert "connector GAP_9: 1 gap(s) of the deck" in said.words
+    assert "to be filled in" not in said.words
+    study = tmp_path / "strips.toml"
+    (table,) = tomllib.loads(study.read_text())["connector"]
+    assert table == {
+        "type": "play",
+        "name": "GAP_9",
+        "nodes": ["GAP_9.A", "GAP_9.B"],
+        "dof": "z",
+        "lower": -0.05,
+        "stiffness": 10.0,
+    }
+    said = creak("run", study, "--quick", "--set", "excitation.road.signal.amplitude=0.05", "--quiet")
+    assert said.status == 0, said.words
+    (found,) = tmp_path.rglob("summary.json")
+    assert json.loads(found.read_text())["runs"]["reduced"]["events"]
+    study.write_text(
+        study.read_text().replace('"GAP_9.A"', '"GAP_9.B"').replace('["GAP_9.B", "GAP_9.B"]', '["GAP_9.B"]')
+    )
+    said = creak("run", study)
+    assert said.status == 2
+    assert "CGAP is not read by creak and would change the answer" in said.words
 
 
 @pytest.mark.parametrize(

@@ -177,7 +177,9 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
         output.say(said)
     for joint in found.joints:
         output.say(f"joined by the deck: {joint}")
-    if not found.contacts:
+    for stop in found.stops:
+        output.say(f"connector {stop.name}: {stop.first.size} gap(s) of the deck")
+    if not found.contacts and not found.stops:
         near = "" if found.closest is None else "; nearest: {} and {}, {:.3g}".format(*found.closest)
         output.say(f"no contact: no surfaces within {found.distance:.3g} {unit}{near}")
     output.say(f"supports: {found.n_held} held nodes")
@@ -192,11 +194,14 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
 
 
 def _data(found: Proposal) -> dict[str, Any]:
+    from creak.studies.prepare.deck_step import connector_table
+
     return {
         "units": found.units.name,
         "units_guess": found.guess,
         "distance": found.distance,
         "contacts": [asdict(c) for c in found.contacts],
+        "connectors": [connector_table(stop) for stop in found.stops],
         "kept_apart": list(found.apart),
         "joints": list(found.joints),
         "held": found.held,

@@ -12,7 +12,7 @@ from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
 from creak.model.dofs import AXES, node_and_dof
 from creak.model.materials import Section
-from creak.model.steps import DeckContact, NodeTemperatures, StaticLoads, StaticStep
+from creak.model.steps import DeckContact, NodeTemperatures, StaticLoads, StaticStep, Stop
 
 
 @dataclass(frozen=True)
@@ -187,6 +187,8 @@ class Model:
     the global axes. All else of the model is in global axes."""
     untyped: tuple[str, ...] = ()
     """Sets of nodes and of elements that are one list of numbers, of which the deck does not say what they count."""
+    stops: tuple[Stop, ...] = ()
+    """Gaps between nodes of the deck, which press only where connectors of the study name their node sets."""
 
     @property
     def n_elements(self) -> int:

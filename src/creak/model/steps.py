@@ -156,6 +156,11 @@ class Stop:
     """force / length, acts beyond the limit."""
     where: str = ""
 
+    @property
+    def node_sets(self) -> dict[str, IntArray]:
+        """Its two sides under the names that a study has them by."""
+        return {f"{self.name}.A": self.first, f"{self.name}.B": self.second}
+
 
 @dataclass(frozen=True)
 class DynamicStep:

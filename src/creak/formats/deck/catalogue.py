@@ -107,6 +107,14 @@ def without_unread_damping(model: Model, why: str) -> Model:
     return replace(model, unread=tuple(unread))
 
 
+def with_named_stops(model: Model, named: Collection[str]) -> Model:
+    """The model where gaps of the deck count as used whose node sets are all among those that connectors name."""
+    told = {stop.where for stop in model.stops if set(stop.node_sets) <= {name.upper() for name in named}}
+    why = "a [[connector]] of the study stands in its place"
+    unread = (replace(u, changes_answer=False, used=True, why=why) if u.where in told else u for u in model.unread)
+    return replace(model, unread=tuple(unread))
+
+
 def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:
     """Stop where the model was read without something that changes the answer, but the keywords of `ignore`.
 

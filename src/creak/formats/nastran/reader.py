@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
-
 from creak.errors import InputError
 from creak.formats.deck.flat_parts import flat_parts
 from creak.formats.deck.groups import blocks_of
@@ -99,7 +97,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     fixed, skew = read_supports(deck, permanent, own_run)
     constraints += following_grids(deck, given_ends, [*constraints, *skew], fixed)
     run = read_transient(deck, fixed) if own_run else None
-    gaps = list_gaps(deck) if run is None else {}
+    stops = list_gaps(deck) if run is None else ()
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
     n = len(deck.grids.ids)
     ground = set(range(n_own, n))
@@ -114,7 +112,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     of_nodes = {
         **support_sets(deck, source.support_names),
         **node_sets(deck, source.set_names),
-        **{n: np.array(rows) for n, rows in gaps.items()},
+        **{n: rows for stop in stops for n, rows in stop.node_sets.items()},
     }
     model = Model(
         source=path,
@@ -134,6 +132,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
         contact=contact if run is None else None,
         frames=dict(deck.grids.axes),
         untyped=tuple(n for n in untyped_sets(deck, source.set_names) if n in sets and n in of_nodes),
+        stops=stops,
     )
     return model, run
 

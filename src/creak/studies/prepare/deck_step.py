@@ -24,6 +24,7 @@ from creak.model.steps import (
     Interaction,
     PointLoad,
     Prescribed,
+    Stop,
     SurfacePair,
 )
 from creak.model.units import UnitsName
@@ -273,21 +274,23 @@ def _connectors(run: DeckRun, sets: dict[str, IntArray], places: dict[Keys, str]
     """A play connector for each group of stops, between two node sets of its name."""
     result = []
     for k, stop in enumerate(run.stops):
-        names = [f"{stop.name}.A", f"{stop.name}.B"]
-        sets |= dict(zip(names, (stop.first, stop.second), strict=True))
+        sets |= stop.node_sets
         places["connector", k] = stop.where
-        result.append(
-            {
-                "type": "play",
-                "name": stop.name,
-                "nodes": names,
-                "dof": DOFS[stop.dof - 1],
-                "lower": stop.lower,
-                "upper": stop.upper,
-                "stiffness": stop.stiffness,
-            }
-        )
+        result.append(connector_table(stop))
     return result
+
+
+def connector_table(stop: Stop) -> dict[str, Any]:
+    """Gaps of the deck between pairs of nodes as a [[connector]] table."""
+    return {
+        "type": "play",
+        "name": stop.name,
+        "nodes": list(stop.node_sets),
+        "dof": DOFS[stop.dof - 1],
+        "lower": stop.lower,
+        "upper": stop.upper,
+        "stiffness": stop.stiffness,
+    }
 
 
 def contact_table(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:

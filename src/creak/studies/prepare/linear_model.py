@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.contact.play import Play
-from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, without_unread_damping
+from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, with_named_stops, without_unread_damping
 from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.studies.design.clips import with_clips
@@ -39,6 +39,7 @@ def designed_model(
     c, places, driving = study.config, study.places, study.driving
     if own_damping(model, c.damping)[1]:
         model = without_unread_damping(model, "[damping] of the study stands in its place")
+    model = with_named_stops(model, [name for t in study.touching.connectors for name in t.node_sets])
     stop_on_unread(model, ignore)
     vain = [Warned(text) for text in ignored_in_vain(model, ignore)]
     check_units(model, c.model.units, places)

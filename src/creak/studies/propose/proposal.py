@@ -12,6 +12,7 @@ from creak.contact.pair import Keep
 from creak.model.constraints import supported_nodes
 from creak.model.materials import Discrete
 from creak.model.mesh import Model
+from creak.model.steps import Stop
 from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
@@ -84,11 +85,13 @@ class Proposal:
     """What of the deck's own contact is not taken over, a sentence each."""
     apart: tuple[str, ...] = ()
     """What is near but kept out of contact by the deck, a sentence each."""
+    stops: tuple[Stop, ...] = ()
+    """Gaps of the deck between pairs of nodes."""
 
     @property
     def untouched(self) -> str:
         """Why nothing of the study could touch, and what to fill in; empty where something can."""
-        if any(c.live for c in self.contacts):
+        if self.stops or any(c.live for c in self.contacts):
             return ""
         fill = "fill in a [contact.NAME] or a [[connector]]"
         asked = [c.name for c in self.contacts if not c.problem]
@@ -147,6 +150,7 @@ def propose(
         tuple(Warned(said) for said in near_beams(model, skins, distance)),
         tuple(contact_flaw(said) for said in flaws),
         tuple(apart),
+        model.stops,
     )
 
 
@@ -184,8 +188,11 @@ def held_dofs(model: Model) -> BoolArray:
 
 def _named_sets(model: Model) -> dict[str, IntArray]:
     """Node sets of the user's, not too large."""
+    of_stops = {name for stop in model.stops for name in stop.node_sets}
     return {
-        name: rows for name, rows in model.node_sets.items() if 0 < rows.size <= MOST_NODES and not name.startswith("_")
+        name: rows
+        for name, rows in model.node_sets.items()
+        if 0 < rows.size <= MOST_NODES and not name.startswith("_") and name not in of_stops
     }
 
 

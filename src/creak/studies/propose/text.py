@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import PurePath
+
 from creak.assembly.damped import is_damped, undamped_words
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
+from creak.studies.prepare.deck_step import connector_table
 from creak.studies.propose.contact_text import contact_lines, key_line, named_nodes
 from creak.studies.propose.proposal import Drive, Proposal
 from creak.words import first_few
@@ -35,6 +38,7 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
         [f"# To be filled in before it runs: {missing}"] if missing else [],
         _model(found, model, deck),
         *_contacts(found),
+        *_connectors(found),
         _joints(found),
         _supports(found),
         _excitation(found),
@@ -54,7 +58,8 @@ def proposal_text(found: Proposal, model: Model, deck: str, title: str, missing:
 
 def _model(found: Proposal, model: Model, deck: str) -> list[str]:
     lines = ["[model]", f"deck = {toml_value(deck)}", key_line("units", found.units.name, found.guess)]
-    unread = [u for u in model.unread if u.changes_answer and not u.damps]
+    told = {stop.where for stop in model.stops}
+    unread = [u for u in model.unread if u.changes_answer and not u.damps and u.where not in told]
     if unread:
         lines += [
             "# To be decided: the deck says more than creak reads. `creak run` stops at these unless it is told",
@@ -77,6 +82,8 @@ def _contacts(found: Proposal) -> list[list[str]]:
                 f"# The nearest nodes are those of {a} and {b}: {gap:.3g} {unit}. Look farther with "
                 f"`creak new --distance {1.5 * gap:.2g}`."
             )
+        if found.stops:
+            return [lines]
         return [
             [
                 *lines,
@@ -94,6 +101,30 @@ def _contacts(found: Proposal) -> list[list[str]]:
     blocks = [contact_lines(c, unit, found.distance) for c in found.contacts]
     head += apart
     return [[*head, *blocks[0]], *blocks[1:]]
+
+
+def _connectors(found: Proposal) -> list[list[str]]:
+    """Gaps of the deck, each group of them a table."""
+    length = found.units.words[0]
+    said = {
+        "type": "free within the limit, then stiff",
+        "name": "of the deck's gaps",
+        "nodes": "motion of the second set less that of the first, node by node",
+        "dof": "the direction of the gap",
+        "lower": f"{length}, where it closes",
+        "upper": f"{length}, where it closes",
+        "stiffness": "force/length, of each pair of nodes, as the deck says",
+    }
+    tables = ((stop, connector_table(stop)) for stop in found.stops)
+    return [
+        [
+            f"# Gaps of the deck ({PurePath(stop.where).name}), {stop.first.size} pair(s) of nodes. A contact of "
+            "the same nodes presses as well.",
+            "[[connector]]",
+            *(key_line(key, table[key], words) for key, words in said.items() if table[key] is not None),
+        ]
+        for stop, table in tables
+    ]
 
 
 def _joints(found: Proposal) -> list[str]:

@@ -48,9 +48,9 @@ def read_gaps(deck: Deck) -> tuple[Stop, ...]:
     return tuple(_stop(name, gaps) for name, gaps in found.items())
 
 
-def list_gaps(deck: Deck) -> dict[str, list[int]]:
-    """Note each group of gaps with what the study must say instead; returns the node sets that it names."""
-    sets: dict[str, list[int]] = {}
+def list_gaps(deck: Deck) -> tuple[Stop, ...]:
+    """The gaps of a study, each group noted with what it must say of it; without those that are no stops."""
+    stops: list[Stop] = []
     for name, gaps in _named(_gaps(deck)).items():
         try:
             for gap in gaps:
@@ -61,12 +61,12 @@ def list_gaps(deck: Deck) -> dict[str, list[int]]:
         stop = _stop(name, gaps)
         side = f"lower = {stop.lower:g}" if stop.lower is not None else f"upper = {stop.upper:g}"
         why = (
-            f'give it in the study, [[connector]] type = "play", nodes = ["{name}.A", "{name}.B"], '
-            f'dof = "{DOFS[stop.dof - 1]}", {side}, stiffness = {stop.stiffness:g}, and leave out the card'
+            f'give it in the study, as `creak new` does: [[connector]] type = "play", '
+            f'nodes = ["{name}.A", "{name}.B"], dof = "{DOFS[stop.dof - 1]}", {side}, stiffness = {stop.stiffness:g}'
         )
         deck.note(gaps[0].card, why, changes=True)
-        sets |= {f"{name}.A": stop.first.tolist(), f"{name}.B": stop.second.tolist()}
-    return sets
+        stops.append(stop)
+    return tuple(stops)
 
 
 def _gaps(deck: Deck) -> Iterator[_Gap]:
