@@ -32,7 +32,7 @@ from creak.studies.converge.settling import (
 from creak.verify.events import Event, events_in
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
-from creak.verify.statistics import MANY, by_chance_of, compare_statistics
+from creak.verify.statistics import MANY, chance, chance_between, compare_statistics
 from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
@@ -77,8 +77,10 @@ def assess(
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
     parting = [o for o in outcomes.values() if o.repeat.judged and not o.stopped and o.steps] if chaotic else []
-    own = [e.impulse for e in outcomes[BASE].events]
-    by_chance = {"impulse": {CHANCE: by_chance_of(own, [o.impulse for o in parting])}} if chaotic else {}
+    whole, own = (0.0, outcomes[BASE].end), chance([e.impulse for e in outcomes[BASE].events])
+    between = chance_between([o.events for o in parting], whole) if len(parting) > 1 else own
+    hits = [between / own * chance(impulses) for impulses in places.impulses] if chaotic and own else []
+    by_chance = {"impulse": {CHANCE: between}} if chaotic else {}
     if structure is not None and structure.counts:
         events = _beside(events, structure)
     new = {name: tuple(match.extra) for name, match in matches.items()}
@@ -95,10 +97,10 @@ def assess(
         FINER in outcomes,
         chaotic,
         notes,
-        _places(outcomes, families, told, of_all, places, parting),
+        _places(outcomes, families, told, of_all, places, hits),
         structure,
         places.band_ends,
-        rubs=settled_rubs(outcomes, families, told, places, parting, structure),
+        rubs=settled_rubs(outcomes, families, told, places.rub_names, hits, structure),
     )
 
 
@@ -271,13 +273,13 @@ def _places(
     told: tuple[str, ...],
     of_all: dict[str, dict[str, float]],
     followed: Followed,
-    parting: Sequence[Outcome],
+    by_chance: Sequence[float],
 ) -> tuple[dict[str, Settling], ...]:
     """How far each figure of each place has settled, by the runs that reached their end.
 
     Parameters
     ----------
-    parting : runs of chaotic motion; none where it is not.
+    by_chance : how far the impulse of each may be off by chance; empty where the motion is not chaotic.
     """
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     of_sound = {BAND: followed.band, WAYS: followed.ways, SCATTER: followed.scatter}
@@ -289,10 +291,8 @@ def _places(
         }
         of_n5 = {name: x[k] for name, x in of_sound.items() if k < len(x)}
         beside = {**of_all, "n5": of_n5} if of_n5 else of_all
-        if parting and k < len(followed.impulses):
-            sums = [o.places[k]["impulse"] for o in parting if "impulse" in o.places[k]]
-            by = {CHANCE: by_chance_of(followed.impulses[k], sums)}
-            beside = {**beside, "impulse": beside.get("impulse", {}) | by}
+        if k < len(by_chance):
+            beside = {**beside, "impulse": beside.get("impulse", {}) | {CHANCE: by_chance[k]}}
         problem = {f: "" if len(runs) == len(outcomes) else "not known in all runs" for f, runs in values.items()}
         out.append(
             {

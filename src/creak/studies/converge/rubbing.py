@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -16,14 +16,13 @@ from creak.studies.converge.settling import (
     SETTLED,
     UNREDUCED,
     Convergence,
-    Followed,
     Outcome,
     RubSettling,
     Settling,
 )
 from creak.verify.figures import change
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
-from creak.verify.statistics import MANY, by_chance_of
+from creak.verify.statistics import MANY
 from creak.verify.unreduced import Structure
 
 FLOOR = 0.1
@@ -51,38 +50,33 @@ def settled_rubs(
     outcomes: dict[str, Outcome],
     families: dict[str, tuple[str, str]],
     told: tuple[str, ...],
-    followed: Followed,
-    parting: Sequence[Outcome] = (),
+    names: Sequence[tuple[str, int]],
+    by_chance: Sequence[float] = (),
     structure: Structure | None = None,
 ) -> tuple[RubSettling, ...]:
     """Each place of the base run that rubs, or that something presses on for the whole time, in the other runs.
 
     Parameters
     ----------
-    followed : the places. parting : runs of chaotic motion; none where it is not. structure : what the unreduced model
-    says of pieces of it.
+    by_chance : how far what adds up over the hits at each may be off by chance, of chaotic motion. structure : what the
+    unreduced model says of pieces of it.
     """
     whole = {name: o for name, o in outcomes.items() if not o.stopped}
     found = []
-    for k, (contact, number) in enumerate(followed.rub_names):
+    for k, (contact, number) in enumerate(names):
         rubs = {name: o.rubs[k] for name, o in whole.items()}
         if BASE in rubs and rubs[BASE].figures:
             problem = "" if len(rubs) == len(outcomes) else "not known in all runs"
             r = _settled(contact, number, rubs, families, told, problem)
             r = r if structure is None else _beside(r, structure)
-            hits = followed.impulses[k] if parting and not r.lasting and k < len(followed.impulses) else ()
-            found.append(_of_hits(r, hits, [o.rubs[k].figures for o in parting]) if hits else r)
+            found.append(_of_hits(r, by_chance[k]) if k < len(by_chance) and not r.lasting else r)
     return tuple(found)
 
 
-def _of_hits(r: RubSettling, impulses: Sequence[float], runs: Sequence[Mapping[str, float]]) -> RubSettling:
+def _of_hits(r: RubSettling, by: float) -> RubSettling:
     """With chance in what friction adds up to over hits of chaotic motion: as in the sum of their impulses."""
-
-    def beside(name: str, f: Settling) -> Settling:
-        by = by_chance_of(impulses, [x[name] for x in runs if name in x])
-        return replace(f, beside={**f.beside, CHANCE: by})
-
-    return replace(r, figures={name: beside(name, f) if name in SUMS else f for name, f in r.figures.items()})
+    sums = {n: replace(f, beside={**f.beside, CHANCE: by}) for n, f in r.figures.items() if n in SUMS}
+    return replace(r, figures=r.figures | sums)
 
 
 def _beside(r: RubSettling, structure: Structure) -> RubSettling:
