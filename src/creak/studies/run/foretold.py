@@ -17,8 +17,11 @@ from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.threads import one_blas_thread
-from creak.studies.prepare.marching import Marching
+from creak.studies.prepare.marching import Marching, Observed
+from creak.studies.prepare.output_steps import output_every
+from creak.studies.run.elines import line_steps
 from creak.studies.run.integrate import flowing
+from creak.verify.elines import measure
 from creak.words import duration
 
 TOLD = 60.0
@@ -50,18 +53,23 @@ def closed_in(gap: FloatArray) -> FloatArray:
     return np.array([some.mean(), closed[some].sum(axis=1).mean() if some.any() else 0.0])
 
 
-def foretold(marching: Marching, system: System, gaps: GapOperator, closed: FloatArray | None) -> str:
+def foretold(
+    marching: Marching, system: System, gaps: GapOperator, observed: Observed, closed: FloatArray | None
+) -> str:
     """What a run of a reduced model will take, where that is long; empty of a forced step, whose progress tells it.
 
     Parameters
     ----------
-    closed : as for `run_s`.
+    observed : what is looked at in the run. closed : as for `run_s`.
     """
     table = marching.table
     modal = flowing(system)[0] if table.exact and gaps.presses else None
     if modal is None:
         return ""
+    began = time.process_time()
     seconds = run_s(modal, gaps, marching.loads, marching.resolution, closed)
+    seconds += time.process_time() - began  # what the run sets up was set up for this, too
+    seconds += kept_s(marching, observed, gaps, modal.n)
     return words(seconds, table.accuracy != "quick", closed)
 
 
@@ -72,6 +80,9 @@ def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolutio
     ----------
     system : with the modes that it is marched in. closed : (2,) of the linear run (`closed_in`); None where there is
         none: only contact holds the structure, which presses all the time.
+
+    Of the march alone, in processor time: neither what it keeps (`kept_s`) nor the making of the model, and no share
+    of the machine that others take.
 
     Contact throws parts apart: where gaps would be closed for a share of the time it presses for some square of it,
     and in few channels at once. Expect a factor of two.
@@ -84,15 +95,29 @@ def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolutio
     return n * (step + share**2 * 2.0**levels * (step + (solve_s(3 * looked) if gaps.rubbing else 0.0)))
 
 
+def kept_s(marching: Marching, observed: Observed, gaps: GapOperator, n: int) -> float:
+    """Seconds of what a run of n coordinates keeps: its outputs, what is watched at every flight step, its E-lines."""
+    rows, seen, points = 6 * observed.nodes.size / output_every(marching.course), observed.seen, observed.lines.points.m
+    if seen is not None:
+        rows += seen.silent.m + seen.turns.shape[0] + 2 * gaps.m * seen.slip
+    steps = line_steps(marching, n).size if points else 0
+    whole = marching.ends.size * written_s(n, rows) + steps * written_s(n, 3 * points)
+    if not steps:
+        return whole
+    swing = np.tile(np.sin(np.arange(steps))[:, None, None], (1, 1, 3))
+    return whole + points * median_s(lambda: measure(swing, observed.lines.percentile))
+
+
 def words(seconds: float, repeated: bool, closed: FloatArray | None) -> str:
     """What is told of a run of so many seconds, and of its repeats; empty where both are short."""
     whole = (REPEATS if repeated else 1.0) * seconds
     if whole < TOLD:
         return ""
-    said = f"the run will take about {duration(seconds)}"
+    said = f"the reduced run will take about {duration(seconds)} of processor time"
     if repeated:
         said += (
-            f", {duration(whole)} with the repeats that tell how far it has settled; a first look, creak run --quick, "
+            f', {duration(whole)} with the repeats that tell how far it has settled, and more where f_max = "auto" '
+            "adds modes; models and the check against the unreduced one come on top; a first look, creak run --quick, "
             f"about {duration(QUICK * seconds)}"
         )
     if closed is None or closed[0] >= LASTS:
@@ -119,10 +144,16 @@ def step_s(unknowns: int, rows: int, observed: float = 0.0) -> float:
     n = max(unknowns, 1)
     with one_blas_thread():
         step = SHORTEST + READS * max(reading(n) - reading(1), 0.0)
-        if observed:
-            G, X = np.ones((max(rows, 1), n)), np.ones((n, BATCH))
-            step += observed / len(G) * median_s(lambda: G @ X) / BATCH
-    return step
+    return step + written_s(n, observed)
+
+
+def written_s(unknowns: int, rows: float) -> float:
+    """Recovering so many dofs at an instant, one of a batch; timed here."""
+    if not rows:
+        return 0.0
+    G, X = np.ones((min(math.ceil(rows), BATCH), unknowns)), np.ones((unknowns, BATCH))
+    with one_blas_thread():
+        return rows / len(G) * median_s(lambda: G @ X) / BATCH
 
 
 def solve_s(unknowns: int) -> float:

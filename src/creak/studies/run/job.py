@@ -163,7 +163,7 @@ def run_study(
 
             def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
                 model = model_of(gaps)
-                if said := foretold(marching, model.system, gaps, reference.linear_closed):
+                if said := foretold(marching, model.system, gaps, observed(gaps), reference.linear_closed):
                     progress(Sentence(said), 1, 1)
 
                 def march(model: ReducedModel) -> Run:

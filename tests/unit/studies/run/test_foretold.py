@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,10 +16,14 @@ from creak.dynamics.channels import channel_matrices
 from creak.dynamics.flow.march import SAMPLES, form_of
 from creak.dynamics.flow.resolution import SETTLED, flow_steps
 from creak.dynamics.loads import Loads
+from creak.dynamics.record.watch import Watched
 from creak.dynamics.state import LinearTerms
 from creak.progress import Sentence
 from creak.reduction.diagonal import diagonalise
-from creak.studies.run.foretold import REPEATS, TOLD, closed_in, run_s, words
+from creak.studies.file.config import VerificationTable
+from creak.studies.prepare.elines import NO_ELINES
+from creak.studies.prepare.marching import Observed
+from creak.studies.run.foretold import REPEATS, TOLD, closed_in, kept_s, run_s, words
 from helpers_core import channels, system_of
 
 
@@ -52,12 +57,33 @@ def test_steps_near_contact_are_what_costs(monkeypatch):
     assert run_s(system, rubs, loads, SETTLED, np.array([1.0, 1.0])) > 1.01 * always
 
 
+def test_what_a_run_keeps_costs_as_well(monkeypatch):
+    """Outputs of 2 nodes at every other of 10 steps, 3 silent gaps, 4 turns and the slip of 5 channels at all of them;
+    6 points of lines at 8 steps, and their measures."""
+    monkeypatch.setattr("creak.studies.run.foretold.written_s", lambda unknowns, rows: 1e-6 * unknowns * rows)
+    monkeypatch.setattr("creak.studies.run.foretold.median_s", lambda work: 1e-3)
+    monkeypatch.setattr("creak.studies.run.foretold.output_every", lambda course: 2)
+    monkeypatch.setattr("creak.studies.run.foretold.line_steps", lambda marching, n: np.arange(8))
+    gaps, none = channels(np.eye(5, 7), 1e-3, 1e9), np.zeros(0, dtype=np.int64)
+    marching = SimpleNamespace(course=None, ends=np.arange(10.0))
+    lines = replace(NO_ELINES, points=channels(np.eye(6, 7), 1.0, 0.0))
+    bare = Observed(VerificationTable(), None, np.array([3, 4]))
+    assert kept_s(marching, bare, gaps, 7) == pytest.approx(7e-6 * 10 * 6)
+    seen = Watched(channels(np.eye(3, 7), 1.0, 0.0), np.zeros((4, 7)), none, ())
+    watched = replace(bare, seen=seen)
+    assert kept_s(marching, watched, gaps, 7) == pytest.approx(7e-6 * 10 * (6 + 3 + 4 + 2 * 5))
+    told = kept_s(marching, replace(watched, lines=lines), gaps, 7)
+    assert told == pytest.approx(7e-6 * (10 * 23 + 8 * 18) + 6e-3)
+
+
 @pytest.mark.parametrize("repeated", [True, False])
 def test_short_runs_are_not_told(repeated):
     whole = REPEATS if repeated else 1.0
     assert words(0.9 * TOLD / whole, repeated, np.zeros(2)) == ""
     said = words(10.0 * TOLD / whole, repeated, np.array([0.01, 1.0]))
     assert "10 min" in said
+    assert said.startswith("the reduced run will take about")
+    assert ("and more where f_max" in said) == repeated
     assert ("--quick" in said) == repeated
     assert "tied" not in said
     assert "in some 80 % of the time" in words(10.0 * TOLD / whole, repeated, np.array([0.8, 5.0]))
