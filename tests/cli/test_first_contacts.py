@@ -45,14 +45,14 @@ def test_surfaces_that_look_away_are_refused_with_their_sides(creak, tmp_path, d
 def test_a_main_surface_that_looks_away_from_nodes_is_refused(creak, tmp_path):
     """3 mm: the gap of 0.5 mm and the thickness of both strips, 2.5 mm, but the other way."""
     text = refused(creak, tmp_path, NODES, TURNED)
-    assert "starts 3 inside the main surface" in text
+    assert "starts 3 mm inside the main surface" in text
     assert "Does the main surface name the side (SPOS or SNEG) that looks at the secondary one?" in text
 
 
 def test_a_clearance_does_not_hide_a_main_surface_that_looks_away(tmp_path):
     """The gaps are as given, and grow where the parts come nearer."""
     (text,) = warned(tmp_path, NODES.replace("[excitation", "clearance = 0.2\n\n[excitation", 1), TURNED)
-    assert text.startswith("[contact.tip] 39 of 39 nodes lie up to 3 behind the main surface")
+    assert text.startswith("[contact.tip] 39 of 39 nodes lie up to 3 mm behind the main surface")
     assert "holds parts together instead of apart" in text
     assert warned(tmp_path, NODES.replace("[excitation", "clearance = 0.2\n\n[excitation", 1)) == []
 

@@ -73,7 +73,7 @@ def test_slip_between_two_outputs_is_told_with_place_size_and_time(tmp_path, for
     (told,) = [w for w in warnings_of(result.notes) if "slip by more than half an element" in w]
     assert "reduced run: [contact.tip]" in told
     worst = int(history.extremes.slip.argmax())
-    assert f"{result.gaps.names[worst]} slips farthest, by {history.extremes.slip[worst]:.3g} at t = 0.00" in told
+    assert f"{result.gaps.names[worst]} slips farthest, by {history.extremes.slip[worst]:.3g} mm at t = 0.00" in told
     assert 5.0 < history.extremes.slip[worst] <= 12.5
 
 
