@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import creak
 from creak.studies.run.job import StudyResult
 from creak.verify.events import Event
 from creak.verify.reliability import created_of_contact
@@ -308,3 +309,56 @@ def test_what_friction_holds_rests(tmp_path):
     assert np.abs(h.displacement - h.displacement[0]).max() < 1e-12
     np.testing.assert_allclose(np.hypot(h.tangential[:, 0], h.tangential[:, 1]), 3.0, rtol=1e-6)
     assert not events(result)
+
+
+# --- what is left to a rigid contact ----------------------------------------------------------------------------------
+
+
+def rigid_blow(mass, springs, beta, speed, end) -> float:
+    """Impulse of a chain thrown at a wall, by leapfrog with a contact spring of 1e4 times its first one: within .3 %."""
+    n, hard = mass.size, 1e4 * springs[0]
+    K = np.diag(np.append(springs, 0.0)) + np.diag(np.append(0.0, springs))
+    K -= np.diag(springs, 1) + np.diag(springs, -1)
+    h = 0.2 * np.sqrt(mass[0] / hard)
+    M, x, v, impulse = mass, np.zeros(n), np.full(n, -speed), 0.0
+    step, damp = h * K / M[:, None], h * beta * K / M[:, None]
+    for _ in range(int(end / h)):
+        v -= step @ x + damp @ v
+        if x[0] < 0.0:
+            impulse -= h * hard * x[0]
+            v[0] -= h * hard * x[0] / M[0]
+        x += h * v
+    return impulse
+
+
+@pytest.mark.parametrize(
+    ("mass", "springs"),
+    [
+        ((0.21174, 0.40316, 0.31608, 0.18245), (765752.7, 636791.6, 111226.3)),
+        ((0.113972, 0.245023, 0.36685), (258497.9, 293727.4)),
+    ],
+)
+def test_bars_of_hard_contact_reach_a_rigid_one(tmp_path, mass, springs):
+    """Two of the chains whose impulse with a spring in place of hard contact is farthest off: 4 %."""
+    beta, speed = 1e-4, 0.1
+    lines = ["*NODE, NSET=CHAIN", *(f"{i + 1}, 0., 0., {0.001 + 0.0005 + 0.1 * i}" for i in range(len(mass)))]
+    lines += ["*NSET, NSET=P1", "1"]
+    for i, m in enumerate(mass):
+        lines += [f"*ELEMENT, TYPE=MASS, ELSET=M{i}", f"{101 + i}, {i + 1}", f"*MASS, ELSET=M{i}", f"{m}"]
+    for i, k in enumerate(springs):
+        lines += [f"*ELEMENT, TYPE=SPRING2, ELSET=K{i}", f"{201 + i}, {i + 1}, {i + 2}"]
+        lines += [f"*SPRING, ELSET=K{i}", "3, 3", f"{k}"]
+    lines += ["*BOUNDARY", "CHAIN, 1, 2", "CHAIN, 4, 6"]
+    lines += ["*INITIAL CONDITIONS, TYPE=VELOCITY", f"CHAIN, 3, {-speed}"]
+    (tmp_path / "deck.inp").write_text("\n".join(lines) + "\n" + floor(0.05), encoding="utf-8")
+    (tmp_path / "study.toml").write_text(
+        '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n'
+        f"[damping.rayleigh]\nalpha = 0.0\nbeta = {beta}\n"
+        '[contact.wall]\nsecondary = "P1"\nmain = "TABLE"\nmethod = "node-to-surface"\nclearance = 0.001\n'
+        'stiffness = "hard"\n[time]\nend = 0.05\n',
+        encoding="utf-8",
+    )
+    told = creak.run(tmp_path / "study.toml").summary
+    exact = rigid_blow(np.array(mass), np.array(springs), beta, speed, 0.03)
+    bar = told["convergence"]["totals"]["impulse"]["settled_to"]
+    assert abs(told["runs"]["reduced"]["impulse_total"] / exact - 1.0) < bar < 0.12

@@ -86,6 +86,8 @@ def _difference(outcome: Outcome, of: Outcome) -> str:
         said.append(f"steps of {tidy(1e3 * v.step)} ms for {tidy(1e3 * base.step)} ms")
     if v.stiffness != base.stiffness:
         said.append(f"{tidy(v.stiffness / base.stiffness)} times the contact stiffness")
+    if v.harder != base.harder:
+        said.append(f"{tidy(v.harder / base.harder)} times the spring that stands for hard contact")
     if v.family == "modes":
         said.append(f"{number(outcome.modes)} modes for {number(of.modes)}")
     return f"with {' and '.join(said) or 'the same settings'}"
@@ -113,7 +115,7 @@ def run_table(c: Convergence, units: Units) -> Table:
             [
                 name,
                 tidy(1e3 * v.step),
-                f"x {tidy(v.stiffness)}",
+                f"x {tidy(v.stiffness * v.harder)}",
                 NONE if v.f_max is None else number(o.modes),
                 number(len(o.events)),
                 number(o.impulse, 4),
@@ -232,5 +234,5 @@ def _verdict(e: EventSettling) -> str:
 
 def _limits() -> str:
     said = f"forces, impulses and closing speeds within {share(SETTLED)}"
-    brief = "or a hundredth of the period of the low-pass"
+    brief = "or a fiftieth of the period of the low-pass"
     return f"start and duration within {share(OF_DURATION)} of the event's duration {brief}, {said}"

@@ -125,14 +125,13 @@ def effect_of(
     like: System | None = None,
 ) -> Effect:
     """What the channels of a place do in a run, found by their nodes."""
-    window, channels = scope.window, channels_at([place], scope.model, gaps, history)[0]
-    inside = (history.time >= window[0]) & (history.time <= window[1])
-    impulse = (history.weights * inside) @ history.force
-    count = len(events_at([channels], scope, gaps, history)[0])
+    channels = channels_at([place], scope.model, gaps, history)[0]
+    touched = np.flatnonzero((history.force > 0.0).any(axis=0))
+    here, every = events_at([channels, touched], scope, gaps, history)
     heard: Sequence[float | None] = (None, None)
     if ear is not None:
-        heard = n5_of(window, system, gaps, history, [channels], ear, like)
-    return Effect(count, float(impulse[channels].sum()), float(impulse.sum()), *heard)
+        heard = n5_of(scope.window, system, gaps, history, [channels], ear, like)
+    return Effect(len(here), sum(e.impulse for e in here), sum(e.impulse for e in every), *heard)
 
 
 def causes_of(

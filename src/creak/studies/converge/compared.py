@@ -17,6 +17,7 @@ from creak.studies.converge.settling import (
     FINER,
     GOES_ON,
     LAST_TWO,
+    OF_CONTACT,
     ROUND_OFF,
     SCATTER,
     SETTLED,
@@ -36,7 +37,7 @@ from creak.verify.statistics import MANY, chance, chance_between, compare_statis
 from creak.verify.unreduced import Structure
 
 NOTHING = Followed()
-PERTURBED = ("softer", "stiffer", "stiffness", "modes")
+PERTURBED = (*OF_CONTACT, "modes")
 """Families whose runs change the impulses themselves: what becomes of that later shows how sensitive an event is."""
 FARTHEST = 10.0
 """Errors of impulses over what a run changes of them, up to which what follows is drawn out in proportion."""

@@ -20,12 +20,14 @@ from creak.studies.converge.settling import (
     BASE,
     FINER,
     HALF,
+    HARDER,
     MORE_MODES,
     QUARTER,
     SOFTER,
     STIFFER,
     TENFOLD,
     TWICE,
+    YIELDING,
     Convergence,
     Followed,
     Outcome,
@@ -133,20 +135,24 @@ def plan(
     ----------
     gaps : channels of the run. exact : no step is forced.
     """
-    scaled, own = gaps.stiffness[_scaled(gaps, contact)], not _chosen(contact)
-    finite = bool(np.isfinite(scaled).any())
+    finite, own = _scaled(gaps, contact).size > 0, not _chosen(contact)
+    hard = int(np.isinf(gaps.stiffness).sum())
     notes = [GIVEN] if finite and own else []
     if exact:
         repeats = [replace(base, name=FINER, family="tolerance", step=base.step / HALVED, refined=HALVED)]
-        if scaled.size:
+        if finite:
             repeats += [
                 replace(base, name=SOFTER, family="softer", stiffness=0.5, judged=not own),
                 replace(base, name=STIFFER, family="stiffer", stiffness=2.0, judged=not own),
             ]
+        if hard:
+            repeats += [
+                replace(base, name=YIELDING, family="yielding", harder=0.5),
+                replace(base, name=HARDER, family="harder", harder=2.0),
+            ]
         return repeats, notes
     h, quarter = base.step, 0.25 * base.step
     repeats = [replace(base, name=name, family="step", step=x) for name, x in ((HALF, 0.5 * h), (QUARTER, quarter))]
-    hard = int(np.isinf(gaps.stiffness).sum())
     if finite:
         repeats += [
             replace(base, name=name, family="stiffness", step=quarter, stiffness=factor, judged=not own)
@@ -206,7 +212,7 @@ def _chosen(contact: Mapping[str, ContactTable]) -> set[str]:
 
 def _scaled(gaps: GapOperator, contact: Mapping[str, ContactTable]) -> IntArray:
     """Channels whose stiffness is varied: of contacts where it is creak's choice, of all where it is nowhere."""
-    return np.flatnonzero(gaps.of_groups(_chosen(contact) or {*contact}))
+    return np.flatnonzero(gaps.of_groups(_chosen(contact) or {*contact}) & np.isfinite(gaps.stiffness))
 
 
 @dataclass(frozen=True)
@@ -282,7 +288,7 @@ def repeated_setup(setup: Setup, repeat: Repeat, substeps: int) -> Setup:
         "time": c.time.model_copy(update={"step": repeat.step, "end": end, "periods": None, "substeps": substeps}),
         "output": c.output.model_copy(update={"interval": c.output.interval or c.time.step, "field_interval": None}),
     }
-    return replace(varied(setup, tables), refined=repeat.refined, harder=repeat.stiffness)
+    return replace(varied(setup, tables), refined=repeat.refined, harder=repeat.harder)
 
 
 def _substeps(table: TimeTable, base: Run) -> int:

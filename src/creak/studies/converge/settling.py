@@ -26,18 +26,21 @@ ENOUGH = 0.95
 OF_DURATION = 1.0 / 3.0
 """Start and duration are settled when all that they hang on moves them together by no more than this share of the
 event's own duration: the last of several micro-contacts of an event comes and goes, the blow itself stays."""
-BRIEF = 1.0 / 500.0
-"""Of the time within which events count as the same (five periods of the low-pass of forces): a hundredth of a period.
+BRIEF = 1.0 / 250.0
+"""Of the time within which events count as the same (five periods of the low-pass of forces): a fiftieth of a period.
 What moves start or duration by less is settled too: a blow so short is one at an instant, whatever holds it."""
 BASE, HALF, QUARTER = "base", "h/2", "h/4"
 TWICE, TENFOLD, MORE_MODES = "2 x stiffness", "10 x stiffness", "more modes"
 FINER, SOFTER, STIFFER = "half the tolerance", "half the stiffness", "twice the stiffness"
+YIELDING, HARDER = "half the spring of hard contact", "twice the spring of hard contact"
 LAST_TWO = {
     "step": (HALF, QUARTER),
     "stiffness": (TWICE, TENFOLD),
     "tolerance": (BASE, FINER),
     "softer": (BASE, SOFTER),
     "stiffer": (BASE, STIFFER),
+    "yielding": (BASE, YIELDING),
+    "harder": (BASE, HARDER),
     "modes": (BASE, MORE_MODES),
 }
 """Family -> the two runs whose difference tells how far it has settled; the first two are those of a forced step."""
@@ -46,10 +49,11 @@ IN_TIME = ("tolerance", "step")
 UNREDUCED, CHANCE, BAND, WAYS, SCATTER = "unreduced", "chance", "band", "ways", "scatter"
 """Sources of a change beside the families: the unreduced model; of sums over a chaotic run, chance; of loudness, where
 the band ends, where the modes hand over to the unreduced model, and the scatter of its statistical part."""
-REST = {"modes": 2.0, "tolerance": 4.0 / 3.0}
+REST = {"modes": 2.0, "tolerance": 4.0 / 3.0, "yielding": 1.0 / (2.0**0.5 - 1.0), "harder": 1.0 / (1.0 - 0.5**0.5)}
 """Family -> times what its run changes that all further refinement may. Half as many modes again: an error that falls
 with the number of modes to the power 1.7 or faster, found by coverage (docs/trust.md). Steps of half the length: an
-error of second order is 4/3 of the difference (Richardson)."""
+error of second order is 4/3 of the difference (Richardson). What the spring k in place of a rigid contact changes falls
+with its own time, k^-1/2: chains of masses thrown at a wall (docs/trust.md)."""
 COUNTS = ("events", "slips", "slip_rate")
 """Figures that are counted: finer steps move them by whole numbers."""
 GOES_ON = "goes on when the run ends"
@@ -58,7 +62,9 @@ SMALL = 2e-3
 UNSEEN, LEAST = "unseen", {name: 5e-3 if name == "force" else SMALL for name in FIGURES}
 """Source of what no run sees, of each figure a share; of times a share of the event's duration. Found by coverage as
 well: a low-passed force hangs on the even axis that it is laid on, too."""
-SOURCES = {"time": IN_TIME, "stiffness": ("softer", "stiffer", "stiffness"), "modes": ("modes",)}
+OF_CONTACT = ("softer", "stiffer", "yielding", "harder", "stiffness")
+"""Families that change how stiff contact is."""
+SOURCES = {"time": IN_TIME, "stiffness": OF_CONTACT, "modes": ("modes",)}
 """What an answer hangs on -> the families that tell how much; of several the largest counts."""
 
 
@@ -85,6 +91,8 @@ class Repeat:
     """How much finer than the accuracy says contact is resolved."""
     stiffness: float = 1.0
     """Factor on the stiffness of the contacts."""
+    harder: float = 1.0
+    """Factor on the springs that stand for hard contact."""
     f_max: float | None = None
     """Hz, of the reduction; None: the model is not reduced."""
     judged: bool = True

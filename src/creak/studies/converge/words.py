@@ -32,6 +32,7 @@ WORDS = {
 TOTALS = {"events": "number of events", "impulse": "total impulse", "force": "largest low-passed force"}
 MORE = "a higher [reduction] f_max"
 STIFFNESS = ("the contact stiffness", "the stiffness that the material has, as stiffness of the [contact]")
+HARD = ("the spring that stands for hard contact", 'accuracy = "fine", or the stiffness that the material has')
 REMEDIES = {
     "step": ("the forced step", "a shorter [time] step, or none, so that creak chooses"),
     "stiffness": ("the contact stiffness", "a stiffer contact with a step that resolves it"),
@@ -39,6 +40,8 @@ REMEDIES = {
     "tolerance": ("the resolution of contact in time", 'accuracy = "fine"'),
     "softer": STIFFNESS,
     "stiffer": STIFFNESS,
+    "yielding": HARD,
+    "harder": HARD,
     BAND: ("where the band of sound ends", "more modes, or a finer mesh, whichever ends it"),
     WAYS: ("where the modes hand over to the unreduced model", MORE),
     SCATTER: ("the statistical energy of plates beyond what is computed", "a finer mesh and more modes"),
@@ -209,7 +212,7 @@ def _outcome_dict(o: Outcome) -> dict[str, Any]:
     return {
         "family": v.family,
         "step": v.step,
-        "stiffness_factor": v.stiffness,
+        "stiffness_factor": v.stiffness * v.harder,
         "f_max": v.f_max,
         "modes": o.modes,
         "steps": o.steps,

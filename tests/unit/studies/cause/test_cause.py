@@ -165,6 +165,7 @@ def test_the_best_changes_are_told(result, places, causes):
     left = [c["predicted"]["impulse"] for c in some]
     assert left == sorted(left)
     assert left[0] < some[0]["now"]["impulse"]
+    assert some[0]["now"]["impulse"] == pytest.approx(places[0].impulse, rel=1e-9)  # whole hits, as the place has it
 
 
 def test_summary_and_terminal_have_them(result, places):

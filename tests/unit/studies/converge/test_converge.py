@@ -25,6 +25,7 @@ from creak.studies.converge.settling import (
     BASE,
     FINER,
     HALF,
+    HARDER,
     LAST_TWO,
     LEAST,
     MORE_MODES,
@@ -34,6 +35,7 @@ from creak.studies.converge.settling import (
     STIFFER,
     TENFOLD,
     TWICE,
+    YIELDING,
     Outcome,
     Repeat,
 )
@@ -223,10 +225,14 @@ def test_the_spring_that_stands_for_hard_contact_is_halved_and_doubled(strips):
     gaps = replace(strips.gaps, stiffness=np.full(strips.gaps.m, np.inf))
     repeats, _ = module.plan(base, hard, gaps, strips.setup.connectors, exact=True)
     varied = {r.name: r for r in repeats if r.judged}
-    assert {*varied} == {FINER, SOFTER, STIFFER}
+    assert {*varied} == {FINER, YIELDING, HARDER}
     factors = [module.repeated_setup(strips.setup, r, 1).marching.resolution.hard for r in varied.values()]
-    assert factors == [strips.setup.marching.resolution.hard * r.stiffness for r in varied.values()]
-    assert sorted(r.stiffness for r in varied.values()) == [0.5, 1.0, 2.0]
+    assert factors == [strips.setup.marching.resolution.hard * r.harder for r in varied.values()]
+    assert sorted(r.harder for r in varied.values()) == [0.5, 1.0, 2.0]
+    both = hard | {"seal": c.contact["tip"].model_copy(update={"stiffness": "auto"})}
+    mixed = replace(strips.gaps, stiffness=np.where(np.arange(gaps.m) % 2, np.inf, strips.gaps.stiffness))
+    repeats, _ = module.plan(base, both, mixed, strips.setup.connectors, exact=True)
+    assert {r.name for r in repeats if r.judged} == {FINER, SOFTER, STIFFER, YIELDING, HARDER}
 
 
 def test_only_what_creak_chose_is_varied_where_others_are_given(strips):
