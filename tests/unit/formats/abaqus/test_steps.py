@@ -284,6 +284,10 @@ WRONG = {
     "0.1, 0.1": (step(dynamic="*DYNAMIC\n0.1, 0.1\n"), "increments of 0.1 s in a step of 0.1 s"),
     "1.E-30, 0.1": (step(dynamic="*DYNAMIC\n1.E-30, 0.1\n"), "increments of 1e-30 s in a step of 0.1 s"),
     "*FREQUENCY": ("*STEP\n*FREQUENCY\n10\n*END STEP\n", "no *DYNAMIC step, only *FREQUENCY"),
+    "*MODAL DYNAMIC": (
+        "*STEP\n*FREQUENCY\n10\n*END STEP\n*STEP\n*MODAL DYNAMIC\n0.01, 1.\n*END STEP\n",
+        "no *DYNAMIC step, only *FREQUENCY and *MODAL DYNAMIC",
+    ),
     "*VISCO": ("*STEP\n*VISCO\n*END STEP\n" + step(), "a *VISCO step comes before"),
     "*STEP": ("*STEP\n*CLOAD\nTIP, 3, 1.\n*END STEP\n", "no procedure"),
     "ROOT, 3, 3, 0.5": (step("*BOUNDARY\nROOT, 3, 3, 0.5\n"), "moves ROOT by 0.5 at once"),

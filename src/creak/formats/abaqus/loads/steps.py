@@ -23,6 +23,7 @@ from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
 from creak.model.steps import EVERY_NODE, Amplitude, DeckRun, DynamicStep
+from creak.words import listed
 
 PERTURBATIONS = (
     "FREQUENCY",
@@ -151,13 +152,13 @@ def _runnable(steps: list[StepBlocks]) -> int:
         static = procedure is not None and procedure.name == "STATIC" and follows
         if procedure is None or (procedure.name not in PERTURBATIONS and not static):
             _stop(step, procedure, follows)
-    first = _procedure(steps[0])
-    assert first is not None
-    use = "Use `creak modes DECK`" if first.name == "FREQUENCY" else "Write a study: `creak new DECK`"
+    found = [p for p in map(_procedure, steps) if p is not None]
+    names = dict.fromkeys(f"*{p.name}" for p in found)
+    use = "Use `creak modes DECK`" if [*names] == ["*FREQUENCY"] else "Write a study: `creak new DECK`"
     raise InputError(
-        f"the deck has no *DYNAMIC step, only *{first.name}",
+        f"the deck has no *DYNAMIC step, only {listed([*names])}",
         expected="a *DYNAMIC step",
-        where=first.where,
+        where=found[-1].where,
         fix=f"{use}, or add a *DYNAMIC step.",
     )
 
