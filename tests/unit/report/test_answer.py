@@ -191,7 +191,7 @@ def test_the_first_screen_says_where_when_and_who_hears_it():
         {**event(t, force), "node": node, "channel": f"rib:PANEL-1.{node}"} for t, force, node in hits
     ]
     where, loud = tiles(answer(told), "Settled.")[:2]
-    assert where.detail == "rattles; 2.00 N at node PANEL-1.8, 1.290 s"
+    assert where.detail == "rattles; 2.00 N at node PANEL-1.8, 1.290\u00a0s"
     assert loud.detail.startswith("loud to an ear off the loudest panel; ")
     told["sound"]["given"] = True
     assert tiles(answer(told), "Settled.")[1].detail.startswith("loud to driver; ")

@@ -343,5 +343,5 @@ def test_events_are_told_once_and_short_ones_have_a_duration(page_of):
 def test_reasons_of_a_verdict_are_not_cried_out(result_of, monkeypatch):
     monkeypatch.setattr("creak.report.html.verdict.trust", lambda _: "Settled as statistics. Single events differ.")
     html = report_of(result_of("reduced only"))
-    assert "<strong>Settled as statistics. </strong>" in html
+    assert "<strong>Settled as statistics.</strong> " in html
     assert '<ul class="why"><li>Single events differ.</li></ul>' in html

@@ -175,7 +175,7 @@ def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: f
         p["force"],
         _n5(p, beside),
         _n_max(p, beside),
-        "" if hit is None else f"node {named}, {number(hit['t_start'], 4)} s",
+        "" if hit is None else f"node {named}, {number(hit['t_start'], 4)}\u00a0s",
         cause.get("words", ""),
         helps[0],
     )
