@@ -115,9 +115,10 @@ def system_from_matrices(
     start = np.zeros(n) if velocity is None else table_of(velocity, "velocity")
     if start.shape != (n,) or not np.isfinite(start).all():
         raise InputError(f"velocity of shape {start.shape}", expected=f"({n},) finite numbers")
-    return System(
-        name, M, K, Damping(alpha, beta, C), partial(_rows, own), no_supports(n), own, start, labels=np.sort(own)
-    )
+    order = np.argsort(own)
+    known = own[order]
+    rows = partial(_rows, order, known)
+    return System(name, M, K, Damping(alpha, beta, C), rows, no_supports(n), own, start, labels=known)
 
 
 def couple(
@@ -270,11 +271,10 @@ def _checked_labels(labels: ArrayLike, n: int) -> IntArray:
 # --- parts of the Systems -------------------------------------------------------------------------------------------
 
 
-def _rows(own: IntArray, labels: IntArray) -> tuple[Matrix, FloatArray]:
-    """`System.rows` of a System with the labels `own`; no closure, so that it can be pickled."""
-    order = np.argsort(own)
-    columns = order[np.searchsorted(own[order], known_labels(labels, own[order], "motion"))]
-    shape = (columns.size, own.size)
+def _rows(order: IntArray, known: IntArray, labels: IntArray) -> tuple[Matrix, FloatArray]:
+    """`System.rows` of a System with the labels `known`, sorted by `order`; no closure, so that it can be pickled."""
+    columns = order[np.searchsorted(known, known_labels(labels, known, "motion"))]
+    shape = (columns.size, known.size)
     pick = sp.csr_matrix((np.ones(columns.size), (np.arange(columns.size), columns)), shape=shape)
     return pick, np.zeros((columns.size, 0))
 

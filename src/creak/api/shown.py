@@ -176,12 +176,19 @@ class Shown:
         lines = "".join(f"<tr><th>{key}</th><td>{value}</td></tr>" for key, value in rows)
         return f"<table><tbody>{lines}</tbody></table>{self.events._repr_html_() if self.events else ''}"
 
+    @property
+    def _told_of_main(self) -> dict[str, Any]:
+        """What the summary tells of the main run; empty: there is none."""
+        from creak.studies.run.compared import main_run
+
+        return dict(main_run(self.summary["runs"]) or {})
+
     def _facts(self) -> dict[str, str]:
         """Title, runs, events, verdict, agreement."""
         summary = self.summary
         told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
         told["events"] = _count(self.events)
-        main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+        main = self._told_of_main
         if said := [*filter(None, [main.get("verdict")]), *main.get("reasons", ())]:
             told["verdict"] = "; ".join(said)
         match = summary["verification"].get("events")
@@ -235,8 +242,7 @@ class Shown:
         if kind == "events":
             return self.events.to_frame()
         if kind == "places":
-            main = summary["runs"].get("reduced") or summary["runs"].get("reference") or {"places": []}
-            return _frame(main["places"], PLACES, summary["units"], 'summary["runs"]')
+            return _frame(self._told_of_main.get("places", []), PLACES, summary["units"], 'summary["runs"]')
         if kind == "elines":
             return _frame(_line_rows(summary["elines"]), ELINES, summary["units"], 'summary["elines"]')
         raise InputError(f"no table {kind!r}", expected="'events', 'places' or 'elines'")

@@ -115,8 +115,9 @@ def chance_between(runs: Sequence[Sequence[Event]], window: tuple[float, float])
     begin, end = window
     sums = np.zeros((len(runs), PARTS))
     for of_run, events in zip(sums, runs, strict=True):
-        part = [min(int(PARTS * (e.t_start - begin) / (end - begin)), PARTS - 1) for e in events_in(events, window)]
-        np.add.at(of_run, part, [e.impulse for e in events_in(events, window)])
+        inside = events_in(events, window)
+        at = np.array([(e.t_start - begin) / (end - begin) for e in inside])
+        np.add.at(of_run, np.clip((PARTS * at).astype(int), 0, PARTS - 1), [e.impulse for e in inside])
     v, mean = sums.var(axis=0, ddof=1), float(sums.sum(axis=1).mean())
     if not v.any() or not mean > 0.0:
         return 0.0

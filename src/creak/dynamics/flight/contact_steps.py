@@ -59,8 +59,8 @@ def steps_in_contact(system: System, gaps: GapOperator, step: float, resolution:
     contact.
 
     A hard channel is a spring that the step just carries against the mass that it moves within one: omega h = 1, and
-    `resolution.hard` times as stiff. Where
-    a mass rebounds, no spring is stiffer than omega h = `RESOLVED`, and h c / m is `DAMPED` at most.
+    `resolution.hard` times as stiff. Where a mass rebounds, no spring is stiffer than omega h = `RESOLVED`, and h c / m
+    is `DAMPED` at most.
     """
     parts = fewest = fewest_parts(resolution.stepped)
     can = np.flatnonzero(gaps.can_press())

@@ -42,7 +42,8 @@ class Resolution:
     """Times the spring that stands for hard contact."""
 
 
-QUICK, SETTLED, FINE = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02), Resolution(0.0625, 0.01, 0.02, 4.0)
+QUICK, SETTLED = Resolution(0.5, 0.04, 0.04), Resolution(0.25, 0.01, 0.02)
+FINE = Resolution(0.0625, 0.01, 0.02, hard=4.0)
 
 
 @dataclass(frozen=True)

@@ -77,11 +77,8 @@ def assess(
     }
     events = _events(outcomes, matches, families, told, window, tolerance)
     chaotic = _parted(events)
-    parting = [o for o in outcomes.values() if o.repeat.judged and not o.stopped and o.steps] if chaotic else []
-    whole, own = (0.0, outcomes[BASE].end), chance([e.impulse for e in outcomes[BASE].events])
-    between = chance_between([o.events for o in parting], whole) if len(parting) > 1 else own
-    hits = [between / own * chance(impulses) for impulses in places.impulses] if chaotic and own else []
-    by_chance = {"impulse": {CHANCE: between}} if chaotic else {}
+    whole, hits = _by_chance(outcomes, places.impulses) if chaotic else (0.0, [])
+    by_chance = {"impulse": {CHANCE: whole}} if chaotic else {}
     if structure is not None and structure.counts:
         events = _beside(events, structure)
     new = {name: tuple(match.extra) for name, match in matches.items()}
@@ -103,6 +100,19 @@ def assess(
         places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names, hits, structure),
     )
+
+
+def _by_chance(outcomes: dict[str, Outcome], places: Sequence[Sequence[float]]) -> tuple[float, list[float]]:
+    """How far the sum of impulses of a chaotic run may be off, and that of each place, whose impulses are given.
+
+    All of it by what the runs that were made part; a copy, of no steps, is no run. Each place by as much more as a
+    compound Poisson process of its hits would be.
+    """
+    base = outcomes[BASE]
+    own = chance([e.impulse for e in base.events])
+    runs = [o.events for o in outcomes.values() if o.repeat.judged and not o.stopped and o.steps]
+    whole = chance_between(runs, (0.0, base.end)) if len(runs) > 1 else own
+    return whole, [whole / own * chance(impulses) for impulses in places] if own else []
 
 
 def _beside(events: Sequence[EventSettling], structure: Structure) -> tuple[EventSettling, ...]:

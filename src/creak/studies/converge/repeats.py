@@ -84,7 +84,8 @@ def converge(
     ----------
     places : of the base run, what is followed of each. structure : what the unreduced model says of its events.
     """
-    base, setup = result.runs.get("reduced") or result.runs["reference"], result.setup
+    base, setup = result.main, result.setup
+    assert base is not None
     c, notes, repeats = setup.study.config, list[str](), list[Repeat]()
 
     def ready(repeat: Repeat, progress: Progress) -> _Ready:

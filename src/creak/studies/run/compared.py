@@ -39,6 +39,7 @@ class RunBase:
 
 
 R = TypeVar("R", bound=RunBase)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,12 +63,17 @@ class ResultBase(Generic[R]):
     @property
     def main(self) -> R | None:
         """The run that the study speaks of: the reduced one where there is one."""
-        return self.runs.get("reduced") or self.runs.get("reference")
+        return main_run(self.runs)
 
     @property
     def statistics(self) -> EventStatistics:
         """Of the events of both runs in the verification window."""
         return compare_statistics(self.runs["reference"].events, self.runs["reduced"].events, self.window)
+
+
+def main_run(runs: Mapping[str, T]) -> T | None:
+    """The run that a study speaks of: the reduced one where there is one."""
+    return runs.get("reduced") or runs.get("reference")
 
 
 def of_base(base: type, record: Any) -> dict[str, Any]:

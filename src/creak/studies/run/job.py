@@ -30,7 +30,7 @@ from creak.studies.run.agreement import (
     response_fit,
 )
 from creak.studies.run.checkpoint import Checkpoints
-from creak.studies.run.compared import ResultBase, compare_events
+from creak.studies.run.compared import ResultBase, compare_events, main_run
 from creak.studies.run.elines import LineFindings, compare_lines, touched_points
 from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.foretold import foretold
@@ -162,13 +162,13 @@ def run_study(
             settles = settle if setup.band.auto and c.reduction.method != "guyan" else None
 
             def reduced_run(gaps: GapOperator, last: bool) -> tuple[ReducedRun, Run]:
-                model = model_of(gaps)
-                if said := foretold(marching, model.system, gaps, observed(gaps), reference.linear_closed):
+                model, seen = model_of(gaps), observed(gaps)
+                if said := foretold(marching, model.system, gaps, seen, reference.linear_closed):
                     progress(Sentence(said), 1, 1)
 
                 def march(model: ReducedModel) -> Run:
                     compiled(progress)
-                    return march_run("reduced", marching, observed(gaps), model, gaps, progress)
+                    return march_run("reduced", marching, seen, model, gaps, progress)
 
                 found = ReducedRun(setup.reduction, marching, scope, gaps, model, march(model))
                 settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
@@ -220,7 +220,7 @@ def run_study(
         notes.append(never_closed(gaps, next(iter(runs.values())).history, units.length))
     window, v, watch = marching.window, c.verification, setup.watch
     whole = {} if stopped else runs
-    main, condensed = whole.get("reduced") or whole.get("reference"), None if reduced is None else reduced.system
+    main, condensed = main_run(whole), None if reduced is None else reduced.system
     reduction, loads = setup.reduction, marching.loads
 
     def lines_of(main: Run) -> LineFindings:

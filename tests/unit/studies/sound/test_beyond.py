@@ -163,13 +163,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def result(folder):
-    result = creak.run(creak.read_study(folder / "study.toml"), converge=False)
-    result.save(folder / "out")
-    return result
-
-
 def test_the_summary_tells_which_part_of_n5_is_computed_and_its_bar(result):
     sound = result.summary["sound"]
     band = sound["band"]

@@ -50,13 +50,6 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.fixture(scope="module")
-def result(folder):
-    result = creak.run(creak.read_study(folder / "study.toml"), converge=False)
-    result.save(folder / "out")
-    return result
-
-
 def marched(result) -> tuple[np.ndarray, np.ndarray]:
     """Velocity and acceleration (n, n_mode) of the modes at 48 kHz, sample by sample with their exponential."""
     run = result.main
