@@ -338,6 +338,18 @@ def test_random_systems_create_no_energy_in_contact(seed):
     assert created_of_contact(history) < 0.25 * LIMIT
 
 
+@pytest.mark.parametrize("damping", [0.0, 4e4])
+@pytest.mark.parametrize("at", [1.0, 1.003, 1.007, 1.013])
+def test_the_impulse_of_a_blow_is_what_it_changes_of_the_momentum(damping, at):
+    """Two free masses on a spring, thrown at a stop: whatever part of a step they touch and leave in."""
+    mass, k = np.array([2.0, 1.0]), 1e4
+    system = creak.system_from_matrices(k * np.array([[1.0, -1.0], [-1.0, 1.0]]), np.diag(mass), velocity=[-1.0, -1.0])
+    stop = channels([[1.0, 0.0]], 0.1 * at, 1e10, damping)
+    history = fly(system, stop, 0.3, 1e-3)
+    momentum = np.diff(history.displacement @ mass) / np.diff(history.time[history.output_index])
+    assert float(history.weights @ history.force[:, 0]) == pytest.approx(momentum[-1] - momentum[0], rel=2e-5)
+
+
 class Pressed(NamedTuple):
     """What the shares of a kick are found from."""
 

@@ -27,8 +27,8 @@ SHORT = 200.0
 ALONE = 10
 """Power of the share of the largest held mode by which a channel counts as such a mass: from half on. The highest modes
 of a plate at one of its nodes have up to .4."""
-LOADS = 100.0
-"""Contact frequency of a mass times the flight step: contact lasts 3 % of it."""
+LOADS = 400.0
+"""Contact frequency of a mass times the flight step: contact lasts .8 % of it."""
 STEPS = 64
 """Of the Lanczos process at most: finer structure counts as one mode, which makes the spring stiffer."""
 ROUND_OFF = 1e-12

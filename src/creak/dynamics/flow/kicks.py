@@ -286,13 +286,14 @@ def turn_rates(laws, W, by, force, share, rate):  # type: ignore[no-untyped-def]
 def book_half(model, laws, W, h, x, share, energy):  # type: ignore[no-untyped-def]
     """What half a kick gives to modes, supports, dampers and friction; x.rate: in the middle of the whole kick.
 
-    h: the step, negative for the half before the instant.
+    h: the step, negative for the half before the instant; the mean force then takes the half after it as a whole one.
     """
     m = x.gap.size
     weigh(laws, share, x)
     for j in range(x.force.size):
         if x.force[j] == 0.0:
             continue
+        x.mean[j] = 0.5 * (x.weighed[j] + x.force[j]) if h < 0.0 else x.mean[j] + 0.5 * (x.weighed[j] - x.force[j])
         impulse = 0.5 * abs(h) * weight(laws, m, share, j)
         rate = x.rate[j] + 0.25 * h * dot(W[j], x.weighed)
         carried = 0.0

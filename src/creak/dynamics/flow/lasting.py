@@ -291,6 +291,7 @@ def go(model, scheme, desk, P, h, begin, now, after, block):  # type: ignore[no-
             turned += model.lean_s[q, j] * (s0 + s1 - 2.0 * mean_value(course[j], h))
         after.energy[GIVEN] += a * (way - carried) + b1 * (turn - turned)
         after.energy[EXTERNAL] -= a * carried + b1 * turned
+    put(after.mean, 0, after.force)
     push(model, after.force, after.F)
     return True
 

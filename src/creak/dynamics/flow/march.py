@@ -361,6 +361,7 @@ class FlowRun:
                 x.x[0, model.massless] += x.F[model.massless] / model.k[model.massless]
             if self.scheme.light:
                 x.gap[:] += self.A[:m] @ x.force
+        x.mean[:] = x.force
         return x
 
 

@@ -110,6 +110,8 @@ class FlowState(NamedTuple):
     """(m + 2 f,)"""
     weighed: FloatArray
     """(m + 2 f,) times the shares of half a kick."""
+    mean: FloatArray
+    """(m + 2 f,) over both halves of the kick, with their shares: what is written, and keeps the impulse."""
     gap: FloatArray
     rate: FloatArray
     """(m + 2 f,) of gaps and along the rubbing channels; after `press` that in the middle of the kick."""
@@ -359,6 +361,7 @@ def resting(model: FlowModel, loads: Loads) -> FlowState:
     return FlowState(
         np.zeros((2, n)),
         np.zeros(model.p1 - model.p0),
+        np.zeros(channels),
         np.zeros(channels),
         np.zeros(channels),
         np.zeros(m),

@@ -271,6 +271,7 @@ def rate_of(model, i, v, after):  # type: ignore[no-untyped-def]
 def quiet(after):  # type: ignore[no-untyped-def]
     """No channel forces."""
     fill(after.force, 0.0)
+    fill(after.mean, 0.0)
     fill(after.F, 0.0)
     fill(after.sliding, 0.0)
     fill(after.place, np.inf)

@@ -49,8 +49,8 @@ def new_cone(width: int) -> Cone:
 
 @inner
 def courses(x, out):  # type: ignore[no-untyped-def]
-    """Gaps, forces and sliding of an instant side by side."""
-    put(out, put(out, put(out, 0, x.gap), x.force), x.sliding)
+    """Gaps, mean forces and sliding of an instant side by side."""
+    put(out, put(out, put(out, 0, x.gap), x.mean), x.sliding)
 
 
 @inner
@@ -100,10 +100,10 @@ def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
 
 @inner
 def write(table, row, time, x):  # type: ignore[no-untyped-def]
-    """An instant as a row of the table."""
+    """An instant as a row of the table, with the mean forces of its kick: times the steps they are the impulse."""
     to = table[row]
     to[0] = time
-    at = put(to, put(to, put(to, 1, x.gap), x.force), x.sliding)
+    at = put(to, put(to, put(to, 1, x.gap), x.mean), x.sliding)
     for i in range(SCHEME + 1):
         to[at + i] = x.energy[i]
 
