@@ -32,7 +32,7 @@ class GapOperator:
     G: Matrix
     """(m, n_label) sparse."""
     tangents: tuple[Matrix, Matrix]
-    """(m, n_label) each: relative motion along two tangents (zero for connectors)."""
+    """(m, n_label) each: relative motion along two tangents (zero for connectors without friction)."""
     gap0: FloatArray = field(metadata=per_channel(0.0))
     """(m,) initial clearance, length."""
     stiffness: FloatArray = field(metadata=per_channel(0.0))

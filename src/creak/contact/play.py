@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import IntArray
+from creak.arrays import FloatArray, IntArray
 from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
 from creak.contact.laws.parameters import laid_over
+from creak.contact.pair import tangents_of
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import dof_label
@@ -39,7 +40,7 @@ class Play:
     law: ContactLaw
     """Of each channel."""
     direction: tuple[float, float, float] | None = None
-    """Unit vector of the motion; None: `dof`."""
+    """Unit vector of the motion; None: `dof`. Across it both nodes rub on each other where the law has friction."""
 
 
 def nodes_of_ends(model: Model, names: tuple[str, ...], where: str) -> list[IntArray]:
@@ -101,13 +102,11 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     limits = [("upper", -1.0, play.upper), ("lower", 1.0, play.lower)]
     sides = [(name, sign, value) for name, sign, value in limits if value is not None]
     moving, law = ends[-1], play.law
-    axes = [(play.dof, 1.0)]
-    if play.direction is not None:
-        axes = [(k + 1, x) for k, x in enumerate(play.direction) if x]
+    axes = _axes(play)
     squeezed = law.preload / law.stiffness if law.preload and law.stiffness else 0.0
     channel: list[int] = []
     label: list[int] = []
-    value: list[float] = []
+    value: list[FloatArray] = []
     gap0: list[float] = []
     names: list[str] = []
     nodes: list[int] = []
@@ -116,16 +115,16 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
             row = len(gap0)
             terms = [(int(moving[k]), sign)] + ([(int(ends[0][k]), -sign)] if len(ends) == 2 else [])
             for node, c in terms:
-                for dof, x in axes:
+                for dof, along, across in axes:
                     channel.append(row)
                     label.append(dof_label(node, dof))
-                    value.append(c * x)
+                    # Friction acts on the motion of the second node against the first, on whichever side it presses.
+                    value.append(np.array([c * along, *(c * sign * across)]))
             gap0.append(-sign * limit - squeezed)
             names.append(f"{play.name}:{side}" + (f":{model.nodes.label(int(moving[k]))}" if moving.size > 1 else ""))
             nodes.append(int(moving[k]))
     n = len(gap0)
-    zero = np.zeros(len(value))
-    rows = ChannelRows(_ints(channel), _ints(label), np.array(value), zero, zero)
+    rows = ChannelRows(_ints(channel), _ints(label), *np.array(value).reshape(-1, 3).T)
     return gap_operator(
         rows,
         gap0=np.array(gap0),
@@ -137,6 +136,16 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
     )
 
 
+def _axes(play: Play) -> list[tuple[int, float, FloatArray]]:
+    """Dof, its share in the motion, and (2,) its shares in both tangents, which are zero where nothing rubs."""
+    if play.direction is None and (play.law.friction.static == 0.0 or play.dof > 3):
+        return [(play.dof, 1.0, np.zeros(2))]
+    normal = np.eye(3)[play.dof - 1] if play.direction is None else np.array(play.direction)
+    rubs = float(play.law.friction.static > 0.0)
+    across = rubs * np.stack([t[0] for t in tangents_of(normal[None])], axis=1)
+    return [(k + 1, float(normal[k]), across[k]) for k in range(3) if normal[k] or across[k].any()]
+
+
 def check_play(play: Play, where: str) -> None:
     """Raise InputError for limits that are none, or do not go together."""
     limits = [value for value in (play.upper, play.lower) if value is not None]
@@ -144,6 +153,13 @@ def check_play(play: Play, where: str) -> None:
         raise InputError("a play connector without limits", where=where, fix="Give lower, upper or both.")
     if play.lower is not None and play.upper is not None and play.lower > play.upper:
         raise InputError(f"lower = {play.lower} lies above upper = {play.upper}", where=where, fix="Swap them.")
+    if play.law.hard and play.law.damping:
+        raise InputError(
+            f"damping = {play.law.damping:g} beside hard contact",
+            where=where,
+            expected="damping = 0: what does not penetrate has no speed of closing to damp",
+            fix="Leave it out, or give a stiffness.",
+        )
     if play.law.preload and len(limits) != 1:
         raise InputError(
             "a play connector with a preload and two limits",

@@ -141,7 +141,7 @@ class DeckContact:
 
 @dataclass(frozen=True)
 class Stop:
-    """One-sided stops between pairs of nodes: r = u_b - u_a of one dof stays above `lower`, or below `upper`."""
+    """One-sided stops between pairs of nodes: r = u_b - u_a along one line stays above `lower`, or below `upper`."""
 
     name: str
     first: IntArray
@@ -153,8 +153,12 @@ class Stop:
     lower: float | None
     upper: float | None
     stiffness: float
-    """force / length, acts beyond the limit."""
+    """force / length, acts beyond the limit; inf: hard."""
     where: str = ""
+    direction: tuple[float, float, float] | None = None
+    """Unit vector of r, which then replaces `dof`."""
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """As of `Interaction`."""
 
     @property
     def node_sets(self) -> dict[str, IntArray]:

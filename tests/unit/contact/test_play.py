@@ -7,7 +7,7 @@ import pytest
 
 from creak.contact.play import Play, crossed, play_channels
 from creak.errors import InputError
-from creak.model.contact_law import ContactLaw
+from creak.model.contact_law import ContactLaw, Coulomb
 from helpers_core import block, model_of, point_mass
 
 
@@ -45,6 +45,21 @@ def test_rotational_play_uses_its_own_dof():
     np.testing.assert_array_equal(op.gap0, [0.01])
 
 
+def test_a_stop_with_friction_rubs_across_its_direction():
+    """The tangents are the relative motion across (1, 0, 1), the same on both sides of the play."""
+    law = ContactLaw(1e4, friction=Coulomb(0.3, 0.2))
+    n = np.array([1.0, 0.0, 1.0]) / np.sqrt(2.0)
+    op = play_channels(model(), Play("hook", ("A", "B"), 1, -0.2, 0.3, law, tuple(n)), "")
+    u = np.zeros((4, 6))
+    u[2, :3], u[0, :3] = [0.5, 0.2, -0.1], [0.1, 0.0, 0.1]
+    slip = np.stack([t @ u.ravel()[op.labels] for t in op.tangents], axis=1)
+    moved = u[2, :3] - u[0, :3]
+    np.testing.assert_allclose(np.linalg.norm(slip[:2], axis=1), np.linalg.norm(moved - (moved @ n) * n))
+    np.testing.assert_array_equal(slip[0], slip[1])
+    np.testing.assert_allclose(op.G[:2] @ u.ravel()[op.labels], [-moved @ n, moved @ n])
+    assert op.rubbing == 4
+
+
 @pytest.mark.parametrize(
     ("play", "message"),
     [
@@ -52,6 +67,7 @@ def test_rotational_play_uses_its_own_dof():
         (Play("p", ("A",), 1, None, None, ContactLaw(1.0)), "without limits"),
         (Play("p", ("A",), 1, 1.0, -1.0, ContactLaw(1.0)), r"lower = 1.0 lies above upper = -1.0"),
         (Play("p", ("A",), 1, -1.0, 1.0, ContactLaw(1.0, preload=5.0)), "preload and two limits"),
+        (Play("p", ("A",), 1, -1.0, None, ContactLaw(np.inf, damping=5.0)), "damping = 5 beside hard contact"),
         (Play("p", ("A",), 1, None, 0.3, ContactLaw(1.0, preload=5.0)), "limit at 0.3; expected 0"),
         (Play("p", ("AA",), 1, -1.0, 1.0, ContactLaw(1.0)), r"unknown node set 'AA'.*'A'"),
     ],

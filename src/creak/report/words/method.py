@@ -7,7 +7,7 @@ from typing import Any
 from creak.model.units import Units
 from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
-from creak.studies.file.contact_tables import ContactTable, FrictionTable, connector_names
+from creak.studies.file.contact_tables import ConnectorTable, ContactTable, FrictionTable, connector_names
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.node_tables import SupportTable
 from creak.studies.file.excitation_tables import ExcitationTable
@@ -194,18 +194,22 @@ def _per_area(t: ContactTable, unit: str, units: Units) -> str:
     return unit.replace(f"/{units.length}", f"/{units.length}³") if t.method == "surface-to-surface" else unit
 
 
-def _friction(t: ContactTable, units: Units) -> str:
+def _friction(t: ContactTable | ConnectorTable, units: Units) -> str:
     if not isinstance(t.friction, FrictionTable):
         return f"friction {tidy(t.friction)}" if t.friction else "no friction"
     fall = f", falling over {tidy(t.friction.decay)} {units.length}/s" if t.friction.decay else ""
     return f"friction {tidy(t.friction.static)} sticking, {tidy(t.friction.kinetic)} sliding{fall}"
 
 
-def _connector(t: Any, units: Units) -> str:
+def _connector(t: ConnectorTable, units: Units) -> str:
     ends = " to ".join(t.node_sets) if len(t.node_sets) == 2 else f"{t.node_sets[0]} to ground"
     lower, upper = (tidy(x) if x is not None else "free" for x in (t.lower, t.upper))
+    unit = "rad" if (t.dof or "").startswith("r") else units.length
+    along = f"along ({', '.join(tidy(x) for x in t.axis)})" if t.axis is not None else str(t.dof)
+    law = "hard" if t.stiffness == "hard" else f"stiffness {tidy(t.stiffness)} {units.stiffness}"
     preload = f", preload {tidy(t.preload)} {units.force}" if t.preload else ""
-    return f"{ends}, {t.dof} from {lower} to {upper}, stiffness {tidy(t.stiffness)} {units.stiffness}{preload}"
+    rubs = f", {_friction(t, units)}" if t.friction else ""
+    return f"{ends}, {along} from {lower} to {upper} {unit}, {law}{preload}{rubs}"
 
 
 def _clip(t: ClipTable) -> str:

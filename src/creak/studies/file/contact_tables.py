@@ -28,6 +28,7 @@ class FrictionTable(Table):
         return self
 
 
+Axis = tuple[Finite, Finite, Finite]
 FrictionValue = Annotated[
     Annotated[NonNegative, Tag("number")] | Annotated[FrictionTable, Tag("table")],
     Discriminator(lambda value: "table" if isinstance(value, dict | FrictionTable) else "number"),
@@ -71,18 +72,22 @@ class ConnectorTable(Table):
     """Free within limits, then stiff; it never pulls."""
     nodes: list[str] | str
     """Two node sets (relative motion, second minus first), or one: against ground."""
-    dof: Dof
-    """Direction of the relative motion."""
+    dof: Dof | None = None
+    """Direction of the relative motion; this or axis."""
+    axis: Axis | None = None
+    """Direction of the relative motion, in the deck's axes; this or dof."""
     lower: Finite | None = None
     """length or rad"""
     upper: Finite | None = None
     """length or rad; one of both limits may be left out."""
-    stiffness: Positive
-    """force/length"""
+    stiffness: Literal["hard"] | Positive
+    """force/length; "hard": no penetration to speak of."""
     damping: NonNegative = 0.0
     """force time/length, acts while the play is used up."""
     preload: NonNegative = 0.0
     """force with which a one-sided stop (one limit) presses at rest; the limit is then where it presses so."""
+    friction: FrictionValue = 0.0
+    """Of what the stop presses with, across its direction: a coefficient, or a table as a contact has it."""
     name: str | None = None
     """For channels and events; default: its node sets, and its number where several have the same."""
 
@@ -94,6 +99,16 @@ class ConnectorTable(Table):
     def _one_or_two(self) -> ConnectorTable:
         if len(self.node_sets) not in (1, 2):
             raise ValueError(f"nodes names {len(self.node_sets)} sets, expected one (to ground) or two")
+        return self
+
+    @model_validator(mode="after")
+    def _directed(self) -> ConnectorTable:
+        if (self.dof is None) == (self.axis is None):
+            raise ValueError("give either dof (x, y, z, rx, ry, rz) or axis (a direction [x, y, z])")
+        if self.axis is not None and not any(self.axis):
+            raise ValueError("axis has length zero")
+        if self.friction and (self.dof or "").startswith("r"):
+            raise ValueError(f"friction across a turn about {self.dof}: only stops along a line rub")
         return self
 
 

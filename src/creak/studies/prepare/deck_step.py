@@ -286,10 +286,12 @@ def connector_table(stop: Stop) -> dict[str, Any]:
         "type": "play",
         "name": stop.name,
         "nodes": list(stop.node_sets),
-        "dof": DOFS[stop.dof - 1],
+        "dof": DOFS[stop.dof - 1] if stop.direction is None else None,
+        "axis": stop.direction,
         "lower": stop.lower,
         "upper": stop.upper,
-        "stiffness": stop.stiffness,
+        "stiffness": "hard" if stop.stiffness == np.inf else stop.stiffness,
+        "friction": friction_of(stop.friction),
     }
 
 
@@ -306,7 +308,7 @@ def contact_table(model: Model, pair: SurfacePair, law: Interaction) -> dict[str
         "method": pair.method,
         "clearance": pair.clearance,
         "damping": law.damping,
-        "friction": friction_of(law),
+        "friction": friction_of(law.friction),
     }
     if law.law == "tabular":
         table["overclosure"] = law.curve
@@ -325,9 +327,9 @@ def contact_table(model: Model, pair: SurfacePair, law: Interaction) -> dict[str
     return table
 
 
-def friction_of(law: Interaction) -> float | dict[str, float]:
-    """As a contact table has it."""
-    static, kinetic, decay = law.friction
+def friction_of(law: tuple[float, float, float]) -> float | dict[str, float]:
+    """Static and kinetic coefficient and decay speed as a contact table has them."""
+    static, kinetic, decay = law
     return static if static == kinetic else {"static": static, "kinetic": kinetic, "decay": decay}
 
 

@@ -82,14 +82,20 @@ def contact_law(table: ContactTable, where: str) -> ContactLaw:
     ------
     InputError : numbers that are no law; a stiffness beside an overclosure curve.
     """
-    mu = table.friction
     return ContactLaw(
-        STIFFNESS[table.stiffness] if isinstance(table.stiffness, str) else table.stiffness,
+        _stiffness(table.stiffness),
         None if table.overclosure is None else np.array(table.overclosure, dtype=np.float64).reshape(-1, 2),
         table.damping,
-        Coulomb(mu.static, mu.kinetic, mu.decay) if isinstance(mu, FrictionTable) else Coulomb(mu, mu),
+        coulomb_of(table.friction),
         where=where,
     )
+
+
+def coulomb_of(friction: float | FrictionTable) -> Coulomb:
+    """The friction of a contact or connector table."""
+    if isinstance(friction, FrictionTable):
+        return Coulomb(friction.static, friction.kinetic, friction.decay)
+    return Coulomb(friction, friction)
 
 
 def coarse_side(model: Model, pair: ContactPair, channels: GapOperator) -> list[str]:
@@ -151,11 +157,19 @@ def plays_of(touching: Touching) -> list[tuple[Play, str]]:
     out = []
     names = connector_names(touching.connectors)
     for i, (name, t) in enumerate(zip(names, touching.connectors, strict=True)):
-        dof = DOFS.index(t.dof) + 1
         where = touching.places.where("connector", i)
-        law = ContactLaw(t.stiffness, damping=t.damping, preload=t.preload, where=where)
-        out.append((Play(name, t.node_sets, dof, t.lower, t.upper, law), where))
+        law = ContactLaw(
+            _stiffness(t.stiffness), None, t.damping, coulomb_of(t.friction), preload=t.preload, where=where
+        )
+        play = Play(name, t.node_sets, DOFS.index(t.dof or "x") + 1, t.lower, t.upper, law)
+        if t.axis is not None:
+            play = replace(play, direction=tuple((np.array(t.axis) / np.linalg.norm(t.axis)).tolist()))
+        out.append((play, where))
     return out
+
+
+def _stiffness(given: str | float) -> float | None:
+    return STIFFNESS[given] if isinstance(given, str) else given
 
 
 def _clearance(model: Model, touching: Touching, name: str) -> float | dict[int, float] | None:

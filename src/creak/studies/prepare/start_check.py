@@ -224,11 +224,15 @@ def _squeezed(connectors: Sequence[ConnectorTable], units: Units) -> list[str]:
     out = []
     for number, t in enumerate(connectors, start=1):
         beyond = max(t.lower or 0.0, -(t.upper or 0.0))
+        turns = (t.dof or "").startswith("r")
+        length, force = ("rad", f"{units.force} {units.length}") if turns else (units.length, units.force)
+        presses = "it is hard and throws its nodes apart"
+        if not isinstance(t.stiffness, str):
+            presses = f"it presses with {beyond * t.stiffness:g} {force}"
         if beyond > 0.0:
             out.append(
-                f"connector {t.name or number} is squeezed by {beyond:g} {units.length} where the model is at rest, as "
-                f"0 lies outside its limits: it presses with {beyond * t.stiffness:g} {units.force} at once; are signs "
-                "and order of the nodes as meant?"
+                f"connector {t.name or number} is squeezed by {beyond:g} {length} where the model is at rest, as 0 "
+                f"lies outside its limits: {presses} at once; are signs and order of the nodes as meant?"
             )
     return out
 

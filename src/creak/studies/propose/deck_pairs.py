@@ -75,7 +75,7 @@ def contact_flaw(said: str) -> Warned:
 def general_law(model: Model) -> dict[str, Any]:
     """Friction of the deck's general contact, of all contacts that have none of their own."""
     of = model.contact
-    friction = friction_of(of.interactions[of.everywhere]) if of is not None and of.everywhere else 0.0
+    friction = friction_of(of.interactions[of.everywhere].friction) if of is not None and of.everywhere else 0.0
     return {"friction": friction} if friction else {}
 
 

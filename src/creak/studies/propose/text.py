@@ -111,11 +111,15 @@ def _connectors(found: Proposal) -> list[list[str]]:
         "name": "of the deck's gaps",
         "nodes": "motion of the second set less that of the first, node by node",
         "dof": "the direction of the gap",
+        "axis": "the direction of the gap",
         "lower": f"{length}, where it closes",
         "upper": f"{length}, where it closes",
         "stiffness": "force/length, of each pair of nodes, as the deck says",
+        "friction": "across the gap, while it presses",
     }
-    tables = ((stop, connector_table(stop)) for stop in found.stops)
+    tables = [(stop, connector_table(stop)) for stop in found.stops]
+    for _, table in tables:
+        table["friction"] = table["friction"] or None
     return [
         [
             f"# Gaps of the deck ({PurePath(stop.where).name}), {stop.first.size} pair(s) of nodes. A contact of "

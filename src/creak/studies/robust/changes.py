@@ -23,7 +23,7 @@ from creak.studies.robust.draws import Draw, Drawn
 from creak.studies.run.static_start import started
 
 OF_CONTACT = ("clearance", "friction", "stiffness", "damping")
-OF_CONNECTOR = ("lower", "upper", "stiffness", "damping", "preload")
+OF_CONNECTOR = ("lower", "upper", "stiffness", "damping", "preload", "friction")
 OF_CLIP = ("stiffness", "table", "damping", "lower", "upper", "gap", "pull_out", "ageing")
 """Numbers that leave nodes and directions as they are."""
 TOUCHING = ("contact", "connector", "clip")

@@ -2,84 +2,75 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
 
 import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.stops import Gap, in_a_study, stops_of
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, referred, unique_cards
 from creak.model.steps import Stop
 
-DOFS = ("x", "y", "z")
-ALONG = 1e-6
-"""Sine of the angle by which a gap may miss a global axis."""
 SOFT = 1e-6
 """Stiffness of an open gap over that of a closed one below which it is none."""
 
 
-@dataclass(frozen=True)
-class _Gap:
-    ends: tuple[int, int]
-    axis: int
-    """0 to 2; -1: along no global axis."""
-    sign: float
-    card: Card
-    owner: Card
-
-
 def read_gaps(deck: Deck) -> tuple[Stop, ...]:
-    """Gaps of one property and direction together: u_B - u_A along the gap's axis stays above -U0, then KA pushes back.
+    """Gaps of one property and direction together: (u_B - u_A) along the gap's axis stays above -U0, then KA pushes.
 
-    The axis runs from GA to GB, or is the first of CID. Of PGAP U0 and KA are used.
+    The axis runs from GA to GB, or is the first of CID. Of PGAP U0, KA, MU1 and MU2 are used.
 
     Raises
     ------
-    InputError : unknown grids or properties, grids that coincide without CID, KA that is not positive; a gap along no
-        global axis, with friction, a preload, or a stiffness while open.
+    InputError : unknown grids or properties, grids that coincide without CID, KA that is not positive; a gap with
+        friction that differs across or grows as it slides, a preload, or a stiffness while open.
     """
-    found = _named(_gaps(deck))
-    for gaps in found.values():
-        for gap in gaps:
-            _check(gap)
-    return tuple(_stop(name, gaps) for name, gaps in found.items())
+    found = list(_gaps(deck))
+    for _, card, owner in found:
+        _check(card, owner)
+    return stops_of(gap for gap, _, _ in found)
 
 
 def list_gaps(deck: Deck) -> tuple[Stop, ...]:
     """The gaps of a study, each group noted with what it must say of it; without those that are no stops."""
-    stops: list[Stop] = []
-    for name, gaps in _named(_gaps(deck)).items():
+    sound, told = list[Gap](), set[str]()
+    cards = dict[str, Card]()
+    for gap, card, owner in _gaps(deck):
+        cards[gap.where] = card
         try:
-            for gap in gaps:
-                _check(gap)
+            _check(card, owner)
         except InputError as error:
-            deck.note(gaps[0].card, f"{error.what}. {error.fix}", changes=True)
+            if owner.where not in told:
+                deck.note(card, f"{error.what}. {error.fix}", changes=True)
+            told.add(owner.where)
             continue
-        stop = _stop(name, gaps)
-        side = f"lower = {stop.lower:g}" if stop.lower is not None else f"upper = {stop.upper:g}"
-        why = (
-            f'give it in the study, as `creak new` does: [[connector]] type = "play", '
-            f'nodes = ["{name}.A", "{name}.B"], dof = "{DOFS[stop.dof - 1]}", {side}, stiffness = {stop.stiffness:g}'
-        )
-        deck.note(gaps[0].card, why, changes=True)
-        stops.append(stop)
-    return tuple(stops)
+        sound.append(gap)
+    stops = stops_of(sound)
+    for stop in stops:
+        deck.note(cards[stop.where], in_a_study(stop), changes=True)
+    return stops
 
 
-def _gaps(deck: Deck) -> Iterator[_Gap]:
+def _gaps(deck: Deck) -> Iterator[tuple[Gap, Card, Card]]:
+    """Each gap with its card and that of its property."""
     properties = unique_cards(deck.cards("PGAP"), "property")
     for card in deck.cards("CGAP"):
         pid = card.integer(1, card.integer(0))
         deck.new_element(card, pid)
         owner = referred(properties, pid, card, "property", "PGAP")
         rows = [deck.grids.row(card.integer(i), card) for i in (2, 3)]
-        line = _line(deck, card, rows)
-        axis = int(np.argmax(np.abs(line)))
-        off = np.linalg.norm(np.delete(line, axis)) > ALONG * np.linalg.norm(line)
-        yield _Gap((rows[0], rows[1]), -1 if off else axis, float(np.sign(line[axis])), card, owner)
+        opening, stiffness = owner.real(1, 0.0), owner.real(3, 0.0)
+        line, ends, rubs = _line(deck, card, rows), (rows[0], rows[1]), _friction(owner)
+        yield Gap(str(pid), ends, line, opening, stiffness, card.where, rubs), card, owner
+
+
+def _friction(owner: Card) -> tuple[float, float, float]:
+    """MU1 while it sticks, MU2 (without it MU1) while it slides; static, kinetic, decay speed."""
+    static = owner.real(6, 0.0)
+    return static, owner.real(7, static), 0.0
 
 
 def _line(deck: Deck, card: Card, rows: list[int]) -> FloatArray:
@@ -95,23 +86,23 @@ def _line(deck: Deck, card: Card, rows: list[int]) -> FloatArray:
     return end - start
 
 
-def _check(gap: _Gap) -> None:
-    card, owner = gap.card, gap.owner
+def _check(card: Card, owner: Card) -> None:
     name = f"CGAP {card.text(0)}"
     preload, closed, opened = (owner.real(i, 0.0) for i in (2, 3, 4))
+    static, kinetic, _ = _friction(owner)
     if not closed > 0.0:
         raise owner.wrong(3, "the stiffness KA of the closed gap, above 0")
-    if gap.axis < 0:
-        raise card.error(
-            f"{name} lies along no global axis",
-            expected="an axis x, y or z",
-            fix="Give it as contact of surfaces in the study ([contact.NAME]).",
-        )
-    if owner.real(6, 0.0) > 0.0 or owner.real(7, 0.0) > 0.0:
+    if not 0.0 <= kinetic <= static:
         raise owner.error(
-            f"{name} has friction, MU1 = {owner.real(6, 0.0):g}",
-            expected="MU1 and MU2 blank or 0: creak's stops between two grids do not rub",
-            fix="Give it as contact of surfaces in the study, [contact.NAME] with friction.",
+            f"{name} has friction MU1 = {static:g} and MU2 = {kinetic:g}",
+            expected="MU1 (sticking) not below MU2 (sliding), neither below 0",
+            fix="Swap them.",
+        )
+    if owner.real(8, 0.0) < 0.0 and static != kinetic:
+        raise owner.error(
+            f"{name} rubs with {static:g} one way across and with {kinetic:g} the other (TMAX below 0)",
+            expected="MU1 = MU2: creak's friction is the same in both",
+            fix="Give the larger one in both fields.",
         )
     if preload:
         raise owner.error(
@@ -125,25 +116,3 @@ def _check(gap: _Gap) -> None:
             expected=f"KB below {SOFT:g} KA",
             fix="Give KB as CELAS2 beside it.",
         )
-
-
-def _named(found: Iterable[_Gap]) -> dict[str, list[_Gap]]:
-    """The gaps of one property and direction under GAP_<property>, with a number where it has several directions."""
-    groups: dict[tuple[int, int, float], list[_Gap]] = {}
-    for gap in found:
-        groups.setdefault((gap.owner.integer(0), gap.axis, gap.sign), []).append(gap)
-    count: dict[int, int] = {}
-    alone = [pid for pid, _, _ in groups]
-    out = {}
-    for (pid, _, _), gaps in groups.items():
-        count[pid] = count.get(pid, 0) + 1
-        out[f"GAP_{pid}" + (f"_{count[pid]}" if alone.count(pid) > 1 else "")] = gaps
-    return out
-
-
-def _stop(name: str, gaps: list[_Gap]) -> Stop:
-    first, owner = gaps[0], gaps[0].owner
-    opening = owner.real(1, 0.0)
-    a, b = (np.array([g.ends[i] for g in gaps], dtype=np.int64) for i in (0, 1))
-    lower, upper = (0.0 - opening, None) if first.sign > 0.0 else (None, opening)
-    return Stop(name, a, b, first.axis + 1, lower, upper, owner.real(3), first.card.where)
