@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -11,6 +12,7 @@ from creak.errors import InputError
 from creak.formats.abaqus.joints.couplings import Placement, read_couplings
 from creak.formats.abaqus.joints.described_contact import described_contact
 from creak.formats.abaqus.joints.fasteners import extended, read_fasteners, spring_blocks
+from creak.formats.abaqus.joints.gaps import read_gaps
 from creak.formats.abaqus.joints.links import read_links
 from creak.formats.abaqus.joints.rigid import joint_constraints
 from creak.formats.abaqus.joints.ties import read_ties
@@ -121,10 +123,11 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     constraints += read_links(deck, node_names, nodes.coords, place.transforms)
     constraints += read_ties(deck, nodes, elements, assigned, surfaces, node_names)
     note_transformed(deck, place.transforms, node_names)
+    stops = read_gaps(deck, elements, element_names, nodes.coords, own_step=own_step)
     run = None
     if own_step:
         bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces, deck.instances))
-        run = read_run(deck, node_names, bodies, place.transforms)
+        run = replace(read_run(deck, node_names, bodies, place.transforms), stops=stops)
     static = list_prestress(deck) if run is None else None
     held = held_in_modes(deck, static)
     fixed = read_boundaries(deck, node_names, held) if run is None else list(run.step.fixed)
@@ -134,13 +137,19 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     prestress = read_static(deck, static, node_names, place.transforms)
     partition = read_parts(deck, nodes, elements, element_names, constraints)
     made = make_blocks(elements, assigned, partition, nodes.coords)
-    sets = {name: made.place[rows] for name, rows in element_names.sets.items()}
+    kept = made.place[:, 0] >= 0
+    sets = {
+        n: made.place[rows[kept[rows]]] for n, rows in element_names.sets.items() if not rows.size or kept[rows].any()
+    }
     model = Model(
         source=source,
         nodes=nodes,
         blocks=(*made.blocks, *spring_blocks(fasteners, elements, partition.parts, nodes.count)),
         parts=partition.parts,
-        node_sets=with_short_names(node_names.sets, deck.instances),
+        node_sets={
+            **with_short_names(node_names.sets, deck.instances),
+            **{name: rows for stop in stops for name, rows in stop.node_sets.items() if run is None},
+        },
         element_sets=with_short_names(sets, deck.instances),
         surfaces=with_short_names(_surfaces(surfaces, made.place), deck.instances),
         constraints=tuple(constraints),
@@ -152,6 +161,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         contact=described_contact(deck, with_short_names(surfaces, deck.instances), node_names)
         if run is None
         else None,
+        stops=stops if run is None else (),
     )
     return model, run
 

@@ -49,6 +49,15 @@ def read_interactions(deck: Outline, blocks: Iterable[Block], flaws: list[str] |
     return result
 
 
+def law_of_gap(deck: Outline, block: Block, flaws: list[str]) -> Interaction:
+    """The law of a *GAP, whose options stand after it; hard without any. flaws : takes what is wrong with an option."""
+    result = Interaction(block.get("ELSET").upper(), law="hard", where=block.where)
+    for option in block.options:
+        with noted(flaws):
+            result = _RULES[option.name](deck, option, result)
+    return replace(result, law="hard") if result.law in ("default", "penalty") else result
+
+
 def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
     list_params(deck, block, "PRESSURE-OVERCLOSURE, PENALTY, DIRECT, AUGMENTED LAGRANGE")
     law = block.option("PRESSURE-OVERCLOSURE", "HARD")

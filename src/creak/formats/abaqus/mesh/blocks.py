@@ -28,7 +28,7 @@ class Blocks:
 
     blocks: tuple[ElementBlock, ...]
     place: IntArray
-    """(n_elem, 2) row into `blocks`, row in that block."""
+    """(n_elem, 2) row into `blocks`, row in that block; -1 for gaps, which are stops and no structure."""
 
 
 def make_blocks(elements: Elements, assigned: Assigned, partition: Partition, coords: FloatArray) -> Blocks:
@@ -42,12 +42,14 @@ def make_blocks(elements: Elements, assigned: Assigned, partition: Partition, co
     keys = np.stack([kinds, assigned.section_idx, partition.element_part], axis=1)
     _, first, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     inverse = inverse.reshape(-1)
-    place = np.zeros((elements.ids.size, 2), dtype=np.int64)
+    place = np.full((elements.ids.size, 2), -1, dtype=np.int64)
     blocks: list[ElementBlock] = []
     by_group = np.argsort(inverse, kind="stable")
     bounds = np.searchsorted(inverse[by_group], np.arange(first.size + 1))
     for group in np.argsort(first):
         rows = by_group[bounds[group] : bounds[group + 1]]
+        if elements.of(int(rows[0])).kind == "gap2":
+            continue
         block = _block(elements, rows, assigned, partition)
         _check_geometry(block, elements, rows, coords)
         place[rows, 0] = len(blocks)

@@ -116,6 +116,7 @@ TYPES: tuple[ElementType, ...] = (
     ElementType("DASHPOTA", "axial2", 2, ("DASHPOT",)),
     ElementType("CONN3D2", "bush2", 2, ("CONNECTOR SECTION",)),
     ElementType("DCOUP3D", "bush1", 1, ("DISTRIBUTING COUPLING",)),
+    *(ElementType(name, "gap2", 2, ("GAP",)) for name in ("GAPUNI", "GAPCYL", "GAPSPHER")),
     ElementType("DASHPOT1", "spring1", 1, ("DASHPOT",)),
     ElementType("DASHPOT2", "spring2", 2, ("DASHPOT",)),
 )
@@ -129,7 +130,7 @@ _OTHERS = {
     **dict.fromkeys(("S9R", "M3D9"), ("creak has no shell of nine nodes", "S8R")),
     **dict.fromkeys(("B31OS", "B32OS", "ELBOW"), ("creak has beams without warping and ovalisation", "B31")),
     **dict.fromkeys(("B21", "B22", "B23", "CPS", "CPE", "CAX", "SAX"), ("creak's models are in space, not plane", "")),
-    **dict.fromkeys(("GAP", "ITT"), ("contact is that of the study: a [[connector]] of type play", "")),
+    **dict.fromkeys(("ITT",), ("contact is that of the study: a [[connector]] of type play", "")),
     **dict.fromkeys(("AC", "DC", "F3D", "FC"), ("creak has no fluids and no heat", "")),
 }
 """Beginnings of types that creak has not -> why, and what comes nearest."""
@@ -139,7 +140,7 @@ _FAMILIES = (
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
 SOLIDS = ("hex8", "wedge6", "pyramid5", "tet4", "tet10", "hex20", "hex20r", "wedge15")
-ROTATIONLESS = ("truss2", "coh8", "coh6", *SOLIDS)
+ROTATIONLESS = ("truss2", "coh8", "coh6", "gap2", *SOLIDS)
 STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", "truss2", "coh8", "coh6", *SOLIDS)
 
 

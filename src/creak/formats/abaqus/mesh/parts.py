@@ -132,7 +132,7 @@ def _single(parts: IntArray) -> int:
 
 def _point_parts(elements: Elements, constraints: list[Constraint], node_part: IntArray, n_parts: int) -> int:
     """Number the connected groups of leftover nodes that carry masses or springs (`deck.parts.number_points`)."""
-    points = ~elements.structural
+    points = ~elements.structural & ~elements.of_kinds(("gap2",))
     table = elements.nodes_idx[points]
     pairs = [(c.dependent_idx, c.independent_idx) for c in constraints if isinstance(c, RigidLink)]
     links = np.array(pairs, dtype=np.int64).reshape(-1, 2)

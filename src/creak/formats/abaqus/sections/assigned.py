@@ -254,7 +254,7 @@ AXIAL = ("SPRINGA", "DASHPOTA")
 
 
 def _nothing(scope: Scope, block: Block, materials: Materials) -> Section:
-    """The element of a *DISTRIBUTING COUPLING has neither stiffness nor mass."""
+    """Elements of a *DISTRIBUTING COUPLING have neither stiffness nor mass; those of a *GAP are stops."""
     return Bushing(block.get("ELSET"), np.zeros((6, 6)), np.zeros((6, 6)))
 
 
@@ -262,6 +262,7 @@ _READERS: dict[str, _Reader] = {
     "SHELL SECTION": read_shell_section,
     "SHELL GENERAL SECTION": read_shell_general_section,
     "DISTRIBUTING COUPLING": _nothing,
+    "GAP": _nothing,
     "BEAM SECTION": read_beam_section,
     "BEAM GENERAL SECTION": read_beam_general_section,
     "SOLID SECTION": read_solid_section,

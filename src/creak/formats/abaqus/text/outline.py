@@ -144,6 +144,11 @@ class _Sorter:
 
     def _ordinary(self, block: Block) -> None:
         known = meaning(block.name)
+        if block.name == "SURFACE INTERACTION":
+            self.parent = None
+        if block.name in OF_GAPS and self.parent is not None and self.parent.name == "GAP":
+            self.parent.options.append(block)
+            return
         if known.role != "read":
             self.result.note(block, known.why, changes=known.changes_answer)
             self.result.set_aside.append(block)
@@ -225,6 +230,9 @@ class _Sorter:
         self.parent = None
         self.result.assembly = self.result.assembly or block.get("NAME").upper()
 
+
+OF_GAPS = ("SURFACE BEHAVIOR", "FRICTION", "CONTACT DAMPING")
+"""Options of a *GAP where they stand after one; elsewhere of a *SURFACE INTERACTION."""
 
 _STRUCTURE = {
     "STEP": _Sorter.begin_step,
