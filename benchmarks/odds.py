@@ -22,7 +22,7 @@ from scipy.stats import norm
 
 import creak
 from benchmarks.stamp import stamp
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 

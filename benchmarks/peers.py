@@ -33,10 +33,10 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 import scipy.sparse.linalg as spla
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.damping import Damping
 from creak.assembly.part import common_rayleigh, part_system
-from creak.assembly.system import System, no_supports, to_dense
+from creak.assembly.system import System, no_supports
 from creak.formats.abaqus.reader import read_deck
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sla
 
-from creak.assembly.system import System, to_dense
+from creak.arrays import to_dense
+from creak.assembly.system import System
 from creak.model.constraints import Fixed, RigidLink
 from creak.model.materials import BeamSection, Material
 from creak.model.mesh import Model

@@ -17,10 +17,11 @@ from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
-from creak.dynamics.simulate import simulate
+from creak.dynamics.simulate import march, simulate
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import BeamSection, Material, PointMass, Section, ShellSection, Spring
 from creak.model.mesh import ElementBlock, Model, Nodes, Part, Surface
+from creak_thesis.newton_cost import PlainNewton
 
 NO_DAMPING = Rayleigh(0.0, 0.0)
 NONE = Driven({})
@@ -222,3 +223,8 @@ def history_of(time: Any, gap: Any, force: Any = None, *, stiffness: float = 1e3
     force = stiffness * np.maximum(0.0, -gap) if force is None else np.asarray(force, dtype=float).reshape(gap.shape)
     none, energy = np.zeros((time.size, 0)), np.zeros((time.size, len(ENERGIES)))
     return History(time, gap, force, np.zeros_like(gap), np.arange(time.size), none, energy, 0, 0.0, **more)
+
+
+def simulate_plain_newton(system, gaps, loads, scheme, asked):
+    """As `simulate`, by plain Newton."""
+    return march(PlainNewton(system, gaps, loads, scheme), asked)

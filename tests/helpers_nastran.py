@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
+from creak.arrays import to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.part import Rayleigh, loose_system, part_system
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from creak.sound.forced import LOWEST, high_end, smooth
 from creak.sound.rayleigh import HIGHEST, PressureRows, pressure_weights
 
 
@@ -17,3 +18,8 @@ def pressure_rows(points, volumes, listeners, rate: float, **options) -> Pressur
     for row, w in zip(rows, weights, strict=True):
         row[: w.shape[0]] = w @ volumes
     return PressureRows(rows, np.array(start), rate, band)
+
+
+def faded(freq, band: float):
+    """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
+    return smooth(2.0 * freq / LOWEST - 1.0) * high_end(freq, band)

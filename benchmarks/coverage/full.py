@@ -8,8 +8,8 @@ import numpy as np
 import scipy.linalg as sla
 
 from benchmarks.coverage.march import Course, Modes, march
-from creak.arrays import FloatArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.history import ENERGIES, History
 from creak.progress import silent

@@ -18,6 +18,11 @@ Matrix = Any
 """A matrix that knows `@`, `.T` and `.shape`: ndarray, SciPy sparse array, or `linalg.Diagonal`."""
 
 
+def to_dense(A: Matrix) -> FloatArray:
+    """A as an ndarray, whatever it was."""
+    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
+
+
 def brief(record: Any) -> str:
     """A record as a notebook shows it: arrays and matrices by their shape, functions not at all.
 

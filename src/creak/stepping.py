@@ -8,7 +8,7 @@ has G of g = g0 + G q. `CondensedStepper` is the one of `creak.simulate` with a 
 
 from __future__ import annotations
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.dynamics.begun import begin, first_instant
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.instant import Instant

@@ -15,20 +15,18 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from creak import GapOperator, History, Loads, NumericalError, Scheme, System
+from creak import GapOperator, Loads, NumericalError, Scheme, System
 from creak.stepping import (
     CondensedStepper,
     Factor,
     Instant,
     LinearTerms,
-    OutputRequest,
     StepFactor,
     Stepper,
     begin,
     channel_matrices,
     factor,
     first_instant,
-    march,
     one_blas_thread,
     step_matrix,
     to_dense,
@@ -169,10 +167,3 @@ def _normal_law(
     p = elastic - gaps.damping * rate
     pressing = (gap < 0.0) & (p > 0.0)
     return np.where(pressing, p, 0.0), np.where(pressing, slope + gaps.damping * rate_gain, 0.0)
-
-
-def simulate_plain_newton(
-    system: System, gaps: GapOperator, loads: Loads, scheme: Scheme, asked: OutputRequest
-) -> History:
-    """As `simulate`, by plain Newton."""
-    return march(PlainNewton(system, gaps, loads, scheme), asked)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from helpers_cantilever import N, accurate_frequencies, cantilever, full, reduced
 
 RECORDED = {"section": "reduction", "source": "extended precision"}

@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.errors import NumericalError
 from creak.formats.stored.superelement import read_superelement_file
 from creak.studies.converge import auto_band

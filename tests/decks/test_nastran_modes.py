@@ -10,10 +10,10 @@ import pytest
 import scipy.io
 from scipy.linalg import eigh
 
+from creak.arrays import to_dense
 from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh, part_system
-from creak.assembly.system import to_dense
 from creak.formats.matrices.superelements import read_superelement
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Grids, read_grids

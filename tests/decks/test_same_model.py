@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
+from creak.arrays import to_dense
 from creak.assembly.coupling import Driven
-from creak.assembly.system import to_dense
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.nastran.reader import read_nastran
 from creak.model.mesh import Model

@@ -7,8 +7,9 @@ import scipy.linalg as sla
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from creak.arrays import to_dense
 from creak.assembly.part import part_system
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.reduction.craig_bampton import craig_bampton
 from helpers_core import NO_DAMPING, block, model_of, plate, shell
 from helpers_fem import rigid_modes

@@ -12,7 +12,7 @@ import shutil
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.formats.decks import read_model
 from creak.studies.models.deck_modes import deck_modes
 from helpers_ccx import (

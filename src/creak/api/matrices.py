@@ -11,11 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly import coupling
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import System, no_supports, to_dense
+from creak.assembly.system import System, no_supports
 from creak.errors import InputError
 from creak.given import array_of, number, of_kind, pairs_of, positive, table_of, whole
 from creak.linalg import modes as linalg_modes

@@ -6,14 +6,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from creak.api.matrices import A_SYSTEM, known_labels
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.errors import InputError
 from creak.given import number, of_kind, whole
 from creak.linalg.modes import DENSE_LIMIT
-from creak.linalg.pencil import dense_pairs, full, require_positive
+from creak.linalg.pencil import dense_pairs, require_positive
 from creak.reduction import craig_bampton as cb
 from creak.reduction import gap_modes as gm
 from creak.reduction.diagonal import diagonalise as own_modes
@@ -104,10 +104,10 @@ SLOW = 1e-4
 def _require_positive(system: System) -> None:
     """Refuse a System of few physical dofs with omega^2 below round-off: modes would make rigid motion of it."""
     if system.n <= DENSE_LIMIT and (system.coordinates >= 0).all():
-        K = full(system.K)
+        K = to_dense(system.K)
         if _is_positive(K):
             return
-        lam, X, _ = dense_pairs(K, full(system.M))
+        lam, X, _ = dense_pairs(K, to_dense(system.M))
         require_positive("K", K, X[:, lam < -SLOW])
 
 

@@ -11,6 +11,7 @@ from creak.api.extras import HOW_PANDAS, need_report
 from creak.errors import InputError
 from creak.given import items_of, one_of, texts
 from creak.model.units import UNITS
+from creak.studies.run.compared import main_of
 from creak.verify.events import Event
 from creak.verify.matching import SOME_EVENTS
 
@@ -176,19 +177,12 @@ class Shown:
         lines = "".join(f"<tr><th>{key}</th><td>{value}</td></tr>" for key, value in rows)
         return f"<table><tbody>{lines}</tbody></table>{self.events._repr_html_() if self.events else ''}"
 
-    @property
-    def _told_of_main(self) -> dict[str, Any]:
-        """What the summary tells of the main run; empty: there is none."""
-        from creak.studies.run.compared import main_run
-
-        return dict(main_run(self.summary["runs"]) or {})
-
     def _facts(self) -> dict[str, str]:
         """Title, runs, events, verdict, agreement."""
         summary = self.summary
         told = {"title": summary["title"] or "untitled study", "runs": ", ".join(summary["runs"]) or "none"}
         told["events"] = _count(self.events)
-        main = self._told_of_main
+        main = main_of(self.summary)
         if said := [*filter(None, [main.get("verdict")]), *main.get("reasons", ())]:
             told["verdict"] = "; ".join(said)
         match = summary["verification"].get("events")
@@ -242,7 +236,7 @@ class Shown:
         if kind == "events":
             return self.events.to_frame()
         if kind == "places":
-            return _frame(self._told_of_main.get("places", []), PLACES, summary["units"], 'summary["runs"]')
+            return _frame(main_of(self.summary).get("places", []), PLACES, summary["units"], 'summary["runs"]')
         if kind == "elines":
             return _frame(_line_rows(summary["elines"]), ELINES, summary["units"], 'summary["elines"]')
         raise InputError(f"no table {kind!r}", expected="'events', 'places' or 'elines'")

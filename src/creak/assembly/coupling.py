@@ -9,7 +9,7 @@ import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.dampers import bearing, led_by_dampers, place_of
@@ -23,15 +23,7 @@ from creak.assembly.part import (
     split_constraints,
     started_labels,
 )
-from creak.assembly.system import (
-    Stats,
-    Supports,
-    System,
-    dense_if_full,
-    fitted_velocity,
-    rows_with_entries,
-    to_dense,
-)
+from creak.assembly.system import Stats, Supports, System, dense_if_full, fitted_velocity, rows_with_entries
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.scratch import SPARE, rows_of

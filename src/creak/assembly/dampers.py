@@ -7,8 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
-from creak.assembly.system import to_dense
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.errors import InputError
 from creak.model.dofs import dof_label, node_and_dof
 from creak.model.mesh import Model

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import cg
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief, to_dense
 from creak.assembly.damping import Damping
 from creak.linalg.dense_product import symmetric
 
@@ -286,8 +286,3 @@ def rows_with_entries(A: Matrix) -> BoolArray:
     if sp.issparse(A):
         return np.asarray(np.bincount(sp.csr_matrix(A).nonzero()[0], minlength=A.shape[0]) > 0)
     return np.asarray(np.any(to_dense(A) != 0.0, axis=1))
-
-
-def to_dense(A: Matrix) -> FloatArray:
-    """A as an ndarray, whatever it was."""
-    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)

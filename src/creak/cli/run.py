@@ -262,9 +262,9 @@ def _print_tables(output: Output, summary: dict[str, Any]) -> None:
 def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
     """The last line: how far the answer can be trusted."""
     from creak.report.words.verdict import verdict_line
+    from creak.studies.run.compared import main_of
 
-    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
-    if said := verdict_line(run):
+    if said := verdict_line(main_of(summary)):
         output.say(f"verdict: {said}")
 
 

@@ -12,8 +12,8 @@ import copy
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import BoolArray, FloatArray, Matrix, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import Unpressed, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices

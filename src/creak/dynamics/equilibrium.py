@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.step_problem import Unpressed, contact_energy, solve_channels
 from creak.dynamics.channels import ChannelMatrices, channel_matrices

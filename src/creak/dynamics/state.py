@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System, rows_with_entries, to_dense
+from creak.arrays import FloatArray, IntArray, to_dense
+from creak.assembly.system import System, rows_with_entries
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.step_matrix import rayleigh_weights

@@ -8,13 +8,13 @@ import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray, Matrix, to_dense
 from creak.later import later
 from creak.linalg.dense_product import inner, product, symmetric
 from creak.linalg.factor import Factor, LaterFactor, SingularMatrixError
 from creak.linalg.lanczos import FEWER, Ritz, basis_bytes, lanczos
 from creak.linalg.memory import MADE, fits, free_bytes, require
-from creak.linalg.pencil import Pencil, dense_pairs, full
+from creak.linalg.pencil import Pencil, dense_pairs
 from creak.linalg.pieces.factor import Pieces
 from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.linalg.threads import one_blas_thread
@@ -263,7 +263,7 @@ def _beyond(
 
 def _by_dense(pencil: Pencil, shift: float, wanted: int, inverse: Factor, free: bool) -> Modes:
     """The lowest modes by the dense eigensolver; the lowest of them, which its round-off blurs, are refined."""
-    lam, X, _ = dense_pairs(full(pencil.K), full(pencil.M))
+    lam, X, _ = dense_pairs(to_dense(pencil.K), to_dense(pencil.M))
     after = lam[wanted] if lam.size > wanted else np.inf
     found = Ritz(lam[:wanted].copy(), np.asfortranarray(X[:, :wanted]), 0)
     del X
@@ -312,7 +312,7 @@ def small_shift(K: Matrix, M: Matrix) -> float:
 def _dense_modes(
     K: Matrix, M: Matrix, f_max: float | None, count: int | None, free: bool, *, further: bool = False, known: int = 0
 ) -> Modes:
-    dense_K, dense_M = full(K), full(M)
+    dense_K, dense_M = to_dense(K), to_dense(M)
     if dense_K.shape[0] == 0:
         return Modes(np.zeros(0), np.zeros((0, 0)), 0.0, True, np.inf)
     omega2, shapes, round_off = dense_pairs(dense_K, dense_M)

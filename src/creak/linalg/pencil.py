@@ -124,11 +124,6 @@ def _subtract(
     return True
 
 
-def full(A: Matrix) -> FloatArray:
-    """Dense, as it is or made so."""
-    return np.asarray(A.toarray() if hasattr(A, "toarray") else A)
-
-
 def require_positive(name: str, A: FloatArray | Matrix, X: FloatArray) -> None:
     """Refuse a matrix A (n, n) with x' A x < 0 for a column of X (n, k), beyond the round-off of its entries.
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.damping import Damping
-from creak.assembly.system import Combine, Recover, Rows, System, momentum_fit, no_supports, to_dense
+from creak.assembly.system import Combine, Recover, Rows, System, momentum_fit, no_supports
 from creak.linalg.dense_product import symmetric
 from creak.linalg.memory import blocks_that_fit
 from creak.linalg.modes import Modes, lowest, modes

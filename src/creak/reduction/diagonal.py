@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray
-from creak.assembly.system import System, project, to_dense
+from creak.arrays import FloatArray, to_dense
+from creak.assembly.system import System, project
 from creak.errors import NumericalError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.pencil import MASSLESS, regular_pairs, require_positive

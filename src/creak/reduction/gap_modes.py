@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from creak.arrays import FloatArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, Matrix, to_dense
+from creak.assembly.system import System
 from creak.errors import InputError, NumericalError
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor, factor, regular_factor

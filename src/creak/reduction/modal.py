@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray
+from creak.arrays import FloatArray, to_dense
 from creak.assembly.damping import Damping
-from creak.assembly.system import System, project, to_dense
+from creak.assembly.system import System, project
 from creak.linalg.dense_product import symmetric
 from creak.linalg.diagonal import Diagonal
 from creak.linalg.factor import Factor

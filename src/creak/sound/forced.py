@@ -204,11 +204,6 @@ def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, 
     return [(p, own @ (push * w).T) for p, w in ((2, 1.0 / k), (3, -c / k**2), (4, -m / k**2)) if w.any()]
 
 
-def faded(freq: FloatArray, band: float) -> FloatArray:
-    """Gain of each frequency, Hz: 1 from 20 Hz to .85 of the band, falling to 0 at 10 Hz and at its end."""
-    return smooth(2.0 * freq / LOWEST - 1.0) * high_end(freq, band)
-
-
 def without_clicks(x: FloatArray, rate: float) -> FloatArray:
     """Records (..., n) that fade in and out over 50 ms, a twentieth of them at most: what is cut does not click."""
     n = x.shape[-1]

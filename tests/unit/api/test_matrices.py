@@ -10,7 +10,7 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 import creak
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from helpers_core import bar, chain, time_axis
 
 N = 12

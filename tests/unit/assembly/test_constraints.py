@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
 from creak.assembly.elimination import LinearEquation, eliminate, transformation
-from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.model.constraints import DistributingCoupling, Equation, Fixed, KinematicCoupling, RigidLink
 from helpers_core import NO_DAMPING, NONE, assembled, block, couple, model_of, part_system, point_mass, spring

@@ -10,8 +10,9 @@ import scipy.linalg as sla
 import scipy.sparse as sp
 
 import creak
+from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh, common_rayleigh
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.errors import InputError
 from creak.model.constraints import RigidLink
 from creak.reduction.craig_bampton import craig_bampton

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from creak.arrays import to_dense
 from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import couple
 from creak.assembly.part import common_rayleigh, part_system, split_constraints
 from creak.assembly.rigid import unheld_parts
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.formats.abaqus.reader import read_deck
 from creak.linalg.modes import modes
 from creak.model.constraints import Tie

@@ -19,13 +19,13 @@ from creak.dynamics.scheme import HHT, generalised_alpha
 from creak.dynamics.simulate import simulate
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.diagonal import diagonalise
-from creak_thesis.newton_cost import simulate_plain_newton
 from helpers_core import (
     NO_CHANNELS,
     assembled,
     chain,
     channels,
     forces_on,
+    simulate_plain_newton,
     system_of,
     time_axis,
 )

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
+from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate

@@ -15,8 +15,7 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.errors import NumericalError
 from creak.reduction.diagonal import all_modes, diagonalise
-from creak_thesis.newton_cost import simulate_plain_newton
-from helpers_core import chain, channels, forces_on, system_of, time_axis
+from helpers_core import chain, channels, forces_on, simulate_plain_newton, system_of, time_axis
 
 ALL = np.arange(8)
 

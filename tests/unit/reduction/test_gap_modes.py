@@ -10,8 +10,9 @@ import pytest
 import scipy.linalg as sla
 import scipy.sparse as sp
 
+from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.record.recorder import OutputRequest

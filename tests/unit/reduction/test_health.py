@@ -11,7 +11,8 @@ import pytest
 import scipy.linalg as sla
 import scipy.sparse as sp
 
-from creak.assembly.system import System, to_dense
+from creak.arrays import to_dense
+from creak.assembly.system import System
 from creak.errors import InputError
 from creak.linalg import modes as linalg_modes
 from creak.linalg import pencil

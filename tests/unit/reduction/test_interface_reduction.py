@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.assembly.system import System, project, to_dense
+from creak.arrays import to_dense
+from creak.assembly.system import System, project
 from creak.errors import InputError, NumericalError
 from creak.linalg.modes import modes
 from creak.model.mesh import Model

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from creak.assembly.system import System, to_dense
+from creak.arrays import to_dense
+from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import factor, factor_bytes
 from creak.linalg.memory import OVERRIDE, OutOfMemory

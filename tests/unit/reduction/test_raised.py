@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
+from creak.arrays import to_dense
 from creak.assembly.damping import Damping
-from creak.assembly.system import to_dense
 from creak.linalg.modes import BAND, DENSE_LIMIT
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices
 from creak.reduction.inside import Inside

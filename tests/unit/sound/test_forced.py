@@ -8,9 +8,9 @@ from scipy.integrate import solve_ivp, trapezoid
 
 from creak.errors import InputError
 from creak.sound import forced
-from creak.sound.forced import Modes, faded, sound_of_forces
+from creak.sound.forced import Modes, sound_of_forces
 from creak.sound.rayleigh import AIR
-from helpers_sound import pressure_rows
+from helpers_sound import faded, pressure_rows
 
 RECORDED = {"section": "sound"}
 

@@ -20,8 +20,8 @@ import math
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import BoolArray, FloatArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import BoolArray, FloatArray, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.diagonal import OFF_DIAGONAL

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.assembly.system import to_dense
+from creak.arrays import BoolArray, FloatArray, IntArray, to_dense
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.books import SIZE
 from creak.dynamics.channels import ChannelMatrices

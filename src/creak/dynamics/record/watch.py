@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.instant import WatchState

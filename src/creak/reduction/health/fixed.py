@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from creak.arrays import FloatArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, to_dense
+from creak.assembly.system import System
 from creak.linalg.sparse_product import BlockProduct
 from creak.reduction.health.rigid import RigidMotion, floats, motion
 from creak.reduction.inside import Inside

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, project, to_dense
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
+from creak.assembly.system import System, project
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
 

@@ -14,6 +14,7 @@ from creak.errors import InputError
 from creak.model.units import UNITS, Units
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings
+from creak.studies.run.compared import main_of
 from creak.studies.sweep.figures import OF_A_PLACE, friction_of
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
@@ -43,8 +44,7 @@ class Side:
     @property
     def run(self) -> Mapping[str, Any]:
         """Of the summary: the reduced run, or the only one."""
-        runs: Mapping[str, Any] = self.summary["runs"]
-        return dict(runs.get("reduced") or runs.get("reference") or {})
+        return main_of(self.summary)
 
     @property
     def events(self) -> list[Event]:

@@ -12,6 +12,7 @@ from creak.report.words.text import number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
 from creak.studies.findings.elines import YES
 from creak.studies.findings.limits import limit_words
+from creak.studies.run.compared import main_of
 from creak.verify.intervals import overlap
 from creak.verify.reliability import UNRELIABLE
 from creak.verify.rubbing import SLIDING, STICK, STICK_SLIP
@@ -93,8 +94,7 @@ class Answer:
 
 def answer(summary: Mapping[str, Any]) -> Answer:
     """Of the main run of a summary."""
-    runs, sound = summary["runs"], summary["sound"] or {}
-    run = runs.get("reduced") or runs.get("reference") or {"places": [], "end": 0.0}
+    sound, run = summary["sound"] or {}, main_of(summary) or {"places": [], "end": 0.0}
     beside = bool(sound.get("beside_background"))
     seconds = _seconds(summary, run)
     start = (summary["verification"].get("window") or (0.0,))[0]
@@ -245,7 +245,7 @@ def _said(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, b
 def _though_quiet(summary: Mapping[str, Any]) -> list[str]:
     """What is wrong with a run in which nothing rattles or squeaks."""
     failed = [one["limit"] for one in summary["limits"] or [] if one["failed"]]
-    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    run = main_of(summary)
     said = [f"{'limit' if len(failed) == 1 else 'limits'} {listed(failed)} {_verb('fail', failed)}"] if failed else []
     said += [text] if (text := _let_by_tolerances(summary)) else []
     return said + (["it cannot be relied on"] if run.get("verdict") == UNRELIABLE else [])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+from creak.studies.run.compared import main_of
 from creak.verify.rubbing import SLIDING, STICK_SLIP
 
 
@@ -42,7 +43,7 @@ MOST = 12
 
 def place_table(summary: dict[str, Any]) -> list[list[str]]:
     """Header and a row for each place of the main run, as it ranks them."""
-    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    run = main_of(summary)
     places = run.get("places", [])
     columns: list[tuple[str, Callable[[dict[str, Any]], str]]] = [
         ("place", lambda p: p["name"]),
@@ -76,7 +77,7 @@ def place_settled(place: dict[str, Any]) -> float | None:
 
 def cause_lines(summary: dict[str, Any]) -> list[str]:
     """What causes each place, and what would help."""
-    run = summary["runs"].get("reduced") or summary["runs"].get("reference") or {}
+    run = main_of(summary)
     told = [p for p in run.get("places", [])[:MOST] if p["cause"] is not None]
     return [
         line

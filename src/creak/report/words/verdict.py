@@ -14,6 +14,7 @@ from creak.report.words.text import number, percent, plural, ratio, share, tidy,
 from creak.studies.converge import settled
 from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.findings.tree import Findings, FoundRun
+from creak.studies.run.compared import main_of
 from creak.verify.events import events_in
 from creak.verify.reliability import UNRELIABLE
 
@@ -110,7 +111,7 @@ TRUST = {
 
 def trust(summary: dict[str, Any]) -> str:
     """How far the main run hangs on numerical settings, with the reasons; empty where it was compared alone."""
-    run = _main(summary)
+    run = main_of(summary)
     if not run or ("verdict" not in run and not run["reasons"]):
         return ""
     first = "No answer." if summary.get("unanswered") else TRUST[run["verdict"]] if "verdict" in run else ""
@@ -126,18 +127,13 @@ def verdict_line(run: Mapping[str, Any]) -> str:
 
 def mark(checks: Sequence[Check], summary: dict[str, Any]) -> str:
     """Style of the page's first bar: good, look (something failed or is open), none (nothing was checked), bad."""
-    run = _main(summary)
+    run = main_of(summary)
     if summary.get("unanswered") or run.get("verdict") == UNRELIABLE:
         return "bad"
     failed = any(c.passed is False for c in checks) or summary["stopped"]
     if failed or run.get("verdict", SETTLED) not in (SETTLED, STATISTICS):
         return "look"
     return "good" if "verdict" in run or len(summary["runs"]) > 1 else "none"
-
-
-def _main(summary: dict[str, Any]) -> dict[str, Any]:
-    runs = summary["runs"]
-    return dict(runs.get("reduced") or runs.get("reference") or {})
 
 
 def span(result: Findings) -> str:

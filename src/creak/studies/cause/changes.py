@@ -13,10 +13,10 @@ from functools import partial
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, to_dense
 from creak.assembly.part import Rayleigh
 from creak.assembly.rigid import unheld_parts
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.elements.block_matrices import block_matrices
 from creak.model.dofs import PER_NODE, node_dofs, nodes_of

@@ -15,8 +15,8 @@ from functools import partial
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, IntArray, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.diagonal import is_modal, modal_matrices

@@ -12,6 +12,7 @@ from creak.sound.zwicker_tables import NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
 from creak.studies.file.tolerance_tables import table_of
+from creak.studies.run.compared import main_of
 
 OF_PLACES = {
     **{"n5": "sone", "n_max": "sone", "n10": "sone", "level": "dB(A)", "sharpness": "acum", "sharp_time": "s"},
@@ -68,8 +69,8 @@ def _heard(sound: Mapping[str, Any] | None) -> tuple[list[tuple[Named, Mapping[s
 
 
 def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    runs, sound = summary["runs"], summary["sound"]
-    places = (runs.get("reduced") or runs.get("reference") or {"places": []})["places"]
+    places = main_of(summary).get("places", [])
+    sound = summary["sound"]
     heard, unheard = _heard(sound)
     for name, unit in OF_PLACES.items():
         text = getattr(limit, name)

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.damped import is_damped
 from creak.assembly.part import (
@@ -20,7 +20,7 @@ from creak.assembly.part import (
     part_system,
 )
 from creak.assembly.recovery import by_node, recovered
-from creak.assembly.system import System, to_dense
+from creak.assembly.system import System
 from creak.elements.geometric import GEOMETRIC, UNSTRESSED
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.catalogue import stop_on_unread, without_unread_damping

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import ComplexArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import ComplexArray, to_dense
+from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.measured.modes import PER_METRE, QUANTITIES, MeasuredFrf, MeasuredFrfs
 from creak.formats.measured.unit_words import mixed_up

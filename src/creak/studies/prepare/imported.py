@@ -8,11 +8,11 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.damping import Damping
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
-from creak.assembly.system import Stats, System, no_supports, to_dense
+from creak.assembly.system import Stats, System, no_supports
 from creak.errors import InputError, suggest
 from creak.model.dofs import dof_label
 from creak.model.mesh import Model

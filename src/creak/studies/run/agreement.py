@@ -8,8 +8,8 @@ from typing import Protocol
 
 import numpy as np
 
-from creak.arrays import ComplexArray, FloatArray, IntArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import ComplexArray, FloatArray, IntArray, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.flow.coupled import coupled_damping

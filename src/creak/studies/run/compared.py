@@ -76,6 +76,11 @@ def main_run(runs: Mapping[str, T]) -> T | None:
     return runs.get("reduced") or runs.get("reference")
 
 
+def main_of(summary: Mapping[str, Any]) -> dict[str, Any]:
+    """What a summary tells of its main run; empty: there is none."""
+    return dict(main_run(summary["runs"]) or {})
+
+
 def of_base(base: type, record: Any) -> dict[str, Any]:
     """The fields that a record has of its base, by name."""
     return {f.name: getattr(record, f.name) for f in fields(base)}

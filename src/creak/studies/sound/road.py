@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, no_supports, to_dense
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
+from creak.assembly.system import System, no_supports
 from creak.dynamics.diagonal import modal_matrices
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms

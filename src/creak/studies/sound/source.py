@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
+from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.diagonal import modal_matrices

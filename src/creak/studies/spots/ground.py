@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.damping import Damping
-from creak.assembly.system import Supports, System, to_dense
+from creak.assembly.system import Supports, System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.loads import Loads

@@ -8,8 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.assembly.system import to_dense
+from creak.arrays import BoolArray, FloatArray, IntArray, to_dense
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest

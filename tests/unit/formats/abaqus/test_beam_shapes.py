@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh, part_system
-from creak.assembly.system import to_dense
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.writer import write_deck
 from creak.formats.deck.cross_section import rectangle_torsion, trapezoid_torsion

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.writer import write_deck

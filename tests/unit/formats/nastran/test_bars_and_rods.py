@@ -8,7 +8,7 @@ import re
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.errors import InputError
 from helpers_nastran import assembled, matrix, motion, read, rigid_mass, unread
 

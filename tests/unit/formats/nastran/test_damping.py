@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.damped import is_damped
 from creak.assembly.part import Rayleigh, common_rayleigh, damps_by_itself, loose_system, part_system
-from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.writer import write_deck

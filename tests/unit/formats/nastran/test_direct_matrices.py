@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.coupling import Driven
 from creak.assembly.rigid import unheld_parts
-from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.nastran.reader import read_nastran
 from helpers_nastran import assembled, motion, read, unread

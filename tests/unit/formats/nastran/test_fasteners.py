@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.errors import InputError
 from creak.model.constraints import Equation
 from helpers_nastran import assembled, motion, read, rigid_mass, row, unread

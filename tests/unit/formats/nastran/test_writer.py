@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.part import common_rayleigh
-from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.formats.deck.text import Line

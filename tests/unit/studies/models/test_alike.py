@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg as sla
 
 import creak
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.reduction.modal import without_modal_damping
 from creak.studies.file.reader import read_study
 from creak.studies.models import alike

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh, part_system
-from creak.assembly.system import to_dense
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.studies.file.reader import read_study

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.arrays import FloatArray
-from creak.assembly.system import System, to_dense
+from creak.arrays import FloatArray, to_dense
+from creak.assembly.system import System
 from creak.errors import InputError
 from creak.formats.matrices.npz import write_npz
 from creak.formats.matrices.op4_file import write_op4_matrices

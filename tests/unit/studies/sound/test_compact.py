@@ -5,19 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.assembly.system import to_dense
+from creak.arrays import to_dense
 from creak.dynamics.diagonal import modal_matrices
 from creak.model.materials import SolidSection
 from creak.model.mesh import Model
 from creak.model.skin import skin_of
 from creak.reduction.diagonal import diagonalise
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import Modes, faded, lead
+from creak.sound.forced import Modes, lead
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.radiation import compact_bodies, radiation, record_of
 from creak.studies.sound.source import Source
 from helpers_core import STEEL, assembled, block, model_of, shell
 from helpers_solids import solid_mesh
+from helpers_sound import faded
 
 RECORDED = {"section": "sound"}
 

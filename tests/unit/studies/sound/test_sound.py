@@ -21,7 +21,6 @@ from creak.model.materials import SolidSection
 from creak.model.mesh import Nodes, Part
 from creak.model.skin import skin_of
 from creak.report.sound_parts import loudness_figure, players
-from creak.sound.forced import faded
 from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import a_weighted_level
 from creak.sound.zwicker_tables import BANDS
@@ -36,6 +35,7 @@ from helpers_core import STEEL, block
 from helpers_decks import STUDY, strip, two_strips, write_strips
 from helpers_findings import sound_of
 from helpers_solids import solid_mesh
+from helpers_sound import faded
 
 RECORDED = {"section": "sound"}
 
