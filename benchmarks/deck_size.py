@@ -23,7 +23,7 @@ from creak.assembly.part import loose_system
 from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up_model
-from creak.studies.run.costs import Cost, Meter
+from creak.studies.run.compared import Cost, Meter
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 READ_S, ASSEMBLE_S, PEAK_GB = 30.0, 60.0, 8.0

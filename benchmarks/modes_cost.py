@@ -33,7 +33,7 @@ from creak.linalg.factor import Factor
 from creak.linalg.modes import Modes, modes
 from creak.reduction.constraint_modes import COLUMNS
 from creak.studies.models.deck_modes import undamped_system
-from creak.studies.run.costs import Meter
+from creak.studies.run.compared import Meter
 from creak_thesis.door import write_door
 
 GOAL = 4.0

@@ -24,8 +24,7 @@ import creak
 from benchmarks.door import door_study
 from benchmarks.stamp import stamp
 from creak.studies.cause.decompose import find_causes
-from creak.studies.cause.effects import checked_by_run, try_changes
-from creak.studies.cause.told import change_dict
+from creak.studies.cause.effects import change_dict, checked_by_run, try_changes
 from creak.studies.findings.sound import heard_places
 from creak.studies.sound.heard import Sound
 from creak_thesis.door import write_door

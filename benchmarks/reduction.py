@@ -13,7 +13,7 @@ from creak.reduction.constraint_modes import COLUMNS
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices
 from creak.reduction.inside import Inside
 from creak.studies.models.substructures import partition
-from creak.studies.run.costs import Meter
+from creak.studies.run.compared import Meter
 
 Row = tuple[str, str, str]
 LIMIT = "limit 2 x"

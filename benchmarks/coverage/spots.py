@@ -17,7 +17,7 @@ from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.findings.places import find_places
 from creak.studies.prepare.setup import set_up
-from creak.studies.run.costs import Meter
+from creak.studies.run.compared import Meter
 from creak.studies.run.job import run_study
 from creak.studies.spots.beside import beside_unreduced
 from creak.verify.figures import FIGURES

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 import pytest
 
+from creak.elements.block_matrices import lumped
 from creak.elements.free_sides import free_sides
-from creak.elements.mass_forms import lumped
 from creak.elements.shells import quad4 as shell_quad4
 from creak.model.elasticity import lamina
 from creak.model.laminates import Ply, laminate

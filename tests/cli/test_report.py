@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.signals.peaks import largest
+from creak.signals.spectra import largest
 from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 from helpers_punch import punched

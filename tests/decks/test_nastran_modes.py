@@ -11,8 +11,8 @@ import scipy.io
 from scipy.linalg import eigh
 
 from creak.arrays import to_dense
-from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
+from creak.assembly.elimination import linear_equations
 from creak.assembly.part import Rayleigh, part_system
 from creak.formats.matrices.superelements import read_superelement
 from creak.formats.nastran.mesh.coordinate_systems import read_systems

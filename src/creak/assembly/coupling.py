@@ -11,10 +11,17 @@ import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.congruent import SideBySide, congruent
-from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.dampers import bearing, led_by_dampers, place_of
 from creak.assembly.damping import Damping
-from creak.assembly.elimination import LinearEquation, eliminate, principal, through, transformation
+from creak.assembly.elimination import (
+    LinearEquation,
+    eliminate,
+    fixed_equations,
+    linear_equations,
+    principal,
+    through,
+    transformation,
+)
 from creak.assembly.part import (
     PartMatrices,
     Rayleigh,

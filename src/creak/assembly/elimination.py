@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,8 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.model.constraints import Constraint, Fixed
+from creak.model.dofs import dof_label, dof_labels
 
 Expression = dict[int, float]
 
@@ -123,3 +125,16 @@ def transformation(labels: IntArray, solved: dict[int, Expression]) -> tuple[Mat
 def principal(A: Matrix, keep: IntArray) -> Matrix:
     """The rows and columns `keep` (sorted, each once) of a square matrix."""
     return A if keep.size == A.shape[0] else A[keep][:, keep]
+
+
+def linear_equations(constraint: Constraint, coords: FloatArray) -> Iterator[LinearEquation]:
+    """The constraint as scalar equations; `coords` is (n_node, 3)."""
+    for e in constraint.equations(coords):
+        yield LinearEquation(dof_labels(e.nodes_idx, e.dofs).tolist(), e.coefficients.tolist(), e.where)
+
+
+def fixed_equations(fixed: Fixed) -> Iterator[LinearEquation]:
+    """u = 0 for each held dof."""
+    for node in fixed.nodes_idx.tolist():
+        for dof in fixed.dofs:
+            yield LinearEquation([dof_label(node, dof)], [1.0], fixed.where)

@@ -12,11 +12,10 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
-from creak.assembly.constraints import linear_equations
 from creak.assembly.damping import Damping
 from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned
 from creak.assembly.edges import with_edges
-from creak.assembly.elimination import eliminate, principal, transformation
+from creak.assembly.elimination import eliminate, linear_equations, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes
 from creak.assembly.system import Rows, Stats, System, fitted_velocity, no_supports

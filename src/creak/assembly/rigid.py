@@ -7,10 +7,9 @@ from collections.abc import Iterable
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.assembly.constraints import fixed_equations, linear_equations
 from creak.assembly.coupling import Driven
 from creak.assembly.drilling import held_drilling
-from creak.assembly.elimination import LinearEquation
+from creak.assembly.elimination import LinearEquation, fixed_equations, linear_equations
 from creak.assembly.part import split_constraints
 from creak.model.dofs import dof_label, node_and_dof, node_dofs
 from creak.model.materials import Discrete, Spring, has_stiffness

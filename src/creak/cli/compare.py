@@ -74,7 +74,7 @@ def _with_test(results: Path, test: Path, page: Path, output: Output) -> None:
     """The time histories of a test over those of a result."""
     from creak.api.compare import compare_records
     from creak.api.extras import missing_for_report, no_report_text
-    from creak.report.words.records import record_rows, record_sentence
+    from creak.report.words.correlation import record_rows, record_sentence
 
     found = compare_records(results, test)
     output.table(f"{test.name} over the {found.run} run of {results.name}", record_rows(found))

@@ -119,7 +119,7 @@ def run(
     from creak.api.study import run_setup, set_up
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
-    from creak.report.words.answer_lines import answer_lines
+    from creak.report.words.terminal import answer_lines
     from creak.studies.file.identity import STORE
     from creak.studies.findings.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints

@@ -5,16 +5,19 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
 import sys
 import tempfile
+import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
+from types import FrameType
 
 from creak.errors import CreakError, InputError, WriteError
 from creak.formats.deck.command_files import has_written, refuse_to_replace
 from creak.formats.destination import Destination, destination
-from creak.formats.interrupts import interrupts_later
 from creak.formats.partials import partial_name, remove_dead_once
 
 WRONG_PLACE = (
@@ -271,3 +274,35 @@ def _pour(partial: Path, found: Destination) -> None:
         into = os.dup(found.descriptor)
     with partial.open("rb") as source, open(into, "wb") as stream:
         shutil.copyfileobj(source, stream)
+
+
+@dataclass
+class Interrupts:
+    """What came meanwhile."""
+
+    came: bool = False
+
+    def check(self) -> None:
+        """Raise KeyboardInterrupt where Ctrl-C came."""
+        if self.came:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def interrupts_later() -> Iterator[Interrupts]:
+    """Ctrl-C waits for `Interrupts.check`, at the latest for the end; it only ever comes to the main thread."""
+    found = Interrupts()
+
+    def remember(number: int, frame: FrameType | None) -> None:
+        found.came = True
+
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield found
+        return
+    signal.signal(signal.SIGINT, remember)
+    try:
+        yield found
+    finally:
+        signal.signal(signal.SIGINT, before)
+    found.check()

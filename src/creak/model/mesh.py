@@ -173,7 +173,7 @@ class Model:
     """(node row, dof 1..6, velocity)."""
     unread: tuple[Unread, ...] = ()
     mass_form: str = "consistent"
-    """Mass of structural elements: consistent, lumped or linear; see `elements.mass_forms`."""
+    """Mass of structural elements: consistent, lumped or linear; see `elements.block_matrices`."""
     prestress: StaticStep | None = None
     """The static step before the deck's modes that they start from, where creak can follow it."""
     initial_temperature: NodeTemperatures | None = None

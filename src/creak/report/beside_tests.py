@@ -8,8 +8,15 @@ from dataclasses import dataclass
 from creak.report.figures.beside_test import auto_figure, frf_figure, mac_figure, records_figure
 from creak.report.figures.run import Figure
 from creak.report.tables.run import Table
-from creak.report.words.correlation import frf_fits, frf_rows, frf_sentence, pair_rows, sentence
-from creak.report.words.records import record_rows, record_sentence
+from creak.report.words.correlation import (
+    frf_fits,
+    frf_rows,
+    frf_sentence,
+    pair_rows,
+    record_rows,
+    record_sentence,
+    sentence,
+)
 from creak.report.words.text import as_sentence
 from creak.studies.findings.beside_records import RecordFits
 from creak.studies.findings.tree import Findings, FoundTest

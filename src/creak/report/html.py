@@ -32,7 +32,7 @@ from creak.report.tables import events as event_tables
 from creak.report.tables import run as tables
 from creak.report.tables.convergence import convergence_parts
 from creak.report.tables.elines import eline_table, eline_words, material_table
-from creak.report.tables.event_csv import event_csv
+from creak.report.tables.events import event_csv
 from creak.report.tables.places import place_parts
 from creak.report.templates import page_templates, script_json
 from creak.report.words import answer, method, verdict

@@ -112,7 +112,7 @@ def evaluate(
         from creak.studies.cause.effects import causes_of  # what comes after the run is not waited for before it
         from creak.studies.converge.repeats import converge as repeat
         from creak.studies.converge.settled import lacks_modes
-        from creak.studies.findings.followed import followed
+        from creak.studies.findings.histories import followed
         from creak.studies.findings.measured import beside_tests
         from creak.studies.findings.places import find_places
         from creak.studies.findings.sound import heard_places

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.signals.peaks import largest
+from creak.signals.spectra import largest
 
 RIPPLE = 0.05
 """Share of the peak-to-peak by which a motion leaves its mean before that counts as a stretch on one side of it."""

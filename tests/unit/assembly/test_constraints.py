@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from creak.arrays import to_dense
-from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
-from creak.assembly.elimination import LinearEquation, eliminate, transformation
+from creak.assembly.elimination import LinearEquation, eliminate, linear_equations, transformation
 from creak.errors import InputError
 from creak.model.constraints import DistributingCoupling, Equation, Fixed, KinematicCoupling, RigidLink
 from helpers_core import NO_DAMPING, NONE, assembled, block, couple, model_of, part_system, point_mass, spring

@@ -9,8 +9,8 @@ import pytest
 import scipy.sparse as sp
 
 from creak.arrays import to_dense
-from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import couple
+from creak.assembly.elimination import linear_equations
 from creak.assembly.part import common_rayleigh, part_system, split_constraints
 from creak.assembly.rigid import unheld_parts
 from creak.assembly.system import System

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from creak.contact.gap_operator import join
-from creak.contact.small_sliding import slip_warnings
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
+from creak.studies.prepare.watched import slip_warnings
 from helpers_contact import HEIGHT, METHODS, T_HIGH, T_LOW, both, pair, stacked
 from helpers_fem import random_rotation
 

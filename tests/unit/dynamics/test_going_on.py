@@ -26,8 +26,8 @@ from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, march
 from creak.dynamics.stopped import Interrupted
-from creak.formats.stored.checkpoint import read_checkpoint, write_checkpoint
 from creak.formats.stored.sealed_hdf5 import Damaged
+from creak.studies.run.checkpoint import read_checkpoint, write_checkpoint
 from helpers_core import time_axis
 from helpers_gap import LABELS, N, cantilevers, gaps_between, multisine_base
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements.mass_forms import lumped
+from creak.elements.block_matrices import lumped
 from creak.errors import InputError
 from creak.model.elasticity import hooke, lamina, orthotropic, sheet_matrices
 from creak.model.materials import AnisotropicMaterial, Material, SolidSection

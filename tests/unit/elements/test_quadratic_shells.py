@@ -7,10 +7,10 @@ import pytest
 
 from benchmarks_shell import ROOF, THIN_PLATES, scordelis_lo, thick_plate, thin_plate
 from creak.elements import beam3
+from creak.elements.block_matrices import lumped
 from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
 from creak.elements.heat import HEATED
-from creak.elements.mass_forms import lumped
 from creak.elements.shells import quad8 as shell_quad8
 from creak.elements.shells.common import SPIN
 from creak.model.expansion import Expansion

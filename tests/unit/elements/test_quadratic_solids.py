@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from creak.elements.block_matrices import lumped
 from creak.elements.geometry import gauss_triangle
-from creak.elements.mass_forms import lumped
 from creak.elements.solids import hex20 as solid_hex20
 from creak.elements.solids import wedge15 as solid_wedge15
 from creak.model.materials import Material, SolidSection

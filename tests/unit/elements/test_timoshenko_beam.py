@@ -10,8 +10,7 @@ import scipy.linalg
 import scipy.optimize
 
 from creak.elements import beam2
-from creak.elements.block_matrices import block_matrices
-from creak.elements.mass_forms import lumped
+from creak.elements.block_matrices import block_matrices, lumped
 from creak.model.materials import BeamSection, Material
 from creak.model.mesh import ElementBlock, Own
 from helpers_fem import Mesh, dof, random_rotation, rigid_modes

@@ -14,7 +14,6 @@ from creak.formats.matrices.superelements import read_superelement
 from creak.formats.measured.files import read_channels
 from creak.formats.measured.histories import read_histories
 from creak.formats.measured.motion_series import motion_field
-from creak.formats.stored.checkpoint import read_checkpoint
 from creak.formats.stored.record_log import read_records
 from creak.formats.stored.solved import read_solved
 from creak.formats.stored.sound import read_sound
@@ -28,6 +27,7 @@ from creak.studies.models.saved import boundary
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.tolerances import points_of
 from creak.studies.robust.job import deviations_of
+from creak.studies.run.checkpoint import read_checkpoint
 from creak.studies.sound.background import background_of
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.rooms import room_of

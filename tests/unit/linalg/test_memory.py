@@ -36,7 +36,7 @@ from creak.linalg.factor import factor
 from creak.linalg.lanczos import basis_bytes
 from creak.linalg.memory import held_bytes, blocks_that_fit
 from creak.linalg.modes import modes
-from creak.studies.run.costs import Meter
+from creak.studies.run.compared import Meter
 
 def grid(side):
     line = sp.diags([-1.0, 2.0, -1.0], [-1, 0, 1], shape=(side, side))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from creak.report.words.answer import AMBER, GREEN, RED, answer, tiles
-from creak.report.words.answer_lines import answer_lines
+from creak.report.words.terminal import answer_lines
 
 
 def place(name="rib 1", events=4, force=2.0, n5=None, **more):

@@ -9,8 +9,7 @@ import pytest
 from creak.api.result import Result
 from creak.model.units import UNITS
 from creak.report.figures.scene import animations, node_impulses
-from creak.report.tables.event_csv import event_csv
-from creak.report.tables.events import event_table, slips_in
+from creak.report.tables.events import event_csv, event_table, slips_in
 from creak.report.tables.places import place_parts
 from creak.report.words.terminal import run_rows, verification_rows
 from creak.report.words.text import number

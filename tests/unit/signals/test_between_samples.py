@@ -10,8 +10,8 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from creak.signals.between_samples import SIDE, between_samples, even_step
-from creak.signals.peaks import largest
 from creak.signals.sources import Record, acceleration_motion, displacement_motion, force, velocity_motion
+from creak.signals.spectra import largest
 
 LINE = 100.0
 """Hz"""

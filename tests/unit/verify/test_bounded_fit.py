@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.reduction.sensitivity import frequency_slopes
+from creak.studies.models.trials import frequency_slopes
 from creak.verify.bounded_fit import Z95, Fit, bounded_fit
 
 RECORDED = {"section": "models"}

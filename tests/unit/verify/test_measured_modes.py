@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from creak.verify.mac import mac_matrix, pair_measured
-from creak.verify.real_modes import phase_collinearity, real_shapes
+from creak.verify.mac import mac_matrix, pair_measured, phase_collinearity, real_shapes
 
 
 @given(st.integers(0, 10**6), st.floats(-10.0, 10.0), st.floats(1e-290, 1e290))

@@ -26,8 +26,7 @@ from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
 from creak.formats.nastran.mesh.middles import middle_equations
-from creak.formats.nastran.mesh.regions import named_regions
-from creak.formats.nastran.mesh.sets import element_sets, node_sets, untyped_sets
+from creak.formats.nastran.mesh.sets import element_sets, named_regions, node_sets, untyped_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids
 from creak.formats.nastran.sections.added_mass import add_mass

@@ -19,8 +19,7 @@ from pathlib import Path
 
 import h5py
 
-from creak.formats.complete_file import Unfinished, complete_file
-from creak.formats.interrupts import Interrupts, interrupts_later
+from creak.formats.complete_file import Interrupts, Unfinished, complete_file, interrupts_later
 from creak.formats.stored.sealed_hdf5 import BLOCK, seal
 
 PAGE = 1 << 16

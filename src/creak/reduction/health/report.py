@@ -12,11 +12,10 @@ from creak.errors import InputError
 from creak.model.dofs import AXES
 from creak.model.mesh import Nodes
 from creak.progress import Progress
-from creak.reduction.health.energies import Energies, energies
 from creak.reduction.health.fixed import FixedModes, fixed_modes
 from creak.reduction.health.free import GOOD, FreeModes, free_modes
 from creak.reduction.health.rigid import GROUNDING, RigidCheck, needs_physical, rigid_check, rigid_motion
-from creak.reduction.health.verdict import Findings, findings, hz
+from creak.reduction.health.verdict import Energies, Findings, energies, findings, hz
 from creak.reduction.inside import Inside
 from creak.words import percent
 

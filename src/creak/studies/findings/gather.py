@@ -69,7 +69,7 @@ def findings_of(
     ----------
     convergence : of `creak.studies.converge.repeats`, where it was looked at.
     sound : of `creak.studies.sound.heard`, or why there is none; None: it was not asked for. Places are ranked by it.
-    causes : of each place of the main run, by its number (`creak.studies.cause.told`).
+    causes : of each place of the main run, by its number (`creak.studies.cause.effects`).
     tests : measurements beside it (`creak.studies.findings.measured`).
     """
     s, main, unanswered = result.setup, result.main, result.unanswered

@@ -133,7 +133,7 @@ class FoundRun(RunBase):
     verdict: Verdict | None
     """None: nothing judged it."""
     causes: tuple[dict[str, Any] | None, ...] = ()
-    """Of each place, where they were looked for (`creak.studies.cause.told`)."""
+    """Of each place, where they were looked for (`creak.studies.cause.effects`)."""
 
     @cached_property
     def history(self) -> History:

@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.coupling import Driven, couple
-from creak.assembly.damped import is_damped
+from creak.assembly.damping import is_damped
 from creak.assembly.part import (
     Rayleigh,
     assemble_blocks,
@@ -36,8 +36,7 @@ from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
 from creak.studies.file.reader import read_study
 from creak.studies.models.dof_names import dof_name
-from creak.studies.prepare.linear_model import linear_structure
-from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.linear_model import Structure, linear_structure
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)

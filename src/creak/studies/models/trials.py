@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.part import loose_system
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
@@ -20,7 +20,6 @@ from creak.errors import InputError, NumericalError, suggest
 from creak.formats.measured.modes import MeasuredModes
 from creak.linalg.modes import Modes
 from creak.model.mesh import Model
-from creak.reduction.sensitivity import frequency_slopes
 from creak.studies.design.clips import with_clips
 from creak.studies.file.case import Touching
 from creak.studies.file.changes import with_changes
@@ -28,13 +27,11 @@ from creak.studies.file.reader import Study
 from creak.studies.models.correlation import Correlation, correlate
 from creak.studies.models.deck_modes import structure_modes
 from creak.studies.prepare.channels import contact_channels
-from creak.studies.prepare.linear_model import linear_structure
+from creak.studies.prepare.linear_model import Structure, linear_structure, modes_up_to
 from creak.studies.prepare.measured_damping import ABOVE, shapes_at
 from creak.studies.prepare.pairs import plays_of
 from creak.studies.prepare.sensors import Sensors, locate
-from creak.studies.prepare.structure import Structure, modes_up_to
-from creak.verify.mac import mac_matrix, pair_measured, turned_twins
-from creak.verify.real_modes import real_shapes
+from creak.verify.mac import mac_matrix, pair_measured, real_shapes, turned_twins
 
 STEP = 1e-3
 """Of ln p in the differences of matrices. Exact where a matrix is linear in p, as in stiffness, modulus, density
@@ -218,3 +215,19 @@ def with_closed(system: System, gaps: GapOperator) -> System:
     A = sp.csr_array(gaps.G @ system.rows(gaps.labels)[0])
     added = A.T @ (sp.diags_array(k) @ A)
     return replace(system, K=system.K + (added if sp.issparse(system.K) else added.toarray()))
+
+
+def frequency_slopes(dK: Matrix, dM: Matrix, shapes: FloatArray, omega2: FloatArray) -> FloatArray:
+    """(n_mode,) d(ln f)/dp = phi' (dK/dp - omega^2 dM/dp) phi / (2 omega^2) of mass-normalised modes.
+
+    Parameters
+    ----------
+    dK, dM : (n, n) derivatives of stiffness and mass. shapes : (n, n_mode), phi' M phi = 1. omega2 : (n_mode,) > 0.
+
+    Exact for modes of different frequency. Modes of one frequency have a slope each only along the shapes into which
+    the parameter splits them, which these need not be.
+
+    Source: Fox and Kapoor, AIAA Journal 6 (1968), equation 5.
+    """
+    stiffness, mass = (np.einsum("ij,ij->j", shapes, np.asarray(A @ shapes)) for A in (dK, dM))
+    return np.asarray((stiffness - omega2 * mass) / (2.0 * omega2))

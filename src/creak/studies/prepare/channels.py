@@ -6,9 +6,8 @@ from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface, overhang
-from creak.contact.pair import ContactPair, Keep, listed
+from creak.contact.pair import ContactPair, Keep, listed, tied_channels
 from creak.contact.surface_to_surface import surface_to_surface
-from creak.contact.tied import tied_channels
 from creak.errors import InputError
 from creak.formats.safe_names import file_stem
 from creak.model.mesh import Model

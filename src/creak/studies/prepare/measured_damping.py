@@ -19,13 +19,12 @@ from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.modes import Measured, MeasuredModes, high_damping
 from creak.model.dofs import TRANSLATIONS, dofs_of, node_dofs
 from creak.reduction.modal import ModalShares
+from creak.studies.prepare.linear_model import Structure, modes_up_to
 from creak.studies.prepare.sensors import Sensors, locate
-from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.studies.warned import Warned
-from creak.verify.mac import mac_matrix, pair_measured, turned_twins
+from creak.verify.mac import mac_matrix, pair_measured, phase_collinearity, real_shapes, turned_twins
 from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC, does_fit
 from creak.verify.nrmse import AXES
-from creak.verify.real_modes import phase_collinearity, real_shapes
 from creak.verify.turned_sensors import FEW, Channels, TurnedSensors, find_turned
 from creak.words import first_few, listed
 

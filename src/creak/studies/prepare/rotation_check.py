@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
-from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven, labels_of
+from creak.assembly.elimination import linear_equations
 from creak.assembly.system import System
 from creak.contact.play import Play, nodes_of_ends
 from creak.errors import InputError

@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven
-from creak.assembly.damped import is_damped, undamped_words
+from creak.assembly.damping import is_damped, undamped_words
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
 from creak.assembly.rigid import unheld_parts

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.constraints import fixed_equations
 from creak.assembly.coupling import Driven, labels_of
+from creak.assembly.elimination import fixed_equations
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.equilibrium import Equilibrium
 from creak.errors import InputError

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
-from creak.contact.pair import ContactPair, Keep
-from creak.contact.tied import tied_channels
+from creak.contact.pair import ContactPair, Keep, tied_channels
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import PurePath
 
-from creak.assembly.damped import is_damped, undamped_words
+from creak.assembly.damping import is_damped, undamped_words
 from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value

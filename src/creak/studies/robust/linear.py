@@ -11,7 +11,7 @@ from creak.arrays import BoolArray, FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
-from creak.signals.peaks import largest
+from creak.signals.spectra import largest
 
 FACTORS = (0.25, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.25, 1.5, 2.0)
 """On the load, of the fragility curve."""

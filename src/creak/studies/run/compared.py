@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from creak.formats.stored.run_identity import RunIdentity
 from creak.studies.run.agreement import ModeComparison, SpectraComparison
-from creak.studies.run.costs import Cost
 from creak.studies.run.elines import LineFindings
 from creak.verify.events import Event
 from creak.verify.matching import EventMatch, match_events
@@ -91,3 +92,47 @@ def compare_events(runs: Mapping[str, RunBase], tolerance: float, window: tuple[
     if "reference" not in runs or "reduced" not in runs:
         return None
     return match_events(runs["reference"].events, runs["reduced"].events, tolerance, window)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """What a stretch of work cost."""
+
+    wall_s: float
+    cpu_s: float
+    """All threads together."""
+    peak_rss_gb: float
+    """Largest resident memory of the process in that stretch (of its whole life where the system keeps no
+    resettable peak)."""
+
+
+class Meter:
+    """Starts when made; `read` gives the cost so far."""
+
+    def __init__(self) -> None:
+        _reset_peak()
+        self._wall, self._cpu = time.perf_counter(), time.process_time()
+
+    def read(self) -> Cost:
+        return Cost(time.perf_counter() - self._wall, time.process_time() - self._cpu, _peak_gb())
+
+
+def _reset_peak() -> None:
+    """Linux resets the peak when 5 is written here; elsewhere the peak stays that of the process."""
+    clear = Path("/proc/self/clear_refs")
+    if clear.exists():
+        try:
+            clear.write_text("5")
+        except OSError:
+            return
+
+
+def _peak_gb() -> float:
+    status = Path("/proc/self/status")
+    if status.exists():
+        for line in status.read_text().splitlines():
+            if line.startswith("VmHWM:"):
+                return int(line.split()[1]) / 1024.0**2
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0**2

@@ -22,8 +22,7 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.output_steps import field_steps, output_every
 from creak.studies.run.checkpoint import Checkpoint
-from creak.studies.run.compared import RunBase
-from creak.studies.run.costs import Meter
+from creak.studies.run.compared import Meter, RunBase
 from creak.studies.run.elines import LineMotion, line_steps, measured
 from creak.studies.run.integrate import integrate
 from creak.studies.run.motion import NO_STEPS, AtContact, Recording, at_contact, at_steps, recorded, recorded_steps

@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import time as clock
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
+from creak.dynamics.flight.contact_steps import steps_in_contact
+from creak.linalg.together import Solver
 from creak.progress import Progress
+from creak.studies.converge.settling import LEAST
 from creak.studies.findings.places import Place
 from creak.studies.models.reference import ReferenceModel
+from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun, StudyResult
-from creak.studies.spots.check import check_spots
-from creak.studies.spots.handover import Handover, handed_over
+from creak.studies.spots.check import FEWEST_EVENTS, check_spots
+from creak.studies.spots.choose import Stretch, near_channels, stretch_of
+from creak.studies.spots.handover import Handover, handed_over, ordered, states_at
+from creak.studies.spots.march import Checker, Marched, figures_over
 from creak.studies.spots.rubs import check_rubs
-from creak.studies.spots.steps import bars_of_steps
 from creak.studies.warned import attempted
-from creak.verify.unreduced import RubSpot, Structure
+from creak.verify.figures import TIMES, change
+from creak.verify.unreduced import MOVED, RubSpot, Structure
 
 FAILED = Structure(why_not="they could not be made")
 
@@ -82,3 +89,52 @@ def _checked(
         of_steps = attempted("bars of the unreduced run", lambda: bars_of_steps(run, of), of_steps, notes)
     wall_s = events.wall_s + clock.perf_counter() - started
     return replace(events, rubs=rubs, of_steps=of_steps, solves=events.solves + solves, wall_s=wall_s)
+
+
+FALLS = 2.0
+"""Times what half a contact step changes: all that smaller ones would."""
+FLIGHT = 5e-3
+"""What the flight steps between the touches of an event change, which are not halved: .4 to .7 % of the impulse of
+blows of several touches (two strips)."""
+
+
+def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:
+    """How far events of the unreduced model's own run hang on its contact steps (`Structure.of_steps`).
+
+    Hard events, of as many places as there are up to `FEWEST_EVENTS`, are marched through twice from the state of the
+    reduced model: by the contact steps and springs of that run, and by those of half its step. An error that falls with
+    the step, or faster, is at most twice (`FALLS`) what that changes. The largest of all events counts, with what no
+    run sees (`settling.LEAST`), and what flight steps change.
+    """
+    if flowing(of.unreduced)[0] is not None:  # which has no contact steps
+        return {}
+    step, resolution = of.ends[1] - of.ends[0], run.marching.resolution
+    parts, springs = steps_in_contact(of.unreduced, of.gaps, step, resolution)
+    half, stiffer = steps_in_contact(of.unreduced, of.gaps, step, replace(resolution, stepped=0.5 / parts))
+    if half != 2 * parts:
+        return {}
+    most = (of.ends.size - 1) * parts
+    made = [stretch_of(e, why, of.ends, parts, most)[0] for e, why in ordered(run, of)[:FEWEST_EVENTS]]
+    order = [s for s in made if s is not None]
+    near = near_channels(of.history, of.gaps, order, of.ends)
+    if not order:
+        return {}
+    states = states_at(run.marching, of, order)
+    found: dict[str, float] = {}
+    runs = [Checker(replace(of, gaps=g), n, near) for n, g in ((parts, springs), (half, stiffer))]
+    stretches = order, [s.finer() for s in order]
+
+    def march(checker: Checker, s: Stretch) -> Callable[[Solver], Marched]:
+        return partial(checker.through, s, states.begins[s.first], of.channels(s.event))
+
+    both = [
+        checker.side_by_side([march(checker, s) for s in own]) for checker, own in zip(runs, stretches, strict=True)
+    ]
+    for s, *two in zip(order, *both, strict=True):
+        lasts = s.event.t_end - s.event.t_start
+        a, b = (figures_over(s.event, m.history, m.gaps, of) or {} for m in two)
+        for name in () if any(m.problem for m in two) else a.keys() & b.keys():
+            by = FALLS * abs(change(name, a[name], b[name])) / (lasts if name in TIMES else 1.0)
+            found[name] = max(found.get(name, 0.0), by)
+    inherited = found.get("impulse", 0.0)  # what an event gets wrong moves the later ones
+    return {name: x + LEAST[name] + FLIGHT + (inherited if name in MOVED else 0.0) for name, x in found.items()}

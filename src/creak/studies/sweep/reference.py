@@ -18,7 +18,7 @@ from creak.progress import Progress
 from creak.studies.file.config import VerificationTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching, Observed
-from creak.studies.run.costs import Cost
+from creak.studies.run.compared import Cost
 from creak.studies.run.one_run import Run, march_run
 from creak.verify.events import find_events
 from creak.verify.slips import find_slips

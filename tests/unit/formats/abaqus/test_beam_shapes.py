@@ -10,9 +10,9 @@ import pytest
 from creak.arrays import to_dense
 from creak.assembly.part import Rayleigh, part_system
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.abaqus.sections.beam_shapes import thin_walled
 from creak.formats.abaqus.writer import write_deck
 from creak.formats.deck.cross_section import rectangle_torsion, trapezoid_torsion
-from creak.formats.deck.thin_walls import thin_walled
 from creak.model.comparison import difference
 from creak.model.materials import BeamSection
 from helpers_refusal import refusal

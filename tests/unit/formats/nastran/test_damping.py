@@ -10,7 +10,7 @@ import pytest
 
 from creak.arrays import to_dense
 from creak.assembly.coupling import Driven, couple
-from creak.assembly.damped import is_damped
+from creak.assembly.damping import is_damped
 from creak.assembly.part import Rayleigh, common_rayleigh, damps_by_itself, loose_system, part_system
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck

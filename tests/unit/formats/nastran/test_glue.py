@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.assembly.constraints import linear_equations
 from creak.assembly.coupling import Driven
+from creak.assembly.elimination import linear_equations
 from creak.errors import InputError
 from creak.studies.models.deck_modes import model_modes
 from helpers_fem import rigid_modes

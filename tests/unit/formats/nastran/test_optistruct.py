@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.assembly.constraints import linear_equations
+from creak.assembly.elimination import linear_equations
 from creak.errors import InputError
 from creak.formats.decks import read_model
 

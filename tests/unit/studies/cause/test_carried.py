@@ -8,7 +8,7 @@ from scipy.signal import lsim
 
 import creak
 from creak.studies.cause.decompose import CARRIED, EXCITATION, find_causes
-from creak.studies.cause.told import cause_dict
+from creak.studies.cause.effects import cause_dict
 from creak.studies.findings.sound import heard_places
 
 M, LEFT, RIGHT, SHARE = 1e-3, 30.0, 10.0, 0.02

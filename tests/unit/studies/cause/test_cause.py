@@ -13,8 +13,7 @@ from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
 from creak.studies.cause import decompose
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
-from creak.studies.cause.effects import causes_of, checked_by_run, find_changes, try_changes
-from creak.studies.cause.told import cause_dict, driven_level
+from creak.studies.cause.effects import cause_dict, causes_of, checked_by_run, driven_level, find_changes, try_changes
 from creak.studies.findings.sound import heard_places
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_findings import summarised

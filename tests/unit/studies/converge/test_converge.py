@@ -15,8 +15,7 @@ from creak.dynamics.stopped import Diverged
 from creak.errors import InputError
 from creak.model.units import UNITS
 from creak.report.tables.convergence import event_table as settling_table
-from creak.report.tables.event_csv import event_csv
-from creak.report.tables.events import event_table
+from creak.report.tables.events import event_csv, event_table
 from creak.studies.converge import repeats as module
 from creak.studies.converge.compared import assess
 from creak.studies.converge.repeats import converge, repeated_setup, scaled_contact

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg as sla
 
-from creak.assembly.damped import undamped_words
+from creak.assembly.damping import undamped_words
 from creak.assembly.system import System
 from creak.dynamics.diagonal import modal_matrices
 from creak.formats.abaqus.reader import read_deck

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from creak.arrays import to_dense
-from creak.assembly.constraints import linear_equations
+from creak.assembly.elimination import linear_equations
 from creak.errors import InputError
 from creak.studies.models.deck_modes import deck_modes
 from helpers_decks import STEEL, strip

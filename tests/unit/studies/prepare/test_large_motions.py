@@ -7,10 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from creak.contact.small_sliding import TURN, turn_warnings
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from creak.studies.prepare.watched import _turns
+from creak.studies.prepare.watched import TURN, _turns, turn_warnings
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.warned import warnings_of
 from helpers_contact import stacked

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from creak.contact.node_to_surface import node_to_surface
-from creak.contact.pair import ContactPair
-from creak.contact.tied import tied_channels
+from creak.contact.pair import ContactPair, tied_channels
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study

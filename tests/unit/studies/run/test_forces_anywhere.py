@@ -9,7 +9,7 @@ import pytest
 
 from creak.api.study import make_study, run, set_up
 from creak.progress import silent
-from creak.signals.peaks import largest
+from creak.signals.spectra import largest
 from creak.studies.models.reference import build_reference, in_modes
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.precheck import with_linear_gaps

@@ -24,11 +24,12 @@ from creak.formats.abaqus.sections.beams import read_beam_general_section, read_
 from creak.formats.abaqus.sections.materials import RawMaterial, find_material, find_solid_material
 from creak.formats.abaqus.sections.orientations import constant_axes
 from creak.formats.abaqus.sections.own_data import Geometry, own_data
-from creak.formats.abaqus.sections.shells import read_shell_general_section, read_shell_section
-from creak.formats.abaqus.sections.thin import (
+from creak.formats.abaqus.sections.shells import (
     read_cohesive_section,
     read_continuum_shell,
     read_membrane_section,
+    read_shell_general_section,
+    read_shell_section,
     rigid_section,
 )
 from creak.formats.abaqus.text.lexer import Block

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator
 from creak.errors import InputError
 from creak.formats.deck.refusals import noted
 from creak.formats.nastran.joints.region_pairs import RegionPair, touching_pairs, values
-from creak.formats.nastran.mesh.regions import region_name
+from creak.formats.nastran.mesh.sets import region_name
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.steps import DeckContact, Interaction, SurfacePair

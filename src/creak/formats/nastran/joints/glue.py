@@ -20,7 +20,7 @@ from creak.formats.deck.tying import (
 )
 from creak.formats.nastran.joints.region_pairs import RegionPair, glued_pairs
 from creak.formats.nastran.mesh.optistruct import surface_elements
-from creak.formats.nastran.mesh.regions import Faces, region
+from creak.formats.nastran.mesh.sets import Faces, region
 from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint
 from creak.model.solid_faces import FACES, face_numbers, faces_of
