@@ -36,8 +36,8 @@ def run(
     study_file: Path = typer.Argument(
         ...,
         metavar="STUDY.toml|DECK",
-        help="The study to run, or a deck whose own transient step is run unreduced: "
-        "*DYNAMIC of Abaqus .inp; SOL 109, 112 or 129 of Nastran .bdf, .dat, .nas, .fem.",
+        help="The study to run, or a deck whose own transient step is run unreduced: *DYNAMIC of Abaqus .inp "
+        "(*MODAL DYNAMIC reduced); SOL 109, 112 or 129 of Nastran .bdf, .dat, .nas, .fem.",
     ),
     out: Path | None = typer.Option(
         None,

@@ -15,6 +15,9 @@ from creak.model.dofs import node_dofs
 EVERY_NODE = "ALL NODES"
 """In `DynamicStep.output_sets`: all nodes of the structure, which no set of the deck is called."""
 
+BASE = "BASE"
+"""Name of all supports where they move together."""
+
 
 @dataclass(frozen=True)
 class Amplitude:
@@ -167,8 +170,18 @@ class Stop:
 
 
 @dataclass(frozen=True)
+class InModes:
+    """What a step in modes (*MODAL DYNAMIC) says of them."""
+
+    by_number: tuple[tuple[int, int, float], ...] = ()
+    """First and last mode, from 1 on, and their share of critical damping; empty: the step gives none."""
+    rayleigh: tuple[float, float] | None = None
+    """alpha, 1/s, and beta, s, instead of a share; None: the step gives none."""
+
+
+@dataclass(frozen=True)
 class DynamicStep:
-    """An implicit *DYNAMIC step: M a + C v + K u + contact = f from rest or from the initial velocity."""
+    """A transient step: M a + C v + K u + contact = f from rest or from the initial velocity."""
 
     name: str
     where: str
@@ -192,6 +205,8 @@ class DynamicStep:
     """Node sets whose motion the deck asks for."""
     places: Mapping[str, str] = field(default_factory=dict)
     """file:line of the data line, under `time`."""
+    modes: InModes | None = None
+    """Of a step in modes, which has no scheme and no increment of its own; None: it is implicit."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -33,6 +33,7 @@ from creak.studies.file.identity import digests_of
 from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
+from creak.studies.prepare.modal_step import damped_by_number, tables_in_modes
 from creak.studies.prepare.setup import Setup, set_up_model
 from creak.studies.prepare.unit_check import units_of_study
 from creak.studies.unraised import none_ignored
@@ -53,8 +54,9 @@ WHOLE = 1e-6
 
 @none_ignored()
 def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None = None) -> Setup:
-    """Read a deck and make its own step ready to run, unreduced, with all its contact channels: the first *DYNAMIC step
-    of an Abaqus deck, SOL 109 or 112 of a Nastran deck.
+    """Read a deck and make its own step ready to run: the first *DYNAMIC step of an Abaqus deck or SOL 109, 112 or 129
+    of a Nastran deck, unreduced, with all its contact channels; of an Abaqus deck without any the first *MODAL DYNAMIC
+    step, reduced as a study is.
 
     Unlike in a study, parts may move freely: they start with the deck's initial velocity.
 
@@ -85,18 +87,22 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
         "connector": _connectors(run, sets, places),
         "excitation": _excitations(run, sets, places),
         "static": _static(run, places),
-        "time": _time(run, notes),
+        "time": _time(run, notes) if run.step.modes is None else {},
         "output": {"nodes": _watched(model, run.step, sets, notes)},
         "reduction": {"method": "none"},
         "precheck": {"enabled": False},
         "verification": {"mac_f_max": LOWEST},
     }
+    if run.step.modes is not None:
+        tables |= tables_in_modes(run.step, run.step.modes, notes)
     written = Places(path, of_deck=places)
     config = _checked(tables, written)
     study = Study(config, config.model_dump_json(indent=2, exclude_defaults=True), written)
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
+    if run.step.modes is not None and run.step.modes.by_number:
+        setup = replace(setup, structure=damped_by_number(setup.structure, run.step.modes.by_number))
     notes = [*_steps_note(run), *notes, *_jumps(setup.structure.driven.names, setup.loads.support[0]), *setup.notes]
     return replace(setup, notes=notes, digests=digests_of(study))
 
@@ -136,11 +142,11 @@ def _check_start(model: Model, moved: Sequence[Prescribed]) -> None:
 
 
 def _steps_note(run: DeckRun) -> list[str]:
-    notes = []
+    notes, kind = [], "*DYNAMIC" if run.step.modes is None else "*MODAL DYNAMIC"
     if run.before:
-        notes.append(f"steps before the *DYNAMIC step, which change nothing: {', '.join(run.before)}")
+        notes.append(f"steps before the {kind} step, which change nothing: {', '.join(run.before)}")
     if run.after:
-        notes.append(f"steps after the first *DYNAMIC step were not run: {', '.join(run.after)}")
+        notes.append(f"steps after the first {kind} step were not run: {', '.join(run.after)}")
     return notes
 
 

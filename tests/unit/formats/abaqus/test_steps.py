@@ -283,10 +283,10 @@ WRONG = {
     "1.E-3": (step(dynamic="*DYNAMIC\n1.E-3\n"), "period of the step is missing"),
     "0.1, 0.1": (step(dynamic="*DYNAMIC\n0.1, 0.1\n"), "increments of 0.1 s in a step of 0.1 s"),
     "1.E-30, 0.1": (step(dynamic="*DYNAMIC\n1.E-30, 0.1\n"), "increments of 1e-30 s in a step of 0.1 s"),
-    "*FREQUENCY": ("*STEP\n*FREQUENCY\n10\n*END STEP\n", "no *DYNAMIC step, only *FREQUENCY"),
-    "*MODAL DYNAMIC": (
-        "*STEP\n*FREQUENCY\n10\n*END STEP\n*STEP\n*MODAL DYNAMIC\n0.01, 1.\n*END STEP\n",
-        "no *DYNAMIC step, only *FREQUENCY and *MODAL DYNAMIC",
+    "*FREQUENCY": ("*STEP\n*FREQUENCY\n10\n*END STEP\n", "no *DYNAMIC or *MODAL DYNAMIC step, only *FREQUENCY"),
+    "*RANDOM RESPONSE": (
+        "*STEP\n*FREQUENCY\n10\n*END STEP\n*STEP\n*RANDOM RESPONSE\n1., 100.\n*END STEP\n",
+        "no *DYNAMIC or *MODAL DYNAMIC step, only *FREQUENCY and *RANDOM RESPONSE",
     ),
     "*VISCO": ("*STEP\n*VISCO\n*END STEP\n" + step(), "a *VISCO step comes before"),
     "*STEP": ("*STEP\n*CLOAD\nTIP, 3, 1.\n*END STEP\n", "no procedure"),

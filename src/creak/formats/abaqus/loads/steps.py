@@ -11,6 +11,8 @@ from creak.formats.abaqus.joints.interactions import read_interactions
 from creak.formats.abaqus.loads.amplitudes import read_amplitudes
 from creak.formats.abaqus.loads.boundary import model_boundaries
 from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
+from creak.formats.abaqus.loads.modal_steps import PROCEDURE, in_modes, moved_bases, with_supports_of_modes
+from creak.formats.abaqus.loads.modal_steps import USED as OF_MODES
 from creak.formats.abaqus.loads.pressures import Bodies
 from creak.formats.abaqus.loads.prestress import list_restart
 from creak.formats.abaqus.loads.static_steps import USED as OF_STATIC
@@ -62,7 +64,7 @@ _STEP = "NAME, NLGEOM, INC, AMPLITUDE, UNSYMM, EXTRAPOLATION, CONVERT SDI, SOLVE
 
 
 def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transforms) -> DeckRun:
-    """The first *DYNAMIC step with contact, amplitudes, motion and loads.
+    """The first *DYNAMIC step, or else the first *MODAL DYNAMIC step, with contact, amplitudes, motion and loads.
 
     Everything of it that creak does not use is listed in `deck.unread`, in place of what is listed there for a deck
     whose step a study defines.
@@ -77,7 +79,7 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
     InputError : no step that creak can run, or anything wrong with it.
     """
     at = _runnable(deck.steps)
-    step = deck.steps[at]
+    step = with_supports_of_modes(deck.steps, at) if _is(deck.steps[at], PROCEDURE) else deck.steps[at]
     statics = [s for s in deck.steps[:at] if is_static(s)]
     _relist(deck, step, statics)
     blocks = [*deck.set_aside, *(b for s in deck.steps[: at + 1] for b in s.blocks)]
@@ -101,7 +103,8 @@ def read_run(deck: Outline, nodes: Registry, bodies: Bodies, transforms: Transfo
         static, still = read_static(deck, statics, step, held, nodes, bodies, transforms, amplitudes)
         held = list(still)
     dynamic = _dynamic(deck, step, at, held, nodes, transforms, amplitudes)
-    _list_later(deck, at)
+    if dynamic.modes is None:
+        _list_later(deck, at)
     if static is not None:
         check_same_supports(held, dynamic.fixed, dynamic.moved, static.forces, dynamic.loads, static.where)
     return DeckRun(
@@ -137,18 +140,20 @@ def _title(step: StepBlocks, row: int) -> str:
 
 
 def _runnable(steps: list[StepBlocks]) -> int:
-    """Row of the first *DYNAMIC step."""
+    """Row of the first *DYNAMIC step, without any of the first *MODAL DYNAMIC step."""
     if not steps:
         raise InputError(
             "the deck has no *STEP",
-            expected="a *DYNAMIC step",
-            fix="Write a study for it: `creak new DECK`. Or add a *DYNAMIC step.",
+            expected="a *DYNAMIC or *MODAL DYNAMIC step",
+            fix="Write a study for it: `creak new DECK`. Or add such a step.",
         )
+    rows = [i for name in ("DYNAMIC", PROCEDURE) for i, s in enumerate(steps) if _is(s, name)]
+    at = rows[0] if rows else -1
     for i, step in enumerate(steps):
         procedure = _procedure(step)
-        if procedure is not None and procedure.name == "DYNAMIC":
+        if at == i:
             return i
-        follows = any(_is_dynamic(s) for s in steps[i:])
+        follows = at >= 0
         static = procedure is not None and procedure.name == "STATIC" and follows
         if procedure is None or (procedure.name not in PERTURBATIONS and not static):
             _stop(step, procedure, follows)
@@ -156,16 +161,16 @@ def _runnable(steps: list[StepBlocks]) -> int:
     names = dict.fromkeys(f"*{p.name}" for p in found)
     use = "Use `creak modes DECK`" if [*names] == ["*FREQUENCY"] else "Write a study: `creak new DECK`"
     raise InputError(
-        f"the deck has no *DYNAMIC step, only {listed([*names])}",
+        f"the deck has no *DYNAMIC or *MODAL DYNAMIC step, only {listed([*names])}",
         expected="a *DYNAMIC step",
         where=found[-1].where,
         fix=f"{use}, or add a *DYNAMIC step.",
     )
 
 
-def _is_dynamic(step: StepBlocks) -> bool:
+def _is(step: StepBlocks, name: str) -> bool:
     procedure = _procedure(step)
-    return procedure is not None and procedure.name == "DYNAMIC"
+    return procedure is not None and procedure.name == name
 
 
 def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
@@ -204,7 +209,8 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:
             deck.note(block, "of contact creak reads pairs of surfaces and their *SURFACE INTERACTION", changes=True)
-    given: list[tuple[Block, tuple[str, ...]]] = [(b, (*_USED, "DLOAD") if statics else _USED) for b in step.blocks]
+    own: tuple[str, ...] = (*_USED, *OF_MODES) if _is(step, PROCEDURE) else _USED
+    given: list[tuple[Block, tuple[str, ...]]] = [(b, (*own, "DLOAD") if statics else own) for b in step.blocks]
     given += [(b, (*_USED, *OF_STATIC)) for s in statics for b in s.blocks]
     for block, used_here in given:
         known = meaning(block.name)
@@ -228,12 +234,16 @@ def _dynamic(
     transforms: Transforms,
     amplitudes: Mapping[str, Amplitude],
 ) -> DynamicStep:
-    block = next(b for b in step.blocks if b.name == "DYNAMIC")
-    ramped = _step_line(deck, step.block)
-    application, alpha = _scheme(deck, block)
+    block = next(b for b in step.blocks if b.name in ("DYNAMIC", PROCEDURE))
+    modes = in_modes(deck, step) if block.name == PROCEDURE else None
+    ramped = _step_line(deck, step.block, modes is not None)
+    application, alpha = _scheme(deck, block) if modes is None else ("", None)
     increment, period, where = _times(block)
     boundaries = [b for b in step.blocks if b.name == "BOUNDARY"]
     fixed, moved = step_motion(deck, boundaries, held, nodes, ramped=ramped, amplitudes=amplitudes)
+    bases = [b for b in step.blocks if b.name == "BASE MOTION" and modes is not None]
+    fixed, driven = moved_bases(deck, bases, fixed, amplitudes)
+    moved = (*moved, *driven)
     loads = step_loads(deck, [b for b in step.blocks if b.name == "CLOAD"], nodes, amplitudes)
     check_global(moved, transforms)
     loads = along_global_axes(loads, transforms)
@@ -251,15 +261,16 @@ def _dynamic(
         loads,
         _output_sets(step, nodes),
         {"time": where, "dynamic": block.where},
+        modes,
     )
 
 
-def _step_line(deck: Outline, block: Block) -> bool:
+def _step_line(deck: Outline, block: Block, in_modes: bool) -> bool:
     """Whether values without amplitude grow over the step; *STEP is checked."""
     list_params(deck, block, _STEP)
     if block.has("NLGEOM") and block.option("NLGEOM", "YES") != "NO":
         deck.note(block, "creak's structure is linear", changes=True, what="*STEP, NLGEOM")
-    if block.has("PERTURBATION"):
+    if block.has("PERTURBATION") and not in_modes:
         raise block.error("*STEP, PERTURBATION with *DYNAMIC", expected="a general step", fix="Remove PERTURBATION.")
     course = block.option("AMPLITUDE", "STEP")
     if course not in ("STEP", "RAMP"):
@@ -299,7 +310,7 @@ def _times(block: Block) -> tuple[float, float, str]:
     """Increment, period and file:line."""
     rows = list(block.rows())
     if not rows:
-        raise block.error("*DYNAMIC without a data line", expected="increment, period of the step", fix="Add it.")
+        raise block.error(f"*{block.name} without a data line", expected="increment, period of the step", fix="Add it.")
     fields, where = rows[0]
     increment = positive(fields[0], where, "time increment")
     period = positive(fields[1] if len(fields) > 1 else "", where, "period of the step")
