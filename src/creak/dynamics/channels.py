@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 
@@ -60,19 +60,21 @@ def channel_matrices(system: System, gaps: GapOperator) -> ChannelMatrices:
     ------
     InputError : a channel presses on a dof that has neither stiffness nor mass.
     """
-    R, R_s = system.rows(gaps.labels)
     if system.bear is not None and gaps.presses:
         system.bear(gaps.labels[np.unique(sp.csr_matrix(gaps.G).nonzero()[1])])
-
-    def on(A: Matrix) -> tuple[Matrix, FloatArray]:
-        B = A @ R
-        return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), np.asarray(A @ R_s)
-
-    G, G_s = on(gaps.G)
-    tangents = tuple(on(t) for t in gaps.tangents)
+    B, B_s = on_coordinates(system, sp.vstack([gaps.G, *gaps.tangents], format="csr"), gaps.labels)
+    (G, G_s), *tangents = [(B[k * gaps.m :][: gaps.m], B_s[k * gaps.m :][: gaps.m]) for k in range(3)]
     rubs = np.zeros(0, dtype=np.int64) if gaps.friction is None else gaps.friction.channels
     order = np.arange(2 * rubs.size).reshape(2, -1).T.ravel()
     first, second = (t[rubs] for t, _ in tangents)
     T = sp.vstack([first, second], format="csr") if sp.issparse(first) else np.vstack([first, second])
     T_s = np.vstack([t_s[rubs] for _, t_s in tangents])
-    return ChannelMatrices(G, G_s, tangents, T[order], T_s[order])
+    return ChannelMatrices(G, G_s, tuple(tangents), T[order], T_s[order])
+
+
+def on_coordinates(system: System, A: Matrix, labels: IntArray) -> tuple[Matrix, FloatArray]:
+    """Combinations A (m, k) of the motion at k labels: on the coordinates (m, n) and the supports (m, n_support)."""
+    if not A.shape[0]:
+        return np.zeros((0, system.n)), np.zeros((0, system.supports.count))
+    B, B_s = system.combined(A, labels)
+    return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), to_dense(B_s)

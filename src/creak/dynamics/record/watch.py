@@ -6,12 +6,11 @@ import copy
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.channels import ChannelMatrices
+from creak.dynamics.channels import ChannelMatrices, on_coordinates
 from creak.dynamics.instant import WatchState
 
 
@@ -57,8 +56,8 @@ class Watch:
         no_slip = np.zeros((0, system.n)), np.zeros((0, system.supports.count))
         self.rows: list[tuple[Matrix, FloatArray]] = [
             *(on.tangents if watched.slip else (no_slip, no_slip)),
-            _on(system, silent.G, silent.labels),
-            _on(system, watched.turns, watched.turn_labels),
+            on_coordinates(system, silent.G, silent.labels),
+            on_coordinates(system, watched.turns, watched.turn_labels),
         ]
         """Of both tangents, the silent gaps (without their size at rest), the rotations: A q + A_s s."""
         self._m = gaps.m
@@ -143,13 +142,6 @@ class Watch:
             self._turn,
             self._turn_at,
         )
-
-
-def _on(system: System, A: Matrix, labels: IntArray) -> tuple[Matrix, FloatArray]:
-    if not A.shape[0]:
-        return np.zeros((0, system.n)), np.zeros((0, system.supports.count))
-    B, B_s = system.combined(A, labels)
-    return (sp.csr_matrix(B) if sp.issparse(B) else np.asarray(B)), to_dense(B_s)
 
 
 def _raise_to(most: FloatArray, at: FloatArray, values: FloatArray, time: FloatArray) -> None:
