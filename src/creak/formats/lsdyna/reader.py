@@ -13,6 +13,7 @@ from creak.formats.deck.groups import Group, blocks_of
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.deck.text import plain_name
+from creak.formats.lsdyna.joints.contact import described_contact
 from creak.formats.lsdyna.joints.points import read_points
 from creak.formats.lsdyna.joints.rigid import read_rigid
 from creak.formats.lsdyna.joints.tied import read_ties
@@ -84,7 +85,7 @@ def _model(source: list[Block], path: str) -> Model:
     read_shells(deck, properties, transforms)
     read_solids(deck, properties, transforms)
     read_beams(deck, properties)
-    read_points(deck, properties, read_orientations(deck, transforms))
+    stops = read_points(deck, properties, read_orientations(deck, transforms))
     sets = read_sets(deck)
     fixed, skew = read_supports(deck, of_nodes, sets, systems)
     rigid, held = read_rigid(deck, properties, sets, fixed)
@@ -94,17 +95,25 @@ def _model(source: list[Block], path: str) -> Model:
     parts, of_node = flat_parts(list(deck.groups.values()), len(deck.nodes.ids), constraints, set(), _part_name)
     blocks = blocks_of(deck.groups, of_node)
     element_sets = _element_sets(deck, blocks, properties, sets)
+    skins = {**surfaces(blocks, element_sets), **_segment_surfaces(blocks, sets)}
+    contact, of_sets = described_contact(deck, properties, sets, blocks, skins)
     return Model(
         source=path,
         nodes=Nodes(np.array(deck.nodes.ids, dtype=np.int64), deck.nodes.array),
         blocks=blocks,
         parts=parts,
         element_sets=element_sets,
-        node_sets={**support_sets(fixed), **_node_sets(sets)},
-        surfaces={**surfaces(blocks, element_sets), **_segment_surfaces(blocks, sets)},
+        node_sets={
+            **support_sets(fixed),
+            **_node_sets(sets),
+            **{name: rows for stop in stops for name, rows in stop.node_sets.items()},
+        },
+        surfaces={**skins, **of_sets},
         constraints=tuple(constraints),
         fixed=(*fixed, *held),
         unread=tuple(deck.unread),
+        contact=contact,
+        stops=stops,
     )
 
 
@@ -142,7 +151,7 @@ def _element_sets(
     for keyword, family in ELEMENT_SETS.items():
         for (of, i), ids in sets.elements.items():
             if of == family:
-                found[f"{keyword}_{i}"] = [place[family, e] for e in ids]
+                found[f"{keyword}_{i}"] = [place[family, e] for e in ids if (family, e) in place]
     for (keyword, i), title in sets.titles.items():
         if f"{keyword}_{i}" in found:
             found.setdefault(plain_name(title), found[f"{keyword}_{i}"])

@@ -95,6 +95,23 @@ class Deck:
         if not any(u.keyword == what and u.why == why for u in self.unread):
             self.unread.append(Unread(what, where, changes, why, damps, used))
 
+    def take_id(self, family: str, identifier: int, part: int, card: Card) -> None:
+        """Note an element of a part (0: of none).
+
+        Raises
+        ------
+        InputError : another element of its family has this id.
+        """
+        key = (family, identifier)
+        if key in self.element_at:
+            raise card.error(
+                f"{family} element {identifier} is defined twice, first at {self.element_at[key]}",
+                fix="Give one of them another id.",
+            )
+        self.element_at[key] = card.where
+        if part:
+            self.part_of[key] = part
+
     def add(
         self,
         family: str,
@@ -112,17 +129,9 @@ class Deck:
         ------
         InputError : another element of its family has this id, or a node is there twice.
         """
-        key = (family, identifier)
-        if key in self.element_at:
-            raise card.error(
-                f"{family} element {identifier} is defined twice, first at {self.element_at[key]}",
-                fix="Give one of them another id.",
-            )
+        self.take_id(family, identifier, part, card)
         if len(set(nodes)) < len(nodes):
             raise card.error(f"{family} element {identifier} uses a node twice", expected="distinct nodes")
-        self.element_at[key] = card.where
-        if part:
-            self.part_of[key] = part
         put(self.groups, (part, section), kind, section, identifier, nodes, card.where, own)
 
 

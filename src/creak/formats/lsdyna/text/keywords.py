@@ -49,6 +49,15 @@ OPTIONS: dict[str, tuple[str, ...]] = {
         ),
         _TIED,
     ),
+    **dict.fromkeys(
+        (
+            *("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", "CONTACT_SURFACE_TO_SURFACE"),
+            *("CONTACT_AUTOMATIC_ONE_WAY_SURFACE_TO_SURFACE", "CONTACT_ONE_WAY_SURFACE_TO_SURFACE"),
+            *("CONTACT_AUTOMATIC_NODES_TO_SURFACE", "CONTACT_NODES_TO_SURFACE"),
+            *("CONTACT_AUTOMATIC_SINGLE_SURFACE", "CONTACT_SINGLE_SURFACE", "CONTACT_AUTOMATIC_GENERAL"),
+        ),
+        ("MORTAR", "SMOOTH", "MPP", "ID", "TITLE"),
+    ),
 }
 """Keywords that creak reads, and the options in their names that it knows."""
 ALIASES = {
@@ -66,7 +75,7 @@ _HARMLESS = {
     "PARAMETER_DUPLICATION",
     "it asks for output, and the study file has its own": "DATABASE, DEFINE_HAZ, CONTACT_FORCE",
     _LOADS: "LOAD, BOUNDARY_PRESCRIBED",
-    "the study file defines contact": "CONTACT, DEFINE_FRICTION, RIGIDWALL",
+    "the study file defines contact, and `creak new` takes nothing from here": "CONTACT, DEFINE_FRICTION, RIGIDWALL",
     "creak's elements have no hourglass modes": "HOURGLASS",
     "nothing that creak reads uses it": "DEFINE, SET, EOS, TRANSLATE, PERTURBATION, FREQUENCY, TERMINATION",
     "creak has no heat": "MAT_THERMAL, INITIAL_TEMPERATURE",
