@@ -176,21 +176,17 @@ def road_record(
     n = round(duration * rate)
     rng = np.random.default_rng(seed)
     freq = np.asarray(np.fft.rfftfreq(n, 1.0 / rate), dtype=np.float64)
-    lines = _shape(freq) * np.exp(2j * np.pi * rng.uniform(size=freq.size))
+    # (n_freq,) amplitude of the displacement: resonances within the band, cosine flanks at its ends.
+    low, high = ROAD
+    size = sum(w / (1.0 + ((freq - f) / b) ** 2) for f, b, w in HUMPS)
+    flank = np.clip(np.minimum((freq - low) / 1.5, (high - freq) / 8.0), 0.0, 1.0)
+    lines = np.asarray(size * 0.5 * (1.0 - np.cos(np.pi * flank))) * np.exp(2j * np.pi * rng.uniform(size=freq.size))
     u = np.fft.irfft(lines, n)
     scale = peak / float(np.abs(u).max())
     a = np.fft.irfft(-((2.0 * np.pi * freq) ** 2) * scale * lines, n)
     slow = _wander(freq, n, errors, rng)
     noise = errors.noise * rng.standard_normal(n)
     return RoadRecord(rate, np.arange(n) / rate, a + errors.offset + slow + noise, scale * u, errors)
-
-
-def _shape(freq: FloatArray) -> FloatArray:
-    """(n_freq,) amplitude of the displacement: resonances within the band, cosine flanks at its ends."""
-    low, high = ROAD
-    size = sum(w / (1.0 + ((freq - f) / b) ** 2) for f, b, w in HUMPS)
-    flank = np.clip(np.minimum((freq - low) / 1.5, (high - freq) / 8.0), 0.0, 1.0)
-    return np.asarray(size * 0.5 * (1.0 - np.cos(np.pi * flank)))
 
 
 def _wander(freq: FloatArray, n: int, errors: SensorErrors, rng: np.random.Generator) -> FloatArray:

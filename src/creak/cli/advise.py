@@ -119,7 +119,11 @@ def _lines(advice: Choice) -> str:
 
 def _draw(output: Output, choice: Choice) -> None:
     facts = choice.facts
-    output.say(_head(facts))
+    c, e = facts.channels, facts.excitation
+    kept = f"{c.kept} of {c.contacts} contact channels stay"
+    closing = "" if c.closing is None else f", {c.closing} of them close in the linear run"
+    more = f", {c.connectors} of connectors" if c.connectors else ""
+    output.say(f"excitation to {e.frequency:.4g} Hz ({e.source}); {kept}{closing}{more}; run of {facts.end:.4g} s")
     output.table("Parts with Craig-Bampton: retained dofs and modes below f_max", _part_rows(facts))
     options = [OPTION_HEAD, *(_option_row(o, o is choice.option) for o in facts.options)]
     output.table("Ways to reduce (* advised)", options)
@@ -136,14 +140,6 @@ def _draw(output: Output, choice: Choice) -> None:
         output.table(f"Sound to {facts.sound.band:g} Hz", _sound_rows(facts.sound), left=(0, 1))
     for text in choice.because:
         output.say(f"- {text}")
-
-
-def _head(facts: Facts) -> str:
-    c, e = facts.channels, facts.excitation
-    kept = f"{c.kept} of {c.contacts} contact channels stay"
-    closing = "" if c.closing is None else f", {c.closing} of them close in the linear run"
-    more = f", {c.connectors} of connectors" if c.connectors else ""
-    return f"excitation to {e.frequency:.4g} Hz ({e.source}); {kept}{closing}{more}; run of {facts.end:.4g} s"
 
 
 def _part_rows(facts: Facts) -> list[list[str]]:

@@ -109,7 +109,8 @@ def facets_of(model: Model, name: str, *, where: str) -> Facets:
             expected="an element-based surface or set",
             fix='Give one, or use it as secondary with method = "node-to-surface".',
         )
-    raise _unknown(model, name, where)
+    known = [*model.surfaces, *model.element_sets, *model.node_sets]
+    raise InputError(f"unknown surface or set {name!r}", where=where, fix=suggest(name, known))
 
 
 def nodal_normals(facets: Facets) -> FloatArray:
@@ -139,24 +140,20 @@ def corner_normals(facets: Facets) -> FloatArray:
         return normals
     area_normals = facets.area_normals
     unit = area_normals / np.linalg.norm(area_normals, axis=1)[:, None]
-    corner, other = _corners_at_one_node(facets, solid)
-    facet = solid[corner // 4]
-    level = np.einsum("nx,nx->n", unit[facet], unit[other]) > FEATURE
-    total = np.zeros((4 * solid.size, 3))
-    np.add.at(total, corner[level], area_normals[other[level]])
-    normals[solid] = (total / np.linalg.norm(total, axis=1)[:, None]).reshape(-1, 4, 3)
-    return normals
-
-
-def _corners_at_one_node(facets: Facets, solid: IntArray) -> tuple[IntArray, IntArray]:
-    """Pairs: corner 4 i + j of the i-th solid facet, and every solid facet with that node (itself included)."""
+    # Pairs: corner 4 i + j of the i-th solid facet, and every solid facet with that node (itself included).
     at = facets.nodes[solid]
     own = np.where(facets.is_triangle[solid][:, None] & (np.arange(4) == 3), -1, at).ravel()
     order = np.argsort(own, kind="stable")
     first, last = (np.searchsorted(own[order], at.ravel(), side=side) for side in ("left", "right"))
     count = last - first
     inner = np.arange(count.sum()) - np.repeat(np.cumsum(count) - count, count)
-    return np.repeat(np.arange(at.size), count), solid[order[np.repeat(first, count) + inner] // 4]
+    corner, other = np.repeat(np.arange(at.size), count), solid[order[np.repeat(first, count) + inner] // 4]
+    facet = solid[corner // 4]
+    level = np.einsum("nx,nx->n", unit[facet], unit[other]) > FEATURE
+    total = np.zeros((4 * solid.size, 3))
+    np.add.at(total, corner[level], area_normals[other[level]])
+    normals[solid] = (total / np.linalg.norm(total, axis=1)[:, None]).reshape(-1, 4, 3)
+    return normals
 
 
 def _orientation(facets: Facets) -> FloatArray:
@@ -348,8 +345,3 @@ def _require_area(model: Model, facets: Facets, pairs: IntArray, name: str, wher
             expected="facets with an area",
             fix="Repair or leave out the element: do nodes coincide?",
         )
-
-
-def _unknown(model: Model, name: str, where: str) -> InputError:
-    known = [*model.surfaces, *model.element_sets, *model.node_sets]
-    return InputError(f"unknown surface or set {name!r}", where=where, fix=suggest(name, known))

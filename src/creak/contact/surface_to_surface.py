@@ -142,6 +142,11 @@ def _of_wall(sides: _Sides, meet: Projection) -> Wall:
         return _summed(at[found], (share * values[:, None])[found], channel_of.size)[keep]
 
     width = np.minimum(secondary.width[points.facet], main.width[meet.facet])
+    # (n,) smallest of the values (k,) at the points of each node; `at` (k, 4).
+    least = np.full(nodes.size, np.inf)
+    np.minimum.at(least, at[found], width[found][:, None])
+    # (n_point,) force / length^3: 10 x the softer parent's stiffness over its facet's area.
+    per_area = [f.normal_stiffness / np.linalg.norm(f.area_normals, axis=1) for f in (secondary, main)]
     channels = Channels(
         nodes_idx=nodes[keep],
         gap=mean(gap),
@@ -151,9 +156,9 @@ def _of_wall(sides: _Sides, meet: Projection) -> Wall:
                 (secondary.depth[points.facet], main.depth[meet.facet]),
             )
         ),
-        stiffness=mean(_automatic(secondary, main, points.facet, meet.facet)),
+        stiffness=mean(AUTO_FACTOR * np.minimum(per_area[0][points.facet], per_area[1][meet.facet])),
         area=area[keep],
-        size=_least(at[found], width[found], nodes.size)[keep],
+        size=least[keep],
         scale=area[keep],
     )
     return _rows(sides, meet, normal, channel_of[at], share), channels
@@ -243,15 +248,11 @@ class _Sides:
             good = (-sign * distance >= -behind) & looks_along(self.main, facet, normal, cosine)
             if self.given:
                 good &= looks_along(self.secondary, own, -normal, cosine)
-            return good & ~_shares_nodes(self.secondary, self.main, own, facet)
+            # A facet cannot touch its own neighbours.
+            both = self.secondary.nodes[own][:, :, None] == self.main.nodes[facet][:, None, :]
+            return good & ~both.any(axis=(1, 2))
 
         return accepted
-
-
-def _shares_nodes(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntArray) -> BoolArray:
-    """A facet cannot touch its own neighbours."""
-    both = secondary.nodes[facet_s][:, :, None] == main.nodes[facet_m][:, None, :]
-    return np.asarray(both.any(axis=(1, 2)))
 
 
 def _channels(
@@ -272,19 +273,6 @@ def _channels(
 def _summed(at: IntArray, values: FloatArray, n: int) -> FloatArray:
     """(n,) sums of the values that belong to each node."""
     return np.bincount(at.ravel(), values.ravel(), minlength=n).astype(np.float64)
-
-
-def _least(at: IntArray, values: FloatArray, n: int) -> FloatArray:
-    """(n,) smallest of the values (k,) at the points of each node; `at` (k, 4)."""
-    least = np.full(n, np.inf)
-    np.minimum.at(least, at, values[:, None])
-    return least
-
-
-def _automatic(secondary: Facets, main: Facets, facet_s: IntArray, facet_m: IntArray) -> FloatArray:
-    """(n_point,) force / length^3: 10 x the softer parent's stiffness over its facet's area."""
-    per_area = [f.normal_stiffness / np.linalg.norm(f.area_normals, axis=1) for f in (secondary, main)]
-    return AUTO_FACTOR * np.minimum(per_area[0][facet_s], per_area[1][facet_m])
 
 
 def _rows(sides: _Sides, meet: Projection, normal: FloatArray, channel: IntArray, share: FloatArray) -> ChannelRows:

@@ -47,7 +47,9 @@ def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> F
 
     Nodes: those of the bottom face, then the nodes opposite them. The rotations have no stiffness.
     """
-    D = _tractions(section)
+    assert isinstance(section.material, AnisotropicMaterial)
+    k = section.material.elasticity.diagonal()
+    D = np.diag([k[SHEAR[0]], k[SHEAR[1]], k[NORMAL]])
 
     def kernel(piece: FloatArray, mine: Own) -> FloatArray:
         B, area = _separation(piece)
@@ -73,12 +75,6 @@ def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatA
     return in_chunks(kernel, coords, 12 * k)
 
 
-def _tractions(section: SolidSection) -> FloatArray:
-    assert isinstance(section.material, AnisotropicMaterial)
-    k = section.material.elasticity.diagonal()
-    return np.diag([k[SHEAR[0]], k[SHEAR[1]], k[NORMAL]])
-
-
 def _middle(coords: FloatArray) -> FloatArray:
     k = coords.shape[1] // 2
     return 0.5 * (coords[:, :k] + coords[:, k:])
@@ -100,7 +96,12 @@ def _separation(coords: FloatArray) -> tuple[FloatArray, FloatArray]:
     middle = _middle(coords)
     area = _area(middle, slopes) * weights
     tangents = np.einsum("gai,nix->ngax", slopes, middle)
-    frame = _frames(tangents)
+    # (n, n_point, 3, 3) rows along the face, twice, and along its normal.
+    normal = unit(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
+    near_x = np.hypot(normal[..., 1], normal[..., 2]) < ACROSS
+    wanted = np.where(near_x[..., None], np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
+    first = unit(wanted - (wanted * normal).sum(axis=-1, keepdims=True) * normal)
+    frame = np.stack([first, np.cross(normal, first), normal], axis=2)
     inverse = np.linalg.inv(np.einsum("ngax,ngbx->ngab", tangents, frame[:, :, :2]))
     gradient = inverse @ slopes
     arm = np.einsum("ngax,gi,nix->nga", frame, shapes, coords[:, k:] - coords[:, :k])
@@ -111,12 +112,3 @@ def _separation(coords: FloatArray) -> tuple[FloatArray, FloatArray]:
     carried = np.cross(turn, arm[:, :, :, None, None], axisa=2, axisb=2, axisc=2)
     B = np.stack([-jump - 0.5 * carried, jump - 0.5 * carried], axis=3)
     return B.reshape(n, len(weights), 3, 6 * k), area
-
-
-def _frames(tangents: FloatArray) -> FloatArray:
-    """(n, n_point, 3, 3) rows along the face, twice, and along its normal."""
-    normal = unit(np.cross(tangents[:, :, 0], tangents[:, :, 1]))
-    near_x = np.hypot(normal[..., 1], normal[..., 2]) < ACROSS
-    wanted = np.where(near_x[..., None], np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0]))
-    first = unit(wanted - (wanted * normal).sum(axis=-1, keepdims=True) * normal)
-    return np.stack([first, np.cross(normal, first), normal], axis=2)

@@ -53,7 +53,8 @@ def write_vtu(path: Path, model: Mesh, frequencies: Sequence[float], shapes: Ite
 
     XML with inline base64 arrays, little-endian, 8-byte headers (VTK file formats, version 1.0).
     """
-    named = zip(mode_names(frequencies), shapes, strict=True)
+    digits = max(3, len(str(len(frequencies))))
+    named = zip([f"mode_{i:0{digits}d}_{f:.6g}_Hz" for i, f in enumerate(frequencies, start=1)], shapes, strict=True)
     with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
         _write(file, mesh_text(model), {"frequency": frequencies} if len(frequencies) else {}, named)
 
@@ -127,12 +128,6 @@ def _write(
     for name, vector in vectors:
         _array(file, name, vector.astype("<f4"))
     file.write("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
-
-
-def mode_names(frequencies: Sequence[float]) -> list[str]:
-    """`mode_001_12.34_Hz`, ..."""
-    digits = max(3, len(str(len(frequencies))))
-    return [f"mode_{i:0{digits}d}_{f:.6g}_Hz" for i, f in enumerate(frequencies, start=1)]
 
 
 def _points(file: TextIO, model: Mesh) -> None:

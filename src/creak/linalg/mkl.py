@@ -35,20 +35,6 @@ def _sizes(folder: Path, names: tuple[str, ...]) -> list[int]:
     return [path.stat().st_size for name in names for path in folder.glob(f"*mkl_{name}.*")]
 
 
-def _check_room(folder: Path) -> None:
-    """MKL ends the whole program, with status 2, where it cannot load a piece of itself.
-
-    Raises
-    ------
-    MemoryError : its pieces do not fit into what the process may still take.
-    """
-    size = sum(_sizes(folder, _PIECES)) + max(_sizes(folder, _KERNELS), default=0)
-    try:
-        mmap.mmap(-1, size + ROOM).close()
-    except OSError as error:
-        raise MemoryError(f"the libraries of MKL take {(size + ROOM) / 1e6:.0f} MB") from error
-
-
 ROOM = 64 << 20
 """Bytes that it takes at its first call, besides its libraries."""
 
@@ -59,7 +45,12 @@ def _at_its_place() -> Any:
         return None
     for folder in ("lib", "Library/bin"):
         for path in sorted(Path(sys.prefix, folder).glob("*mkl_rt*"), key=lambda p: len(p.name)):
-            _check_room(path.parent)
+            # MKL ends the whole program, with status 2, where it cannot load a piece of itself.
+            size = sum(_sizes(path.parent, _PIECES)) + max(_sizes(path.parent, _KERNELS), default=0)
+            try:
+                mmap.mmap(-1, size + ROOM).close()
+            except OSError as error:
+                raise MemoryError(f"the libraries of MKL take {(size + ROOM) / 1e6:.0f} MB") from error
             try:
                 return ctypes.CDLL(str(path))
             except OSError:

@@ -289,17 +289,13 @@ def _refined(inverse: Factor, shift: float, mass: BlockProduct, found: Ritz, ami
     """
     low = 0 if amid == shift else int(np.searchsorted(found.lam, LOW * amid))
     if low:
-        found.shapes[:, :low], found.lam[:low] = _rayleigh_ritz(inverse, shift, mass, found.shapes[:, :low])
+        # One inverse iteration: the Ritz vectors of (K - shift M)^-1 M X, M-orthonormal, and their eigenvalues.
+        MX = mass(found.shapes[:, :low])
+        Y = inverse.solve(MX)
+        stiffness = inner(Y, MX)  # Y' (K - shift M) Y = Y' M X
+        values, S = sla.eigh(symmetric(stiffness), symmetric(inner(Y, mass(Y))))
+        found.shapes[:, :low], found.lam[:low] = product(Y, S), shift + values
     return low
-
-
-def _rayleigh_ritz(inverse: Factor, shift: float, mass: BlockProduct, X: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """One inverse iteration: the Ritz vectors of (K - shift M)^-1 M X, M-orthonormal, and their eigenvalues."""
-    MX = mass(X)
-    Y = inverse.solve(MX)
-    stiffness = inner(Y, MX)  # Y' (K - shift M) Y = Y' M X
-    values, S = sla.eigh(symmetric(stiffness), symmetric(inner(Y, mass(Y))))
-    return product(Y, S), shift + values
 
 
 def small_shift(K: Matrix, M: Matrix) -> float:

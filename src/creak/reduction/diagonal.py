@@ -80,15 +80,11 @@ def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Sp
     )
 
 
-def _scales(M: FloatArray) -> FloatArray:
-    """1 / sqrt(M_ii), so that translations and rotations weigh alike; 1 where there is no mass."""
-    m = M.diagonal()
-    return np.where(m > 0.0, 1.0 / np.sqrt(np.where(m > 0.0, m, 1.0)), 1.0)
-
-
 def _singular(M: FloatArray) -> bool:
     """No Cholesky factor, or one with a pivot of round-off only."""
-    d = _scales(M)
+    # 1 / sqrt(M_ii), so that translations and rotations weigh alike; 1 where there is no mass.
+    m = M.diagonal()
+    d = np.where(m > 0.0, 1.0 / np.sqrt(np.where(m > 0.0, m, 1.0)), 1.0)
     try:
         pivots = np.linalg.cholesky(d[:, None] * M * d).diagonal() ** 2
     except np.linalg.LinAlgError:

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from typing import Any
 
 from markupsafe import Markup, escape
 
 from creak.formats.complete_file import write_text
 from creak.report.figures import palette
-from creak.report.tables.comparison import Comparison, Figure, Side
+from creak.report.tables.comparison import Comparison, Figure
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.text import NONE, number, percent, plural, setting
@@ -138,7 +137,9 @@ def _events_svg(found: Comparison) -> str:
     FigureCanvasSVG(drawing)
     axes = drawing.add_axes((0.07, 0.16, 0.91, 0.74))
     for side, sign, colour in ((found.a, 1.0, palette.REFERENCE), (found.b, -1.0, palette.REDUCED)):
-        _stems(axes, side, sign, colour)
+        times, forces = [e.t_start for e in side.events], [sign * e.force_place for e in side.events]
+        axes.vlines(times, 0.0, forces, color=colour, linewidth=1.4, label=side.name.replace("$", r"\$"))
+        axes.plot(times, forces, ".", color=colour, markersize=4)
     axes.axhline(0.0, color=palette.MUTED, linewidth=0.8)
     axes.set_xlabel("time, s")
     axes.set_ylabel(f"force of the place, {found.units.force}")
@@ -149,9 +150,3 @@ def _events_svg(found: Comparison) -> str:
     drawing.savefig(text, format="svg", metadata={"Date": None, "Title": str(escape(sentence(found)))})
     drawn = text.getvalue()
     return drawn[drawn.index("<svg") :]
-
-
-def _stems(axes: Any, side: Side, sign: float, colour: str) -> None:
-    times, forces = [e.t_start for e in side.events], [sign * e.force_place for e in side.events]
-    axes.vlines(times, 0.0, forces, color=colour, linewidth=1.4, label=side.name.replace("$", r"\$"))
-    axes.plot(times, forces, ".", color=colour, markersize=4)

@@ -92,7 +92,10 @@ def report_text(result: Findings, drawn: Drawn) -> str:
         | _table_parts(result, summary, units)
         | _eline_parts(result, summary, units)
         | file_parts()
-        | _told_parts(result)
+        | {
+            "provenance": [*result.provenance, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))],
+            "study_text": result.setup.study.text,
+        }
     )
     settling = (
         None
@@ -185,13 +188,6 @@ def _plotly() -> Markup:
     from plotly.offline import get_plotlyjs
 
     return Markup(base64.b64encode(gzip.compress(get_plotlyjs().encode("utf-8"), mtime=0)).decode("ascii"))
-
-
-def _told_parts(result: Findings) -> dict[str, Any]:
-    return {
-        "provenance": [*result.provenance, ("Report written", datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC"))],
-        "study_text": result.setup.study.text,
-    }
 
 
 def _table_parts(result: Findings, summary: dict[str, Any], units: Units) -> dict[str, Any]:

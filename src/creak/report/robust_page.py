@@ -30,6 +30,10 @@ def write_robust(found: Robustness, path: Path) -> None:
     """Write the page as one self-contained HTML file; it appears whole or not at all."""
     d = found.draws
     places, causes = place_rows(found), index_rows(found) if found.indices else []
+    rows = []
+    for c in found.draws.design.causes:
+        given = c.of.model_dump(exclude_none=True, exclude_defaults=True, exclude={"type"})
+        rows.append([c.key, c.of.type, ", ".join(f"{k} {v}" for k, v in given.items())])
     text = (
         page_templates("creak.report")
         .get_template("robust.html.j2")
@@ -40,7 +44,7 @@ def write_robust(found: Robustness, path: Path) -> None:
             notes=found.notes,
             places=Table(places[0], places[1:]),
             causes=Table(causes[0], causes[1:]) if causes else None,
-            drawn=_drawn_table(found),
+            drawn=Table(["number", "distribution", ""], rows, text_columns=3),
             heat=Markup(_heat(found)),
             fragility=Markup(_fragility(found)),
             tornado=Markup(_tornado(found)),
@@ -48,14 +52,6 @@ def write_robust(found: Robustness, path: Path) -> None:
         )
     )
     write_text(path, text)
-
-
-def _drawn_table(found: Robustness) -> Table:
-    rows = []
-    for c in found.draws.design.causes:
-        given = c.of.model_dump(exclude_none=True, exclude_defaults=True, exclude={"type"})
-        rows.append([c.key, c.of.type, ", ".join(f"{k} {v}" for k, v in given.items())])
-    return Table(["number", "distribution", ""], rows, text_columns=3)
 
 
 def _axes(width: float, height: float) -> tuple[Any, Any]:

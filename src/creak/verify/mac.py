@@ -115,18 +115,14 @@ def turned_twins(test: FloatArray, model: FloatArray, freq_test: FloatArray, fre
     for group in np.split(np.arange(freq_model.size), starts[1:]):
         if group.size < 2 or freq_model[group[0]] <= 0.0:
             continue
-        wanted = _directions_in(model[:, group], test[:, _within_octaves(freq_test, freq_model[group[0]])])
+        positive = freq_test > 0.0
+        octaves = np.abs(np.log2(np.where(positive, freq_test, 1.0) / freq_model[group[0]]))
+        wanted = _directions_in(model[:, group], test[:, positive & (octaves <= OCTAVES)])
         if wanted.size:
             u, _, v = np.linalg.svd(wanted)
             few = wanted.shape[1]
             turn[np.ix_(group, group)] = np.hstack([u[:, :few] @ v, u[:, few:]])
     return turn
-
-
-def _within_octaves(freq_test: FloatArray, f: float) -> BoolArray:
-    positive = freq_test > 0.0
-    octaves = np.abs(np.log2(np.where(positive, freq_test, 1.0) / f))
-    return np.asarray(positive & (octaves <= OCTAVES))
 
 
 def _directions_in(space: FloatArray, shapes: FloatArray) -> FloatArray:

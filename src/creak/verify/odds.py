@@ -168,7 +168,7 @@ def shift_needed(slack: FloatArray, target: float) -> tuple[float, float, float]
     ordered, n = np.sort(slack), slack.size
     tail = 0.5 * (1.0 - LEVEL)
     counts = np.arange(n + 1, dtype=np.float64)
-    at = _binomial_cdf(counts, n, target)
+    at = np.asarray(beta.cdf(1.0 - target, np.maximum(n - counts, 1e-300), counts + 1))
     lowest = int(np.searchsorted(at, tail, side="left")) - 1
     highest = int(np.searchsorted(at, 1.0 - tail, side="left"))
     middle = int(np.floor(target * n))
@@ -177,10 +177,6 @@ def shift_needed(slack: FloatArray, target: float) -> tuple[float, float, float]
         -float(ordered[min(highest, n - 1)]),
         -float(ordered[lowest]) if lowest >= 0 else np.inf,
     )
-
-
-def _binomial_cdf(counts: FloatArray, n: int, p: float) -> FloatArray:
-    return np.asarray(beta.cdf(1.0 - p, np.maximum(n - counts, 1e-300), counts + 1))
 
 
 def spread(values: FloatArray) -> dict[str, float]:

@@ -82,7 +82,11 @@ def shift_between(pairs: Sequence[tuple[Course, Course]]) -> float:
     total = sum(map(_cross_correlation, tests, models), np.zeros(lag.size))
     known = np.minimum(count, own - lag) - np.maximum(0, -lag) >= LEAST * min(count, own)
     total = np.where(known, total, -np.inf)
-    k, share = _nearest_peak(total, np.abs(first - start + step * lag)), 0.0
+    # Of the maxima that are as good as the largest value the one of the least distance.
+    best = float(total.max())
+    peak = (total >= np.append(total[1:], -np.inf)) & (total >= np.append(-np.inf, total[:-1]))
+    equal = np.flatnonzero(peak & (total >= best - EQUAL * abs(best)))
+    k, share = int(equal[np.abs(first - start + step * lag)[equal].argmin()]), 0.0
 
     def alike(k: int) -> float:
         return float(np.mean([_overlapping(a, b, int(lag[k])) for a, b in zip(tests, models, strict=True)]))
@@ -112,14 +116,6 @@ def _overlapping(a: FloatArray, b: FloatArray, lag: int) -> float:
     x, y = a[max(0, -lag) : count], b[max(0, lag) : count + lag]
     spread = float(np.std(x) * np.std(y))
     return float(np.mean((x - x.mean()) * (y - y.mean()))) / spread if spread else 0.0
-
-
-def _nearest_peak(total: FloatArray, distance: FloatArray) -> int:
-    """Of the maxima that are as good as the largest value the one of the least distance."""
-    best = float(total.max())
-    peak = (total >= np.append(total[1:], -np.inf)) & (total >= np.append(-np.inf, total[:-1]))
-    equal = np.flatnonzero(peak & (total >= best - EQUAL * abs(best)))
-    return int(equal[distance[equal].argmin()])
 
 
 def fitted(test: Course, model: Course, shift: float, *, kind: Kind, f_max: float) -> RecordFit | None:

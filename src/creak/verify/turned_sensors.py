@@ -118,7 +118,10 @@ def find_turned(found: Channels) -> TurnedSensors | None:
     before = found.mean_mac
     if found.freq_test.size < FEW:
         return None
-    axes, now = _all_turned(found, before)
+    # The turn of all sensors that makes the mean MAC largest.
+    means = [found.turned(turn).mean_mac for turn in TURNS]
+    k = int(np.argmax(np.round(means, 3)))
+    axes, now = (TURNS[k], found.turned(TURNS[k])) if means[k] >= before + RISE else (None, found)
     reversed_ = _reversed(now)
     now = now.turned(-np.eye(3, dtype=np.int64), np.array(reversed_, dtype=np.int64))
     turned, exchanged, now = _single(now)
@@ -126,13 +129,6 @@ def find_turned(found: Channels) -> TurnedSensors | None:
     if after < MEANT or after <= before or (axes is None and not reversed_ and not turned and not exchanged):
         return None
     return TurnedSensors(before, after, axes, reversed_, turned, exchanged)
-
-
-def _all_turned(found: Channels, before: float) -> tuple[IntArray | None, Channels]:
-    """The turn of all sensors that makes the mean MAC largest."""
-    means = [found.turned(turn).mean_mac for turn in TURNS]
-    k = int(np.argmax(np.round(means, 3)))
-    return (TURNS[k], found.turned(TURNS[k])) if means[k] >= before + RISE else (None, found)
 
 
 def _reversed(found: Channels) -> tuple[int, ...]:

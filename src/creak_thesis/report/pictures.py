@@ -90,7 +90,8 @@ def main_model_picture(doors: Doors, kept: IntArray) -> PictureBlock:
     model = setup.model
     contact = setup.contacts.select(kept)
     facets, held = facets_of(model), np.array([int(model.node_set(p)[0]) for p in POINTS])
-    links = _link_nodes(model)
+    ends = [(c.dependent_idx, c.independent_idx) for c in model.constraints if isinstance(c, RigidLink)]
+    links = np.unique(np.array(ends, dtype=np.int64))
     stays = _stays(model, contact.retained_nodes, DISTANCES[0])
     panels = []
     for k, part in enumerate(model.parts):
@@ -195,11 +196,6 @@ def _surface(model: Model, name: str) -> IntArray:
     """Nodes of an element surface."""
     rows = model.surfaces[name].facets
     return np.unique(np.concatenate([model.blocks[int(b)].nodes_idx[int(e)] for b, e in rows]))
-
-
-def _link_nodes(model: Model) -> IntArray:
-    ends = [(c.dependent_idx, c.independent_idx) for c in model.constraints if isinstance(c, RigidLink)]
-    return np.unique(np.array(ends, dtype=np.int64))
 
 
 def _of_part(facets: Facets, part: int) -> Facets:

@@ -132,16 +132,12 @@ def _header(columns: int, rows: int, kind: int, name: str) -> Header:
     return Header(columns, abs(rows), rows < 0, kind, name)
 
 
-def _value_type(kind: int, order: str, word: int) -> np.dtype:
-    double = word == 8 or kind in (2, 4)
-    letter, size = ("f", 4) if kind <= REAL_DOUBLE else ("c", 8)
-    return np.dtype(f"{order}{letter}{2 * size if double else size}")
-
-
 def _read_columns(
     records: Iterator[memoryview], header: Header, matrix: FloatArray | None, order: str, word: int
 ) -> None:
-    kind = _value_type(header.kind, order, word)
+    double = word == 8 or header.kind in (2, 4)
+    letter, size = ("f", 4) if header.kind <= REAL_DOUBLE else ("c", 8)
+    kind = np.dtype(f"{order}{letter}{2 * size if double else size}")
     whole = np.dtype(f"{order}i{word}")
     for record in records:
         if len(record) < 3 * word:
@@ -227,21 +223,17 @@ def _read_text(data: bytes, wanted: Collection[str], path: Path) -> dict[str, Fl
     lines = _Lines(data)
     found: dict[str, FloatArray] = {}
     while not lines.ended:
-        header = _text_header(lines)
+        match = _HEADER.match(lines.next())
+        if not match or not all(match[i].strip() for i in range(1, 5)):
+            raise _Incomplete(f"line {lines.at} is no matrix header such as '  12  12   6   2KXX     1P,3E23.16'")
+        columns, rows, _form, kind = (int(match[i]) for i in range(1, 5))
+        header = _header(columns, rows, kind, match[5].strip().upper())
         matrix = header.empty() if header.name in wanted else None
         _read_text_columns(lines, header, matrix)
         _store(found, header, matrix, path)
     if not found and not data.strip():
         raise _Incomplete("it is empty")
     return found
-
-
-def _text_header(lines: _Lines) -> Header:
-    match = _HEADER.match(lines.next())
-    if not match or not all(match[i].strip() for i in range(1, 5)):
-        raise _Incomplete(f"line {lines.at} is no matrix header such as '  12  12   6   2KXX     1P,3E23.16'")
-    columns, rows, _form, kind = (int(match[i]) for i in range(1, 5))
-    return _header(columns, rows, kind, match[5].strip().upper())
 
 
 def _read_text_columns(lines: _Lines, header: Header, matrix: FloatArray | None) -> None:

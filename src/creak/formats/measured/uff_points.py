@@ -58,7 +58,11 @@ class Points:
         InputError : the frame that defines it is not in the file.
         """
         p = self.points.get(node, NOWHERE)
-        return frame_place(self.frames, p.defined, p.coords, self.path, self.notes)
+        # (3,) where a point of a frame is in global axes; they are those of its frame where the file does not tell it.
+        frame = _frame(self.frames, p.defined, "points are", self.path, self.notes)
+        if frame is not None and frame.kind == CYLINDRICAL:
+            self.notes.append("angles of points in cylindrical frames are taken in degrees")
+        return p.coords if frame is None else frame.place(p.coords)
 
     def axes(self, node: int) -> FloatArray:
         """(3, 3) unit vectors of its motion, a row each.
@@ -244,14 +248,6 @@ def frame_axes(frames: dict[int, Frame], label: int, place: FloatArray, path: Pa
             raise InputError("a point in a cylindrical frame without coordinates", where=path)
         return frame.directions(place)
     return np.eye(3)
-
-
-def frame_place(frames: dict[int, Frame], label: int, x: FloatArray, path: Path, notes: list[str]) -> FloatArray:
-    """(3,) where a point of a frame is in global axes; they are those of its frame where the file does not tell it."""
-    frame = _frame(frames, label, "points are", path, notes)
-    if frame is not None and frame.kind == CYLINDRICAL:
-        notes.append("angles of points in cylindrical frames are taken in degrees")
-    return x if frame is None else frame.place(x)
 
 
 def _frame(frames: dict[int, Frame], label: int, what: str, path: Path, notes: list[str]) -> Frame | None:

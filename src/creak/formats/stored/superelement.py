@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import Hdf5, hdf5_file
+from creak.formats.stored.hdf5 import hdf5_file
 from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
 
 VERSION = 3
@@ -71,16 +71,12 @@ def write_superelement_file(path: Path, saved: SavedSuperelement) -> None:
             _put(file, key, A)
         for key in ("omega2", "node_ids", "dofs", "static_at", "static_rows"):
             file.create_dataset(key, data=getattr(saved, key))
-        _put_rows(out, "modes", saved.modes)
-
-
-def _put_rows(out: Hdf5, key: str, A: FloatArray) -> None:
-    """A block of rows at a time: of a large array in another order no copy is made."""
-    stored = out.file.create_dataset(key, shape=A.shape, dtype=A.dtype)
-    step = max(ROWS // max(8 * A.shape[1], 1), 1)
-    for first in range(0, A.shape[0], step):
-        out.check(8 * (A.shape[0] - first) * A.shape[1])
-        stored[first : first + step] = A[first : first + step]
+        # A block of rows at a time: of a large array in another order no copy is made.
+        stored = out.file.create_dataset("modes", shape=saved.modes.shape, dtype=saved.modes.dtype)
+        step = max(ROWS // max(8 * saved.modes.shape[1], 1), 1)
+        for first in range(0, saved.modes.shape[0], step):
+            out.check(8 * (saved.modes.shape[0] - first) * saved.modes.shape[1])
+            stored[first : first + step] = saved.modes[first : first + step]
 
 
 def read_superelement_file(path: Path) -> SavedSuperelement:

@@ -144,10 +144,13 @@ def rigid_check(full: System, reduced: System, inside: Inside, rigid: RigidMotio
     added = np.maximum(energy - np.minimum(own, same), 0.0)
     mass = np.diag(rigid.mass)
     omega2 = np.divide(added, mass, out=np.zeros(6), where=mass > 0.0)
+    # max_j |u_i - r_i| / |r_i| over the six motions.
+    off = np.linalg.norm((rigid.u - rigid.R)[inside.i], axis=0)
+    size = np.linalg.norm(rigid.R[inside.i], axis=0)
     return RigidCheck(
         *_mass_properties(rigid),
         boundary_misfit=rigid.boundary_misfit,
-        inside_misfit=_inside_misfit(rigid, inside),
+        inside_misfit=float(np.divide(off, size, out=np.zeros(6), where=size > 0.0).max()),
         strain_energy=floats(np.divide(added, scale, out=np.zeros(6), where=scale > 0.0)),
         grounding_frequency=float(np.sqrt(omega2.max()) / (2.0 * np.pi)),
         grounded=bool((own > GROUNDING * scale).any()),
@@ -170,13 +173,6 @@ def _mass_properties(
         _relative(float(np.linalg.norm(c)), gyration),
         _relative(float(np.linalg.norm(J_r - J)), float(np.linalg.norm(J))),
     )
-
-
-def _inside_misfit(rigid: RigidMotion, inside: Inside) -> float:
-    """max_j |u_i - r_i| / |r_i| over the six motions."""
-    off = np.linalg.norm((rigid.u - rigid.R)[inside.i], axis=0)
-    size = np.linalg.norm(rigid.R[inside.i], axis=0)
-    return float(np.divide(off, size, out=np.zeros(6), where=size > 0.0).max())
 
 
 def _relative(a: float, b: float) -> float:

@@ -187,7 +187,8 @@ def energies(full: System, reduced: System) -> Energies:
         q[boundary:] *= np.sqrt(own[0] / own[1])
     u = motion(full, reduced, q)
     both = ((reduced.M, full.M), (reduced.K, full.K))
-    return Energies(*(_apart(_quadratic(A, q), _quadratic(B, u), _terms(B, u)) for A, B in both))
+    # (k,) |u|' |A| |u|: what the terms of the energy are, which may cancel, as those of rigid motion do.
+    return Energies(*(_apart(_quadratic(A, q), _quadratic(B, u), _quadratic(abs(B), np.abs(u))) for A, B in both))
 
 
 def _only(q: FloatArray, some: slice) -> FloatArray:
@@ -199,11 +200,6 @@ def _only(q: FloatArray, some: slice) -> FloatArray:
 def _quadratic(A: Matrix, q: FloatArray) -> FloatArray:
     """(k,) q' A q of each column."""
     return np.asarray(np.einsum("ij,ij->j", q, np.asarray(A @ q)))
-
-
-def _terms(A: Matrix, u: FloatArray) -> FloatArray:
-    """(k,) |u|' |A| |u|: what the terms of the energy are, which may cancel, as those of rigid motion do."""
-    return _quadratic(abs(A), np.abs(u))
 
 
 def _apart(a: FloatArray, b: FloatArray, terms: FloatArray) -> float:

@@ -81,7 +81,10 @@ def recorded_motions(run: Run | None, n_node: int, surface: Surface | None, budg
     shown: list[ShownMotion] = []
     left = budget
     for motion in recording.motions[:MOST_ANIMATIONS]:
-        one = _shown(run, n_node, surface, motion)
+        u = np.concatenate(list(_frames(run, n_node, surface.nodes_idx, motion)))
+        largest = float(np.abs(u).max()) or 1.0
+        amplitudes, shapes = shapes_of(u.reshape(len(u), -1), LEFT_OUT * largest)
+        one = ShownMotion(motion.event, motion.time, largest, amplitudes, shapes)
         left -= base64_size(one.shapes.nbytes)
         if left < 0:
             break
@@ -126,13 +129,6 @@ def base64_size(size: int) -> int:
 
 def _none(why: str) -> Motions:
     return Motions((), 0, 0, 0, why)
-
-
-def _shown(run: Run, n_node: int, surface: Surface, motion: Motion) -> ShownMotion:
-    u = np.concatenate(list(_frames(run, n_node, surface.nodes_idx, motion)))
-    largest = float(np.abs(u).max()) or 1.0
-    amplitudes, shapes = shapes_of(u.reshape(len(u), -1), LEFT_OUT * largest)
-    return ShownMotion(motion.event, motion.time, largest, amplitudes, shapes)
 
 
 def _frames(run: Run, n_node: int, nodes_idx: IntArray, motion: Motion) -> Iterator[FloatArray]:

@@ -78,7 +78,12 @@ def model_picture(model: Mesh, marks: Sequence[Marks], outward: FloatArray) -> b
     for ax, view in zip(axes, views, strict=True):
         _draw_mesh(ax, model, facets, view, PARTS)
         _draw_marks(ax, model, view, marks)
-    _legend(fig, [*_part_patches(model, facets), *_mark_handles(marks)])
+    seen = [p for p in np.unique(facets.part).tolist() if p >= 0]
+    shown = seen if len(seen) <= 10 else seen[:9]
+    patches = [Patch(color=PARTS[p % len(PARTS)], label=model.parts[p].name) for p in shown]
+    if len(shown) < len(seen):
+        patches.append(Patch(color="white", label=f"and {len(seen) - len(shown)} more parts"))
+    _legend(fig, [*patches, *_mark_handles(marks)])
     return _png(fig)
 
 
@@ -302,15 +307,6 @@ def _colour_bar(fig: Figure, loaded: Loaded, scale: float) -> None:
     bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
     fig.text(0.35, 0.275 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
     fig.text(0.65, 0.275 / height, "open: never touched", ha="left", va="center", fontsize=9, color=MUTED)
-
-
-def _part_patches(model: Mesh, facets: Facets) -> list[Patch]:
-    seen = [p for p in np.unique(facets.part).tolist() if p >= 0]
-    shown = seen if len(seen) <= 10 else seen[:9]
-    patches = [Patch(color=PARTS[p % len(PARTS)], label=model.parts[p].name) for p in shown]
-    if len(shown) < len(seen):
-        patches.append(Patch(color="white", label=f"and {len(seen) - len(shown)} more parts"))
-    return patches
 
 
 def _mark_handles(marks: Sequence[Marks]) -> list[Line2D]:

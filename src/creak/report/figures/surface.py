@@ -136,7 +136,12 @@ def _represented(model: Mesh, quads: IntArray, part: IntArray, lines: IntArray, 
         small, large = (cell, large) if count > most else (small, cell)
     which, first = _cells(xyz, owner[used], large)
     keep = np.arange(model.nodes.count)
-    keep[used] = used[_middle(xyz, which, first.size)][which]
+    # The point of each cell that is closest to the mean of its points.
+    number = np.bincount(which, minlength=first.size)
+    mean = np.column_stack([np.bincount(which, xyz[:, k], first.size) for k in range(3)]) / number[:, None]
+    away = np.linalg.norm(xyz - mean[which], axis=1)
+    order = np.lexsort((away, which))
+    keep[used] = used[order[np.searchsorted(which[order], np.arange(first.size))]][which]
     return keep
 
 
@@ -145,12 +150,3 @@ def _cells(xyz: FloatArray, owner: IntArray, cell: float) -> tuple[IntArray, Int
     key = np.column_stack([np.floor((xyz - xyz.min(axis=0)) / cell).astype(np.int64), owner])
     _, first, which = np.unique(key, axis=0, return_index=True, return_inverse=True)
     return which.ravel(), first
-
-
-def _middle(xyz: FloatArray, which: IntArray, count: int) -> IntArray:
-    """The point of each cell that is closest to the mean of its points."""
-    number = np.bincount(which, minlength=count)
-    mean = np.column_stack([np.bincount(which, xyz[:, k], count) for k in range(3)]) / number[:, None]
-    away = np.linalg.norm(xyz - mean[which], axis=1)
-    order = np.lexsort((away, which))
-    return order[np.searchsorted(which[order], np.arange(count))]

@@ -93,6 +93,8 @@ def gap_table(result: Findings, units: Units) -> Table | None:
         all_of = [j for j, g in enumerate(source.group) if g == group]
         kept = [j for j, g in enumerate(result.gaps.group) if g == group]
         low, high = (float(f(source.gap0[all_of])) for f in (np.min, np.max))
+        run = result.main
+        p = None if run is None else penetration(result, run, group)
         rows.append(
             [
                 group,
@@ -100,7 +102,7 @@ def gap_table(result: Findings, units: Units) -> Table | None:
                 number(len(kept)),
                 number(low),
                 number(high),
-                *_penetration_cells(result, group),
+                *([NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]),
                 _stiffness(result.gaps.stiffness[kept]),
             ]
         )
@@ -117,12 +119,6 @@ def gap_table(result: Findings, units: Units) -> Table | None:
     ]
     groups = [("", 1), ("channels", 2), (f"clearance, {units.length}", 2), ("in the run with contact", 4)]
     return Table(head, rows, groups=groups)
-
-
-def _penetration_cells(result: Findings, group: str) -> list[str]:
-    run = result.main
-    p = None if run is None else penetration(result, run, group)
-    return [NONE] * 3 if p is None else [number(p.smallest), number(p.depth, 3), share(p.of_clearance)]
 
 
 def _stiffness(values: FloatArray) -> str:

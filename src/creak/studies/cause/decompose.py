@@ -34,7 +34,6 @@ from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.integrate import integrate
 from creak.studies.run.one_run import Run
-from creak.verify.events import Event
 
 EXCITATION, CONTACT, START, REST = "excitation", "contact", "start", "rest"
 """Kinds of sources: `START` is an initial velocity, `REST` what the record of the forces does not tell apart."""
@@ -177,7 +176,11 @@ def _instant(history: History, gaps: GapOperator, place: Place, flights: FloatAr
     the gap is wider there than at rest, as before a channel under preload closes again, it is the next hardest event.
     """
     for event in sorted(place.events, key=lambda e: -e.force_place):
-        channel, peak = _peak(history, place, event)
+        # The hardest pressed channel of a place in an event, and when.
+        rows = np.flatnonzero((history.time >= event.t_start) & (history.time <= event.t_end))
+        force = history.force[np.ix_(rows, place.channels)]
+        row, column = np.unravel_index(int(force.argmax()), force.shape)
+        channel, peak = int(place.channels[column]), float(history.time[rows[row]])
         inside = np.flatnonzero((flights >= event.t_start) & (flights <= event.t_end))
         inside = inside[history.force[_rows(history, flights[inside]), channel] > 0.0]
         first = max(0, int(np.searchsorted(flights, event.t_start, side="right")) - 1)
@@ -193,14 +196,6 @@ def _rows(history: History, times: FloatArray) -> IntArray:
     """Rows of the history nearest to some times."""
     after = np.clip(np.searchsorted(history.time, times), 1, history.time.size - 1)
     return after - (times - history.time[after - 1] < history.time[after] - times)
-
-
-def _peak(history: History, place: Place, event: Event) -> tuple[int, float]:
-    """The hardest pressed channel of a place in an event, and when."""
-    rows = np.flatnonzero((history.time >= event.t_start) & (history.time <= event.t_end))
-    force = history.force[np.ix_(rows, place.channels)]
-    row, column = np.unravel_index(int(force.argmax()), force.shape)
-    return int(place.channels[column]), float(history.time[rows[row]])
 
 
 def marched(marching: Marching, system: System, gaps: GapOperator, loads: Loads, steps: IntArray) -> History:

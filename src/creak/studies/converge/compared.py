@@ -30,7 +30,7 @@ from creak.studies.converge.settling import (
     Settling,
     limit,
 )
-from creak.verify.events import Event, events_in
+from creak.verify.events import events_in
 from creak.verify.figures import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, change
 from creak.verify.matching import EventMatch, match_events
 from creak.verify.statistics import MANY, chance, chance_between, compare_statistics
@@ -193,7 +193,12 @@ def _events(
     found = []
     for event in own:
         same = {BASE: event} | {name: p[id(event)] for name, p in partners.items() if id(event) in p}
-        problem = _problem(event, same, outcomes, tolerance)
+        # Runs without a partner of the event, and those that ended before it was over; of those that decide.
+        early = [n for n, o in outcomes.items() if o.repeat.judged and o.stopped and o.end < event.t_end + tolerance]
+        absent = [n for n, o in outcomes.items() if o.repeat.judged and n not in same and n not in early]
+        said = [f"absent with {', '.join(absent)}"] if absent else []
+        said += [f"{', '.join(early)} stopped before"] if early else []
+        problem = "; ".join(said)
         lasts = max(e.t_end - e.t_start for e in same.values())
         cut = dict.fromkeys(UNTIL_THE_END, GOES_ON) if event.unfinished else {}
         figures = {
@@ -219,15 +224,6 @@ def _parted(events: tuple[EventSettling, ...]) -> bool:
     judged = [e for e in events if e.judged]
     parted = sum(bool(e.problem) or e.moved_in_time for e in judged)
     return len(judged) >= MANY and parted > (1.0 - ENOUGH) * len(judged)
-
-
-def _problem(event: Event, same: dict[str, Event], outcomes: dict[str, Outcome], tolerance: float) -> str:
-    """Runs without a partner of the event, and those that ended before it was over; of those that decide."""
-    early = [n for n, o in outcomes.items() if o.repeat.judged and o.stopped and o.end < event.t_end + tolerance]
-    absent = [n for n, o in outcomes.items() if o.repeat.judged and n not in same and n not in early]
-    said = [f"absent with {', '.join(absent)}"] if absent else []
-    said += [f"{', '.join(early)} stopped before"] if early else []
-    return "; ".join(said)
 
 
 def _settling(

@@ -85,7 +85,7 @@ def read_signal(path: Path, channel: str | None, where: str) -> Samples:
 @lru_cache(maxsize=KEPT)
 def _read_signal(path: Path, channel: str | None, where: str, stamp: tuple[int, int] | None) -> Samples:
     if is_measured(path):
-        found = chosen_channel(path, _name_or_number(channel), where)
+        found = chosen_channel(path, int(channel) if channel is not None and channel.isdigit() else channel, where)
         if not np.isfinite(found.values).all() or np.abs(found.values).max(initial=0.0) > LARGEST:
             raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
         return Samples(found.time, found.values, found.unit)
@@ -126,10 +126,6 @@ def _only_column(path: Path, lines: Sequence[str]) -> str:
         expected="the header time,value, or times and one column with a name",
         fix=f"Name the column in the study: channel = {named[0]!r}." if named else FIRST,
     )
-
-
-def _name_or_number(channel: str | None) -> str | int | None:
-    return int(channel) if channel is not None and channel.isdigit() else channel
 
 
 def table_column(path: Path, header: list[str], rows: Rows, channel: str) -> tuple[FloatArray, FloatArray]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import FloatArray
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
@@ -39,6 +39,9 @@ def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRe
     at, friction = h.output_index, gaps.friction
     rubbing = np.zeros(0, dtype=np.int64) if friction is None else friction.channels
     touched = np.flatnonzero((h.force > 0.0).any(axis=0))
+    # Instants at which anything presses, and `MARGIN` before and after.
+    pressed = np.asarray((h.force > 0.0).any(axis=1))
+    near = np.convolve(pressed, np.ones(2 * MARGIN + 1), mode="full")[MARGIN : MARGIN + pressed.size] > 0.5
     return RunRecord(
         time=h.time[at],
         gap=h.gap[at],
@@ -47,7 +50,7 @@ def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRe
         slip=h.slip,
         friction_force=_means(h, h.tangential),
         slip_speed=_means(h, h.sliding),
-        contact=ContactRecord(_near_contact(h), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding),
+        contact=ContactRecord(np.flatnonzero(near), h.time, touched, h.gap, h.force, rubbing, h.tangential, h.sliding),
         displacement=h.displacement.reshape(at.size, watched.size, 6),
         node_ids=nodes.ids[watched].astype(np.int64),
         node_names=[nodes.label(int(i)) for i in watched],
@@ -70,13 +73,6 @@ def _lines(run: Run, points: GapOperator, nodes: Nodes) -> LineRecord | None:
 def _means(h: History, x: FloatArray) -> FloatArray:
     """Means over the output intervals of what only rubbing channels have."""
     return cell_means(h.time, x, h.time[h.output_index]) if x.size else np.zeros((h.output_index.size, 0))
-
-
-def _near_contact(h: History) -> IntArray:
-    """Instants at which anything presses, and `MARGIN` before and after."""
-    pressed = np.asarray((h.force > 0.0).any(axis=1))
-    near = np.convolve(pressed, np.ones(2 * MARGIN + 1), mode="full")[MARGIN : MARGIN + pressed.size] > 0.5
-    return np.flatnonzero(near)
 
 
 def _field(run: Run, nodes: Nodes, marching: Marching) -> Field | None:

@@ -366,18 +366,14 @@ def with_damping(zeta: ModalDamping | None, band: Band, system: System) -> Syste
     return damped(zeta, system, modes, support_motion(system, held_factor(system)), every=every)
 
 
-def _own_modes(system: System, f_max: float) -> Modes:
-    """Modes of a System that is diagonal already (M = I, or 0 for coordinates without mass): unit vectors."""
-    assert isinstance(system.M, Diagonal)
-    omega2 = np.asarray(system.K.diagonal())
-    keep = np.flatnonzero((omega2 <= (2.0 * np.pi * f_max) ** 2) & (system.M.d > 0.0))
-    shapes = np.zeros((system.n, keep.size))
-    shapes[keep, np.arange(keep.size)] = 1.0
-    return Modes(omega2[keep], shapes, 0.0, True)
-
-
 def reduced_modes(system: System, f_max: float) -> Modes:
     """Modes of the reduced model up to `f_max`, Hz."""
     if isinstance(system.K, Diagonal):
-        return _own_modes(system, f_max)
+        # Modes of a System that is diagonal already (M = I, or 0 for coordinates without mass): unit vectors.
+        assert isinstance(system.M, Diagonal)
+        omega2 = np.asarray(system.K.diagonal())
+        keep = np.flatnonzero((omega2 <= (2.0 * np.pi * f_max) ** 2) & (system.M.d > 0.0))
+        shapes = np.zeros((system.n, keep.size))
+        shapes[keep, np.arange(keep.size)] = 1.0
+        return Modes(omega2[keep], shapes, 0.0, True)
     return modes(system.K, system.M, f_max=f_max, free=True)

@@ -54,9 +54,16 @@ WARPED = 0.2
 def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) -> list[str]:
     """Units of materials and lengths, and the margin of the pre-check, against the model."""
     units = touching.units
+    # Materials of many elements without a density, as Nastran takes them, and without a mass per area or length.
+    bare = [b for b in model.blocks if not any(getattr(b.section, k, 0.0) for k in ("area_mass", "line_mass"))]
+    many = {m.name for m in materials(model)}
     texts = [
         *unit_warnings(model, units),
-        *_massless(model),
+        *[
+            f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
+            for m in materials(replace(model, blocks=tuple(bare)))
+            if m.name in many and m.modulus > 0.0 and m.density == 0.0
+        ],
         *_margin(model, touching, precheck),
         *_warped(model),
         *crossing_warnings(model, UNITS[units].length),
@@ -205,17 +212,6 @@ def _margin(model: Model, touching: Touching, precheck: PrecheckTable) -> list[s
     return [
         f"[precheck] margin = {margin:g} {unit} is {100.0 * margin / size:.0f} % of the model's size: every channel is "
         "kept; leave it out, and it is a share of each gap"
-    ]
-
-
-def _massless(model: Model) -> list[str]:
-    """Materials of many elements without a density, as Nastran takes them, and without a mass per area or length."""
-    bare = [b for b in model.blocks if not any(getattr(b.section, k, 0.0) for k in ("area_mass", "line_mass"))]
-    many = {m.name for m in materials(model)}
-    return [
-        f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
-        for m in materials(replace(model, blocks=tuple(bare)))
-        if m.name in many and m.modulus > 0.0 and m.density == 0.0
     ]
 
 

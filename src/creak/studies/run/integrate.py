@@ -69,7 +69,7 @@ def flowing(system: System) -> tuple[System | None, str]:
     """
     if is_modal(system):
         return system, ""
-    if not _is_reduced(system):
+    if sp.issparse(system.M) and not np.any(system.coordinates < 0):
         return None, ""
     if system.n > MOST:
         return None, f"; no exact flow: damping couples {system.n} modes (at most {MOST})"
@@ -141,7 +141,3 @@ def linear_gaps(
         substeps=table.substeps,
         progress=progress,
     ).gap
-
-
-def _is_reduced(system: System) -> bool:
-    return not sp.issparse(system.M) or bool(np.any(system.coordinates < 0))

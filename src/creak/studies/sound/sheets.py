@@ -235,7 +235,10 @@ def edges_of(model: Model, shells: Skin, metre: float) -> tuple[FloatArray, Bool
     open_edge: BoolArray = np.logical_and(count == 1, ~both)
     free[ends[open_edge].ravel()] = True
     stops = np.where(both & ~rigid[facet], length, 0.0)
-    cluster, part = _clusters(ends, joined), shells.part[facet]
+    # (n_node,) number of the patch of joined nodes that each belongs to.
+    i, j = ends[joined[ends].all(axis=1)].T
+    graph = sp.coo_array((np.ones(i.size), (i, j)), shape=(joined.size,) * 2)
+    cluster, part = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64), shells.part[facet]
     found: dict[int, Edges] = {}
     for k in np.unique(part).tolist():
         mine = part == k
@@ -259,10 +262,3 @@ def _held(model: Model, normal: FloatArray) -> tuple[BoolArray, BoolArray]:
         if block.kind not in SHELL_FACETS and (block.kind in FACES or block.kind in LINES):
             held[block.nodes_idx] = True
     return held, held | joined
-
-
-def _clusters(ends: IntArray, joined: BoolArray) -> IntArray:
-    """(n_node,) number of the patch of joined nodes that each belongs to."""
-    i, j = ends[joined[ends].all(axis=1)].T
-    graph = sp.coo_array((np.ones(i.size), (i, j)), shape=(joined.size,) * 2)
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -88,7 +88,10 @@ class Nearby:
         assert low is not None
         loads, held = cut(of.loads, s, self._parts), of.held(s, self._near)
         q, starts, force = self._followed(loads, begins, held)
-        shapes = _shapes(q, INSTANTS)
+        # Orthonormal shapes (n, r) that the motion q (n, k) is made of.
+        some = np.unique(np.linspace(0, q.shape[1] - 1, INSTANTS).astype(int))
+        U, size, _ = np.linalg.svd(q[:, some], full_matrices=False)
+        shapes = np.asarray(U[:, size > SHAPES * size[0]])
         n_s, r = loads.support.shape[2], shapes.shape[1]
         u = recovered_on(
             of.unreduced,
@@ -170,10 +173,3 @@ def _solves(of: Handover, share: float, solved: int, recovered: int) -> float:
     """Back-substitutions of the whole that a march near an event takes: a factor and so many solved for on a share of
     the unknowns, and motions that are recovered before it."""
     return share * (FACTOR + solved) + BLOCKED * recovered + (FACTOR if of.by_parts else 0.0)
-
-
-def _shapes(q: FloatArray, most: int) -> FloatArray:
-    """Orthonormal shapes (n, r) that the motion q (n, k) is made of."""
-    some = np.unique(np.linspace(0, q.shape[1] - 1, most).astype(int))
-    U, size, _ = np.linalg.svd(q[:, some], full_matrices=False)
-    return np.asarray(U[:, size > SHAPES * size[0]])

@@ -66,7 +66,11 @@ def read_fasteners(deck: Outline, surfaces: dict[str, RawSurface], nodes: Regist
             raise block.error(
                 f"unknown *FASTENER PROPERTY {block.get('PROPERTY')!r}", fix=suggest(block.get("PROPERTY"), properties)
             )
-        _list_unused(deck, block)
+        if block.option("COUPLING", "CONTINUUM") != "CONTINUUM":
+            why = "creak does not tie rotations of the nodes round a fastener"
+            deck.note(block, why, changes=True, what="*FASTENER, COUPLING=STRUCTURAL")
+        if block.option("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
+            deck.note(block, "creak weights all nodes alike", changes=True, what="*FASTENER, WEIGHTING METHOD")
         rows = nodes.find(block.need("REFERENCE NODE SET"), scope.name, block.where)
         if mass := _mass(owner):
             found.masses.append((owner, mass, rows))
@@ -159,14 +163,6 @@ def _frame(normal: FloatArray) -> FloatArray:
     first = first - (first @ normal) * normal
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(normal, first), normal])
-
-
-def _list_unused(deck: Outline, block: Block) -> None:
-    if block.option("COUPLING", "CONTINUUM") != "CONTINUUM":
-        why = "creak does not tie rotations of the nodes round a fastener"
-        deck.note(block, why, changes=True, what="*FASTENER, COUPLING=STRUCTURAL")
-    if block.option("WEIGHTING METHOD", "UNIFORM") != "UNIFORM":
-        deck.note(block, "creak weights all nodes alike", changes=True, what="*FASTENER, WEIGHTING METHOD")
 
 
 def _mass(owner: Block) -> float:

@@ -42,7 +42,11 @@ def read_parts(
     n_structural = _structural_parts(elements, node_part, n_instances)
     attach(node_part, constraints)
     n_parts = _point_parts(elements, constraints, node_part, n_structural)
-    element_part = _element_part(elements, node_part)
+    # Part of all nodes of each element, -1 when they lie in different parts.
+    table = elements.nodes_idx
+    first = node_part[table[:, 0]]
+    same = (np.where(table >= 0, node_part[table], first[:, None]) == first[:, None]).all(axis=1)
+    element_part = np.where(same, first, -1)
     named = _element_set_names(elements, element_part, names, n_instances, n_structural, n_parts)
     taken = {*titles, *(n for n in named if n)}
     count = 0
@@ -138,14 +142,6 @@ def _point_parts(elements: Elements, constraints: list[Constraint], node_part: I
     links = np.array(pairs, dtype=np.int64).reshape(-1, 2)
     heavy = elements.nodes_idx[points & _HAS_MASS[elements.type_idx], 0]
     return number_points(Rows.of_table(table), links, heavy, node_part, n_parts, order=table[:, 0])
-
-
-def _element_part(elements: Elements, node_part: IntArray) -> IntArray:
-    """Part of all nodes of each element, -1 when they lie in different parts."""
-    table = elements.nodes_idx
-    first = node_part[table[:, 0]]
-    same = (np.where(table >= 0, node_part[table], first[:, None]) == first[:, None]).all(axis=1)
-    return np.where(same, first, -1)
 
 
 def _element_set_names(

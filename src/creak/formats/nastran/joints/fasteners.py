@@ -10,7 +10,6 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.groups import Group
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
@@ -204,20 +203,16 @@ def _facets(deck: Deck, card: Card, patch: Patch) -> tuple[IntArray, FloatArray]
             if (e == identifier) if kind == "ONE" else deck.property_of.get(e) == wanted:
                 mine = [[nodes[i] for i in facet] for facet in SHELL_FACETS[group.kind]]
                 corners += mine
-                thickness += [_thickness(group, k)] * len(mine)
+                # Mean thickness of the k-th shell of a group, wherever its middle lies.
+                assert isinstance(group.section, ShellSection | GeneralShell)
+                own = group.own.get("thickness")
+                thickness += [group.section.thickness * (1.0 if own is None else float(own[k].mean()))] * len(mine)
     if not corners:
         what = "property" if kind == "PROP" else "element"
         raise card.error(
             f"{card.title} joins {what} {identifier}, which has no shells", expected="CQUAD4, CTRIA3, CQUAD8 or CTRIA6"
         )
     return np.array(corners, dtype=np.int64), np.array(thickness)
-
-
-def _thickness(group: Group, k: int) -> float:
-    """Mean thickness of the k-th shell of a group, wherever its middle lies."""
-    assert isinstance(group.section, ShellSection | GeneralShell)
-    own = group.own.get("thickness")
-    return group.section.thickness * (1.0 if own is None else float(own[k].mean()))
 
 
 def _met(points: FloatArray, corners: IntArray, coords: FloatArray) -> tuple[IntArray, FloatArray, FloatArray]:

@@ -180,26 +180,20 @@ def _read_axial(deck: Deck) -> None:
             point = PointMass(f"PBUSH1D {pid}", share, alpha=alpha)
             deck.add(("PBUSH1D", pid, share), "mass", point, deck.free_id(), [row], card)
         if card.text(4) or len(nodes) == 1:
-            _add_along(deck, card, identifier, pid, nodes, kcb)
+            # Stiffness, dashpot and beta along axis 1 of CID, on the translations alone.
+            axes = axes_at(deck.system(card.integer(4, 0), card), deck.grids.place(nodes[0]))
+            n = len(nodes)
+            ends = np.zeros((n, 6))
+            ends[:, :3] = np.outer((1.0, -1.0)[:n], axes[:, 0])
+            g = ends.ravel()
+            K, C = (value * np.outer(g, g) for value in kcb[:2])
+            section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C, beta=kcb[2])
+            deck.add(("PBUSH1D", pid, *np.round(g, 12).tolist()), f"nodal{n}", section, identifier, nodes, card)
         else:
             line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
             if not np.linalg.norm(line) > 0.0:
                 raise card.error(f"CBUSH1D {identifier} has coincident grids and no CID", expected="CID")
             deck.add(("PBUSH1D", pid), "axial2", AxialSpring(f"PBUSH1D {pid}", *kcb), identifier, nodes, card)
-
-
-def _add_along(
-    deck: Deck, card: Card, identifier: int, pid: int, nodes: list[int], kcb: tuple[float, float, float]
-) -> None:
-    """Stiffness, dashpot and beta along axis 1 of CID, on the translations alone."""
-    axes = axes_at(deck.system(card.integer(4, 0), card), deck.grids.place(nodes[0]))
-    n = len(nodes)
-    ends = np.zeros((n, 6))
-    ends[:, :3] = np.outer((1.0, -1.0)[:n], axes[:, 0])
-    g = ends.ravel()
-    K, C = (value * np.outer(g, g) for value in kcb[:2])
-    section = NodalMatrices(f"PBUSH1D {pid}", K, np.zeros_like(K), C, beta=kcb[2])
-    deck.add(("PBUSH1D", pid, *np.round(g, 12).tolist()), f"nodal{n}", section, identifier, nodes, card)
 
 
 def _add_bushing(deck: Deck, card: Card, properties: dict[int, Card]) -> None:

@@ -157,7 +157,13 @@ def _of_msc(deck: Deck, chosen: set[int] | None, *, glued: bool) -> Iterator[Reg
     for card in tables:
         for i in id_list(card, 1):
             connection = referred(connections, i, card, "contact pair", "BCONECT")
-            pair = _of_connection(connection, geometry, physics)
+            # IGLUE and ERROR of the BCONPRG, FRIC of the BCONPRP that a BCONECT names.
+            form, law = geometry.get(connection.integer(1, 0)), physics.get(connection.integer(2, 0))
+            at = values(form) if form is not None else {}
+            flag = form.integer(at["IGLUE"], 0) if form is not None and "IGLUE" in at else 0
+            reach = form.real(at["ERROR"], 0.0) if form is not None and "ERROR" in at else 0.0
+            friction = (law, values(law)["FRIC"]) if law is not None and "FRIC" in values(law) else None
+            pair = RegionPair(connection, 0, 0, bool(flag), reach or None, flag in WITH_MOMENTS, friction=friction)
             if pair.glued is glued:
                 for first in _bodies(connection, 3, _FIRST):
                     yield from (replace(pair, first=first, second=b) for b in _bodies(connection, 4, _SECOND))
@@ -177,16 +183,6 @@ def _of_table(card: Card) -> Iterator[RegionPair]:
         for i in range(at + 1, at + 8) if pair.first and primary else ():
             if card.text(i):
                 yield replace(pair, second=card.integer(i))
-
-
-def _of_connection(card: Card, geometry: dict[int, Card], physics: dict[int, Card]) -> RegionPair:
-    """IGLUE and ERROR of the BCONPRG, FRIC of the BCONPRP that a BCONECT names."""
-    form, law = geometry.get(card.integer(1, 0)), physics.get(card.integer(2, 0))
-    at = values(form) if form is not None else {}
-    flag = form.integer(at["IGLUE"], 0) if form is not None and "IGLUE" in at else 0
-    reach = form.real(at["ERROR"], 0.0) if form is not None and "ERROR" in at else 0.0
-    friction = (law, values(law)["FRIC"]) if law is not None and "FRIC" in values(law) else None
-    return RegionPair(card, 0, 0, bool(flag), reach or None, flag in WITH_MOMENTS, friction=friction)
 
 
 def _bodies(card: Card, field: int, words: tuple[str, ...]) -> list[int]:

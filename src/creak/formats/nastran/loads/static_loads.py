@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NoReturn
-
 import numpy as np
 
 from creak.errors import InputError
@@ -82,7 +80,11 @@ def _warm(deck: Deck, number: int, cards: Cards) -> NodeTemperatures | None:
     mine = cards.get(str(number), ())
     for card in sorted(mine, key=lambda c: c.name != "TEMPD"):
         if card.name in HEAT_NOT_READ:
-            _refuse_gradient(card, number)
+            raise card.error(
+                f"{card.name} of temperature set {number} is not read by creak",
+                expected="TEMP and TEMPD, one temperature of each grid",
+                fix="creak heats shells and bars evenly through the thickness: give the mean at the grids.",
+            )
         if card.name == "TEMPD":
             at = next(i for i in range(0, len(card.fields), 2) if card.text(i) and card.integer(i) == number)
             found.update(dict.fromkeys(range(len(deck.grids.ids)), card.real(at + 1)))
@@ -96,14 +98,6 @@ def _warm(deck: Deck, number: int, cards: Cards) -> NodeTemperatures | None:
         if a in found and b in found:
             found[middle.row] = 0.5 * (found[a] + found[b])
     return NodeTemperatures(np.array(list(found), dtype=np.int64), np.array(list(found.values()), dtype=np.float64))
-
-
-def _refuse_gradient(card: Card, number: int) -> NoReturn:
-    raise card.error(
-        f"{card.name} of temperature set {number} is not read by creak",
-        expected="TEMP and TEMPD, one temperature of each grid",
-        fix="creak heats shells and bars evenly through the thickness: give the mean at the grids.",
-    )
 
 
 def _tried(deck: Deck, number: int, loads: Cards, heat: Cards) -> StaticLoads:

@@ -73,21 +73,17 @@ def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
     """Kind and node rows, in creak's order."""
     (first, n), (second, more) = _KINDS[card.name]
     if not second:
-        _refuse_middles(card, n, more)
+        given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
+        if given:
+            raise card.error(
+                f"{card.title} has {n + given} grids", expected=f"{n} grids", fix="Export the mesh in first order."
+            )
         return first, deck.nodes(card, range(2, 2 + n))
     sides = MIDDLES["hex20" if card.name == "CHEXA" else second]
     nodes = rows_with_middles(deck, card, sides, ORDER.get(second, range(more)), TRANSLATIONS)
     if len(nodes) == n:
         return first, nodes
     return _network(owner) if card.name == "CHEXA" else second, nodes
-
-
-def _refuse_middles(card: Card, n: int, more: int) -> None:
-    given = sum(card.text(i) not in ("", "0") for i in range(2 + n, 2 + more))
-    if given:
-        raise card.error(
-            f"{card.title} has {n + given} grids", expected=f"{n} grids", fix="Export the mesh in first order."
-        )
 
 
 def _network(owner: Card) -> str:

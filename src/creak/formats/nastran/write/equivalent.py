@@ -80,7 +80,11 @@ def _block(block: ElementBlock, x: FloatArray) -> ElementBlock:
     if isinstance(section, SolidSection) and isinstance(section.material, AnisotropicMaterial):
         return replace(block, own=_frames(own, len(x)))
     if isinstance(section, AxialSpring) and section.stiffness:
-        return _as_bushing(block, section, x)
+        first = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        bushing = Bushing(section.name, section.stiffness * first, section.damping * first, 0.5, section.beta)
+        line = x[:, 1] - x[:, 0]
+        across = np.eye(3)[np.argmin(np.abs(line), axis=1)]
+        return replace(block, kind="bush2", section=bushing, own=Own(axis1=line, axis2=across))
     if isinstance(section, Bushing) and own.axis1 is not None:
         if block.kind == "bush2" and _along(own.axis1, x):
             return block
@@ -182,14 +186,6 @@ def _along(axis: FloatArray, x: FloatArray) -> bool:
     """Whether axis 1 of every bushing runs from its first node to its second."""
     line = x[:, -1] - x[:, 0]
     return bool((np.einsum("ni,ni->n", line, axis) > 0.0).all()) and not np.cross(line, axis).any()
-
-
-def _as_bushing(block: ElementBlock, section: AxialSpring, x: FloatArray) -> ElementBlock:
-    first = np.diag([1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-    bushing = Bushing(section.name, section.stiffness * first, section.damping * first, 0.5, section.beta)
-    line = x[:, 1] - x[:, 0]
-    across = np.eye(3)[np.argmin(np.abs(line), axis=1)]
-    return replace(block, kind="bush2", section=bushing, own=Own(axis1=line, axis2=across))
 
 
 def _constraints(c: Constraint, coords: FloatArray) -> Iterator[Constraint]:
