@@ -9,7 +9,8 @@ import typer
 
 from creak.cli.console import printable
 from creak.cli.details import setup_detail, tell_notes, tell_setup
-from creak.cli.output import AS_JSON, IGNORE, VERBOSE, Output
+from creak.cli.joined import joined
+from creak.cli.output import IGNORE, Output, output_of
 from creak.cli.run import changed_study
 from creak.errors import InputError
 from creak.words import duration, percent
@@ -59,9 +60,10 @@ def advise(
     band: float | None = typer.Option(
         None, "--band", metavar="HZ", help="Say what it takes that sound is believed up to this frequency."
     ),
-    quiet: bool = typer.Option(False, "--quiet", "-q", help="No progress; the lines of the study to change alone."),
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = joined(
+        output_of,
+        quiet=typer.Option(False, "--quiet", "-q", help="No progress; the lines of the study to change alone."),
+    ),
 ) -> None:
     """Propose retained dofs, f_max, time step and contact stiffness for a study, with estimated error and cost.
 
@@ -86,7 +88,7 @@ def advise(
             expected=f"more than {LOWEST:g}, where hearing begins, up to {HIGHEST * RATE:g} Hz",
         )
     told: set[str] = set()
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(changed_study(study_file, changes), ignore)
@@ -99,7 +101,7 @@ def advise(
         tell_notes(output, setup.notes, told)
         for text in advice.warnings:
             output.warn(text)
-        if not as_json:
+        if not output.as_json:
             typer.echo(printable(_lines(advice)))
         output.result(
             {

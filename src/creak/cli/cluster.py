@@ -54,13 +54,19 @@ class Distribution:
 
 
 def distribution_of(
-    scheduler: str | None, own: str, given: int | None, ca: Path | None, cert: Path | None, key: Path | None
+    workers: int | None = WORKERS,
+    scheduler: str | None = SCHEDULER,
+    tls_ca_file: Path | None = TLS_CA_FILE,
+    tls_cert: Path | None = TLS_CERT,
+    tls_key: Path | None = TLS_KEY,
+    *,
+    own: str = "--workers",
 ) -> Distribution:
     """What the options say.
 
     Parameters
     ----------
-    own : the option for this machine alone, and what was `given` there.
+    own : the name of the first option, which is for this machine alone.
 
     Raises
     ------
@@ -68,16 +74,16 @@ def distribution_of(
     """
     from creak.studies.tasks.cluster import Certificates
 
-    if given is not None and scheduler is not None:
+    if workers is not None and scheduler is not None:
         raise InputError(f"{own} and --scheduler exclude each other", fix="A cluster has its own workers.")
-    certificates = Certificates(ca, cert, key)
+    certificates = Certificates(tls_ca_file, tls_cert, tls_key)
     if scheduler is None and certificates.files:
         raise InputError(
             f"{next(iter(certificates.files))} without --scheduler",
             expected="--scheduler tls://HOST:PORT",
             fix="Workers on this machine need no certificates.",
         )
-    return Distribution(given, scheduler, certificates)
+    return Distribution(workers, scheduler, certificates)
 
 
 @contextmanager
@@ -91,17 +97,17 @@ def workers_of(where: Distribution, count: int) -> Iterator[Runner]:
         yield runner
 
 
-def check_cluster(scheduler: str | None, output: Output) -> None:
+def check_cluster(where: Distribution, output: Output) -> None:
     """Raise InputError where dask is missing for a scheduler; warn of one that is open to others."""
     from creak.studies.tasks.cluster import need_distributed, open_to_others
 
-    if scheduler is None:
+    if where.scheduler is None:
         return
     need_distributed()
-    if open_to_others(scheduler):
+    if open_to_others(where.scheduler):
         output.warn(
-            f"the scheduler {scheduler} is open: whoever reaches it, or its workers, can run code as their owner; "
-            "use certificates and tls://, see docs/sweeps.md"
+            f"the scheduler {where.scheduler} is open: whoever reaches it, or its workers, can run code as their "
+            "owner; use certificates and tls://, see docs/sweeps.md"
         )
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from creak.cli.details import tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
+from creak.cli.output import OUTPUT, Output, writable_file, writable_folder
 from creak.cli.run import results_name
 from creak.errors import InputError
 
@@ -29,9 +29,7 @@ def compare(
         help="Instead of B: run the study of A, which must lie beside the folder, with this value. Repeatable.",
     ),
     out: Path | None = typer.Option(None, "--out", metavar="FILE", help="The page; default: comparison.html beside A."),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Put two results side by side: settings, events, force, impulse, gaps and relative motion, place by place.
 
@@ -51,7 +49,7 @@ def compare(
         )
     page = out if out is not None else first.parent / "comparison.html"
     writable_file(page)
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         if second is not None and holds_records(second):
             _with_test(first, second, page, output)
             return

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import typer
 
 from creak.cli.details import model_detail, tell_vain
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
+from creak.cli.output import OUTPUT, Output
 from creak.errors import InputError, suggest
 from creak.formats.endings import WRITTEN, is_nastran
 
@@ -42,9 +42,7 @@ def convert(
     run: str | None = typer.Option(
         None, "--run", help="Of results: reduced or reference; default: the reduced one, of motion the one that has it."
     ),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Write the model of a deck as another deck, or its stiffness, mass and damping as held by its supports.
 
@@ -77,9 +75,9 @@ def convert(
     writable_file(out, stream=matrices is None and out.suffix.lower() != ".pvd")
     if of_run:
         write = {".pvd": _write_motion, ".vtu": _write_points}.get(out.suffix.lower(), _write_histories)
-        write(deck, out, run, Output(quiet, verbose, as_json))
+        write(deck, out, run, output)
         return
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase(f"read {deck.name}"):
                 model = read_model(deck)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import typer
 
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output
+from creak.cli.output import OUTPUT, Output
 from creak.errors import shortened
 from creak.model.units import UnitsName
 
@@ -28,9 +28,7 @@ def info(
         None, "--units", help="Units that the deck should be in: its materials, size and mass are checked for them."
     ),
     all_sets: bool = typer.Option(False, "--sets", help="All sets and surfaces; default: the first few of each."),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """What a deck is, in three lines; then what of it was not used, parts, supports, and sets.
 
@@ -38,12 +36,12 @@ def info(
     """
     from creak.formats.decks import read_model
 
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase("read the deck"):
                 model = read_model(deck)
             facts = _facts(deck, model, units, progress)
-        _print(output, facts, [units] if units else facts["units"], None if all_sets or verbose else SHOWN)
+        _print(output, facts, [units] if units else facts["units"], None if all_sets or output.verbose else SHOWN)
         for text in facts["warnings"]:
             output.warn(text)
         if len(facts["parts"]) > 1:

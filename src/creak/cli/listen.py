@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
+from creak.cli.output import OUTPUT, Output, writable_file, writable_folder
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,9 +35,7 @@ def listen(
     listener: str | None = typer.Option(
         None, "--listener", metavar="NAME", help="Whose sounds are compared; default: those of the first."
     ),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Write WAV files of 48 kHz: what each listener hears of each place by itself, and of all contact together.
     Files of a listener that faces somewhere have two channels, its left and its right ear.
@@ -58,7 +56,7 @@ def listen(
     target = out if out is not None else folder / "sound"
     if not beside and (calibration is not None or calibrator is not None or level is not None or listener is not None):
         raise InputError("a calibration or a listener without a recording", fix="Give --beside recording.wav, too.")
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         recordings = [r for path in beside for r in read_recordings(path, calibration, calibrator, level)]
         sound = read_sound(folder)
         compared = compare_sounds(folder, recordings, listener=listener) if recordings else None

@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 import traceback
+from collections.abc import Callable
 from pathlib import Path
 from typing import NoReturn
 
@@ -32,6 +33,7 @@ from creak.cli import (
     update,
 )
 from creak.cli.console import Terminal, drop
+from creak.cli.joined import command
 from creak.cli.output import Interrupted
 from creak.errors import CreakError, InputError, Unreliable, WriteError, shortened
 from creak.formats.deck.command_files import one_command
@@ -54,22 +56,26 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     rich_markup_mode=None,
 )
-app.command("new", short_help="Write a first study for a deck, with comments.")(new.new)
-app.command("run", short_help="Run a study, or a deck by its own step.")(run.run)
-app.command("report", short_help="Write report.html from the results of an earlier run.")(report.report)
-app.command("listen", short_help="Write the sound of an earlier run as WAV files.")(listen.listen)
-app.command("compare", short_help="Put two results side by side.")(compare.compare)
-app.command("robust", short_help="How likely it rattles when gaps, friction and loads scatter.")(robust.robust)
-app.command("advise", short_help="Propose settings for a study, with errors and costs.")(advise.advise)
-app.command("screen", short_help="Rank gaps by margin and in-plane motion, from modes alone.")(screen.screen)
-app.command("reduce", short_help="Make and save the superelements of a study.")(reduce.reduce)
-app.command("sweep", short_help="Run many cases of a study.")(sweep.sweep)
-app.command("info", short_help="Tell what a deck holds.")(info.info)
-app.command("modes", short_help="Natural frequencies and mode shapes of a deck.")(modes.modes)
-app.command("update", short_help="Bring the modes of a study to those of a test.")(update.update)
-app.command("convert", short_help="Write a deck as another deck or as matrices; motion for ParaView.")(convert.convert)
-app.command("schema", short_help="JSON schema of the study file, for editors.")(schema.schema)
-app.command("thesis", short_help="Run the studies of a thesis on a car door.")(thesis.thesis)
+COMMANDS: dict[Callable[..., None], str] = {
+    new.new: "Write a first study for a deck, with comments.",
+    run.run: "Run a study, or a deck by its own step.",
+    report.report: "Write report.html from the results of an earlier run.",
+    listen.listen: "Write the sound of an earlier run as WAV files.",
+    compare.compare: "Put two results side by side.",
+    robust.robust: "How likely it rattles when gaps, friction and loads scatter.",
+    advise.advise: "Propose settings for a study, with errors and costs.",
+    screen.screen: "Rank gaps by margin and in-plane motion, from modes alone.",
+    reduce.reduce: "Make and save the superelements of a study.",
+    sweep.sweep: "Run many cases of a study.",
+    info.info: "Tell what a deck holds.",
+    modes.modes: "Natural frequencies and mode shapes of a deck.",
+    update.update: "Bring the modes of a study to those of a test.",
+    convert.convert: "Write a deck as another deck or as matrices; motion for ParaView.",
+    schema.schema: "JSON schema of the study file, for editors.",
+    thesis.thesis: "Run the studies of a thesis on a car door.",
+}
+for call, words in COMMANDS.items():
+    app.command(call.__name__, short_help=words)(command(call))
 app.add_typer(example.app, name="example")
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from creak.cli.details import model_detail, tell_warnings
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file
+from creak.cli.output import IGNORE, OUTPUT, Output, writable_file
 from creak.errors import InputError
 from creak.model.units import UnitsName
 
@@ -39,9 +39,7 @@ def new(
     ),
     overwrite: bool = typer.Option(False, "--overwrite", help="Write over a study that is there."),
     ignore: list[str] = IGNORE,
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Look at a deck and write a study for it: contacts, supports, excitation, outputs, each with a comment.
 
@@ -60,7 +58,7 @@ def new(
     path = _study_path(deck, out, overwrite)
     if distance is not None and not 0.0 < distance < float("inf"):
         raise InputError(f"--distance {distance:g}", expected="a length greater than zero")
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase("read the deck"):
                 model = read_model(deck)

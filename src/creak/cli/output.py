@@ -24,6 +24,7 @@ from rich.table import Table
 from rich.text import Text
 
 from creak.cli.console import Terminal, printable
+from creak.cli.joined import joined
 from creak.errors import CreakError, InputError, shortened
 from creak.formats.destination import Destination, descriptor_of, destination
 from creak.progress import Sentence
@@ -222,6 +223,14 @@ class Output:
         """The result for machines: printed with --json only; figures that are not finite are null."""
         if self.as_json:
             sys.stdout.write(json.dumps(finite(data), indent=2, allow_nan=False) + "\n")
+
+
+def output_of(quiet: bool = QUIET, verbose: bool = VERBOSE, as_json: bool = AS_JSON) -> Output:
+    """What the options say."""
+    return Output(quiet, verbose, as_json)
+
+
+OUTPUT = joined(output_of)
 
 
 def is_stdout(path: Path | None) -> bool:

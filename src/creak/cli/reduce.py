@@ -10,11 +10,6 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from creak.cli.cluster import (
-    SCHEDULER,
-    TLS_CA_FILE,
-    TLS_CERT,
-    TLS_KEY,
-    WORKERS,
     Distribution,
     check_cluster,
     check_method,
@@ -22,7 +17,8 @@ from creak.cli.cluster import (
     workers_of,
 )
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file, writable_folder
+from creak.cli.joined import joined
+from creak.cli.output import IGNORE, OUTPUT, Output, writable_file, writable_folder
 from creak.cli.run import changed_study
 from creak.errors import CreakError, InputError, NumericalError, suggest
 
@@ -51,15 +47,9 @@ def reduce(
     export: list[str] = typer.Option(
         [], "--export", help="Also write them as op4, dmig, abaqus, matrix-market or npz, into the same folder."
     ),
-    workers: int | None = WORKERS,
-    scheduler: str | None = SCHEDULER,
-    tls_ca_file: Path | None = TLS_CA_FILE,
-    tls_cert: Path | None = TLS_CERT,
-    tls_key: Path | None = TLS_KEY,
+    where: Distribution = joined(distribution_of),
     ignore: list[str] = IGNORE,
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Reduce the parts of a study and save them; parts that did not change since the last time are kept.
 
@@ -71,15 +61,14 @@ def reduce(
     from creak.studies.file.identity import store_of
     from creak.studies.prepare.setup import set_up
 
-    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     _check_formats(export)
     study = changed_study(study_file, changes)
     check_method(study.config.reduction.method, study.places)
     folder = out if out is not None else store_of(study.path)
     writable_folder(folder)
     told: set[str] = set()
-    with Output(quiet, verbose, as_json) as output:
-        check_cluster(scheduler, output)
+    with output:
+        check_cluster(where, output)
         with output.progress as progress:
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(study, ignore, folder)

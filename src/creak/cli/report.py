@@ -6,15 +6,13 @@ from pathlib import Path
 
 import typer
 
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file
+from creak.cli.output import OUTPUT, Output, writable_file
 
 
 def report(
     folder: Path = typer.Argument(..., metavar="DIR", help="Folder that `creak run` wrote."),
     out: Path | None = typer.Option(None, "--out", metavar="FILE", help="The page; default: report.html in DIR."),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Write report.html from summary.json and results.h5 of an earlier run, and convergence.csv where it was made.
 
@@ -34,7 +32,7 @@ def report(
     page = out if out is not None else folder / "report.html"
     streamed = writable_file(page, kept=True).stream
     need_report()
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase("read the results"):
                 saved = open_result(folder)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
 
-from creak.cli.cluster import SCHEDULER, TLS_CA_FILE, TLS_CERT, TLS_KEY, Distribution, check_cluster, distribution_of
+from creak.cli.cluster import Distribution, check_cluster, distribution_of
 from creak.cli.details import tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, QUIET, VERBOSE, Output, writable_file, writable_folder
+from creak.cli.joined import joined
+from creak.cli.output import OUTPUT, Output, writable_file, writable_folder
 
 if TYPE_CHECKING:
     from creak.studies.robust.findings import Robustness
@@ -26,14 +28,11 @@ def robust(
     indices: bool = typer.Option(
         True, "--indices/--no-indices", help="Sobol indices: half as many runs more for each cause."
     ),
-    threads: int | None = typer.Option(None, "--threads", min=1, help="Default: all cores of this process."),
-    scheduler: str | None = SCHEDULER,
-    tls_ca_file: Path | None = TLS_CA_FILE,
-    tls_cert: Path | None = TLS_CERT,
-    tls_key: Path | None = TLS_KEY,
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    where: Distribution = joined(
+        partial(distribution_of, own="--threads"),
+        workers=typer.Option(None, "--threads", min=1, help="Default: all cores of this process."),
+    ),
+    output: Output = OUTPUT,
 ) -> None:
     """Draw the numbers that scatter and run each draw: probability of rattle, causes, the gap that is needed.
 
@@ -47,9 +46,8 @@ def robust(
     from creak.formats.stored.sealed_json import sealed_text
     from creak.report.tables.robust import write_draws
 
-    where = distribution_of(scheduler, "--threads", threads, tls_ca_file, tls_cert, tls_key)
     folder = out if out is not None else study_file.parent / "robust"
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         from creak.api.study import read_study
 
         study = read_study(study_file)
@@ -57,7 +55,7 @@ def robust(
         for name in ("robust.json", "draws.csv", "robust.html"):
             writable_file(folder / name, stream=False)
         before = _logs(folder)
-        check_cluster(scheduler, output)
+        check_cluster(where, output)
         with _runner(where) as runner, output.progress as progress:
             try:
                 found = find(
@@ -65,7 +63,7 @@ def robust(
                     n,
                     out=folder,
                     indices=indices,
-                    threads=threads,
+                    threads=where.workers,
                     runner=runner,
                     progress=progress,
                 )

@@ -9,18 +9,15 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from creak.cli.cluster import (
-    SCHEDULER,
-    TLS_CA_FILE,
-    TLS_CERT,
-    TLS_KEY,
-    WORKERS,
+    Distribution,
     check_cluster,
     check_method,
     distribution_of,
     workers_of,
 )
 from creak.cli.details import list_unread, setup_detail, tell_notes, tell_setup
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_folder
+from creak.cli.joined import joined
+from creak.cli.output import IGNORE, OUTPUT, Output, writable_folder
 from creak.errors import InputError, NumericalError, Unreliable
 from creak.model.units import UnitsName
 
@@ -96,15 +93,9 @@ def run(
         help="A first look: rougher contact, no repeated runs, no unreduced model. The verdict then says that nothing "
         "was checked, unless nothing can touch.",
     ),
-    workers: int | None = WORKERS,
-    scheduler: str | None = SCHEDULER,
-    tls_ca_file: Path | None = TLS_CA_FILE,
-    tls_cert: Path | None = TLS_CERT,
-    tls_key: Path | None = TLS_KEY,
+    where: Distribution = joined(distribution_of),
     show: bool = typer.Option(False, "--open", help="Open report.html in the browser at the end."),
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html.
 
@@ -125,7 +116,6 @@ def run(
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened
 
-    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
     will_read(study_file)
     given = changed_study(study_file, changes) if changes else study_file
     folder = out if out is not None else study_file.parent / results_name(given)
@@ -138,15 +128,15 @@ def run(
         refuse_other_study(folder, study_file.name)
     told: set[str] = set()
     checkpoints, beside = Checkpoints(folder), None if is_deck(study_file) else study_file.parent / STORE
-    spread = workers is not None or scheduler is not None
+    spread = where.workers is not None or where.scheduler is not None
     if spread and (not keep or beside is None):
         raise InputError(
             f"workers with {'--no-keep' if beside else 'a deck of its own'}",
             expected="a study whose superelements are kept: workers hand over what they reduce in that folder",
         )
-    with Output(quiet, verbose, as_json) as output, ExitStack() as pool:
-        check_cluster(scheduler, output)
-        runner = pool.enter_context(workers_of(where, workers or 1)) if spread else None
+    with output, ExitStack() as pool:
+        check_cluster(where, output)
+        runner = pool.enter_context(workers_of(where, where.workers or 1)) if spread else None
         with output.progress as progress, opened(superelements or beside if keep else None):
             with progress.phase("read the model and find the contacts"):
                 setup = set_up(given, ignore, units, superelements)
@@ -185,7 +175,7 @@ def run(
         tell_notes(output, result.notes, told)
         if missing_for_report():
             output.warn(no_report_text())
-        if verbose:
+        if output.verbose:
             _print_tables(output, result.summary)
             if result.convergence is not None:
                 _print_convergence(output, result.convergence, result.summary)

@@ -7,16 +7,14 @@ from pathlib import Path
 import typer
 
 from creak.cli.details import setup_detail, tell_notes, tell_warnings
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Output, writable_file
+from creak.cli.output import IGNORE, OUTPUT, Output, writable_file
 
 
 def screen(
     study_file: Path = typer.Argument(..., metavar="STUDY.toml", help="The study to look at."),
     csv: Path | None = typer.Option(None, "--csv", metavar="FILE", help="Write every point of every line here."),
     ignore: list[str] = IGNORE,
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Rank the E-lines of a study by the margin of their gaps and by their in-plane motion, from modes alone.
 
@@ -40,7 +38,7 @@ def screen(
     if csv is not None:
         writable_file(csv)
     told: set[str] = set()
-    with Output(quiet, verbose, as_json) as output:
+    with output:
         with output.progress as progress:
             with progress.phase("read the model and find the lines"):
                 setup = set_up(read_study(study_file), ignore)

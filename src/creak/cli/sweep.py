@@ -19,17 +19,14 @@ from rich.progress import (
 )
 
 from creak.cli.cluster import (
-    SCHEDULER,
-    TLS_CA_FILE,
-    TLS_CERT,
-    TLS_KEY,
     Distribution,
     check_cluster,
     distribution_of,
     workers_of,
 )
 from creak.cli.console import Terminal
-from creak.cli.output import AS_JSON, IGNORE, QUIET, VERBOSE, Interrupted, Output, writable_file, writable_folder
+from creak.cli.joined import joined
+from creak.cli.output import IGNORE, OUTPUT, Interrupted, Output, writable_file, writable_folder
 from creak.errors import NumericalError, Unreliable
 
 if TYPE_CHECKING:
@@ -44,13 +41,15 @@ def sweep(
     out: Path | None = typer.Option(
         None, "--out", help="Folder for the results; default: <sweep file>_sweep beside the sweep file."
     ),
-    workers: int | None = typer.Option(
-        None, "--workers", min=1, help="Worker processes on this machine; default: one per core. They share the cores."
+    where: Distribution = joined(
+        distribution_of,
+        workers=typer.Option(
+            None,
+            "--workers",
+            min=1,
+            help="Worker processes on this machine; default: one per core. They share the cores.",
+        ),
     ),
-    scheduler: str | None = SCHEDULER,
-    tls_ca_file: Path | None = TLS_CA_FILE,
-    tls_cert: Path | None = TLS_CERT,
-    tls_key: Path | None = TLS_KEY,
     dry_run: bool = typer.Option(False, "--dry-run", help="List the cases, run nothing."),
     reports: bool = typer.Option(True, "--reports/--no-reports", help="Write report.html of every case."),
     converge: bool | None = typer.Option(
@@ -60,9 +59,7 @@ def sweep(
         "Without it a case takes about a fifth of the time, and nothing has checked it.",
     ),
     ignore: list[str] = IGNORE,
-    quiet: bool = QUIET,
-    verbose: bool = VERBOSE,
-    as_json: bool = AS_JSON,
+    output: Output = OUTPUT,
 ) -> None:
     """Run every case of a sweep: a folder each, all figures in sweep.csv and sweep.h5.
 
@@ -76,8 +73,6 @@ def sweep(
     from creak.studies.sweep.file import read_sweep
     from creak.studies.sweep.tasks import finished, tasks_of
 
-    where = distribution_of(scheduler, "--workers", workers, tls_ca_file, tls_cert, tls_key)
-    output = Output(quiet, verbose, as_json)
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
     writable_folder(folder)
@@ -92,13 +87,13 @@ def sweep(
             if found:
                 output.say(f"finished with {WAYS[way]}: {len(found)}")
         return
-    check_cluster(scheduler, output)
+    check_cluster(where, output)
     if reports:
         need_report("--no-reports")
     folder.mkdir(parents=True, exist_ok=True)
     known = finished(cases, folder)
     tasks = tasks_of(cases, folder, ignore, write_case if reports else write_case_alone)
-    with _Drawn(quiet, len(cases), len(known)) as progress:
+    with _Drawn(output.quiet, len(cases), len(known)) as progress:
         try:
             rows = _rows(read, cases, folder, known, progress, where, tasks)
         except KeyboardInterrupt:
