@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, TypeVar
 
 import numpy as np
 
 from creak.errors import InputError
 
+K = TypeVar("K", int, str)
+T = TypeVar("T")
+
 
 class _HasPlace(Protocol):
     @property
     def where(self) -> str: ...
+
+
+class _Titled(_HasPlace, Protocol):
+    @property
+    def title(self) -> str: ...
 
 
 class Placed:
@@ -23,6 +31,27 @@ class Placed:
     def error(self: _HasPlace, what: str, *, expected: str = "", fix: str = "") -> InputError:
         """What is wrong with it."""
         return InputError(what, expected=expected, where=self.where, fix=fix)
+
+    def twice(self: _HasPlace, what: str, first: str, fix: str = "Give one of them another id.") -> InputError:
+        """It defines what is defined already, at `first`."""
+        return InputError(f"{what} is defined twice, first at {first}", where=self.where, fix=fix)
+
+
+def referred(found: Mapping[K, T], identifier: K, user: _Titled, what: str, of: str) -> T:
+    """What stands under this id, that `user` refers to; it is made by a card or keyword `of`.
+
+    Raises
+    ------
+    InputError : there is none.
+    """
+    if identifier not in found:
+        raise InputError(
+            f"{user.title} uses {what} {identifier}, which is not defined",
+            expected=f"a {of} with this id",
+            where=user.where,
+            fix="Add it or correct the id.",
+        )
+    return found[identifier]
 
 
 @contextmanager

@@ -78,9 +78,7 @@ def read_surfaces(
             continue
         key = qualified(scope.name, block.need("NAME"))
         if key in result:
-            raise block.error(
-                f"surface {key!r} is defined twice, first at {result[key].where}", fix="Rename one of them."
-            )
+            raise block.twice(f"surface {key!r}", result[key].where, "Rename one of them.")
         if kind == "NODE":
             result[key] = _node_surface(key, scope, block, nodes)
         else:

@@ -59,9 +59,7 @@ def read_materials(deck: Outline) -> dict[str, RawMaterial]:
         seen.add(id(block))
         name = block.need("NAME")
         if name.upper() in result:
-            raise block.error(
-                f"material {name!r} is defined twice, first at {result[name.upper()].where}", fix="Rename one of them."
-            )
+            raise block.twice(f"material {name!r}", result[name.upper()].where, "Rename one of them.")
         result[name.upper()] = _material(deck, name, block)
     return result
 

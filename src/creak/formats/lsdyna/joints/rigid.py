@@ -8,11 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.lsdyna.mesh.nodes import directions
 from creak.formats.lsdyna.mesh.sets import Sets
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
 from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named, referred
+from creak.formats.lsdyna.text.deck import Deck, Named
 from creak.model.constraints import Constraint, Fixed, KinematicCoupling
 from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
 

@@ -9,6 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.deck.groups import Group
+from creak.formats.deck.refusals import referred
 from creak.formats.deck.tying import (
     DEFAULT_TOLERANCE,
     MainSurface,
@@ -25,7 +26,7 @@ from creak.formats.lsdyna.mesh.faces import FaceFinder, nodes_of
 from creak.formats.lsdyna.mesh.sets import Segment, Sets
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named, referred
+from creak.formats.lsdyna.text.deck import Deck, Named
 from creak.model.constraints import Constraint
 from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
 from creak.model.solid_faces import FACES, faces_of

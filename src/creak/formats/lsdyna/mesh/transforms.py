@@ -7,8 +7,9 @@ import math
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.refusals import referred
 from creak.formats.lsdyna.text.cards import Card, Shift
-from creak.formats.lsdyna.text.deck import Deck, once, referred
+from creak.formats.lsdyna.text.deck import Deck, once
 
 
 class Transforms:

@@ -6,9 +6,10 @@ import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from creak.formats.deck.refusals import referred
 from creak.formats.lsdyna.sections.materials import Law, elastic
 from creak.formats.lsdyna.text.cards import Block, Card
-from creak.formats.lsdyna.text.deck import Deck, Named, once, referred
+from creak.formats.lsdyna.text.deck import Deck, Named, once
 from creak.model.materials import Material
 
 _NO_LAW = re.compile(r"MAT_(ADD|THERMAL)_|MAT_T\d")

@@ -132,6 +132,11 @@ class Card(Placed):
     where: str
     shift: Shift = Shift()
 
+    @property
+    def title(self) -> str:
+        """For messages."""
+        return f"*{self.keyword}"
+
     def text(self, i: int) -> str:
         return self.fields[i] if i < len(self.fields) else ""
 

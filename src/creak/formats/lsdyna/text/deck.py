@@ -104,10 +104,7 @@ class Deck:
         """
         key = (family, identifier)
         if key in self.element_at:
-            raise card.error(
-                f"{family} element {identifier} is defined twice, first at {self.element_at[key]}",
-                fix="Give one of them another id.",
-            )
+            raise card.twice(f"{family} element {identifier}", self.element_at[key])
         self.element_at[key] = card.where
         if part:
             self.part_of[key] = part
@@ -143,20 +140,4 @@ def once(found: Mapping[int, T], identifier: int, what: str, first: str, card: C
     InputError : it is.
     """
     if identifier in found:
-        raise card.error(f"{what} {identifier} is defined twice, first at {first}", fix="Give one of them another id.")
-
-
-def referred(found: Mapping[int, T], identifier: int, card: Card, what: str, keyword: str) -> T:
-    """What stands under this id, that a card refers to.
-
-    Raises
-    ------
-    InputError : there is none.
-    """
-    if identifier not in found:
-        raise card.error(
-            f"*{card.keyword} uses {what} {identifier}, which is not defined",
-            expected=f"a {keyword} with this id",
-            fix="Add it or correct the id.",
-        )
-    return found[identifier]
+        raise card.twice(f"{what} {identifier}", first)

@@ -10,10 +10,11 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.constraints import Constraint, Equation, Fixed, RigidLink, rigid_at
 from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points

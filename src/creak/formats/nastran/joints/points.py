@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import damping
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import LINEAR, Deck, referred
+from creak.formats.nastran.text.deck import LINEAR, Deck
 from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass, Spring
 
 _PER_CARD = {"PELAS": (4, 1), "PDAMP": (2, 1), "PMASS": (2, 1)}
@@ -72,10 +73,7 @@ def _values(deck: Deck, name: str) -> _Values:
                 identifier, value = card.integer(i), card.real(i + at, 0.0)
                 loss = card.real(i + 2, 0.0) if name == "PELAS" else 0.0
                 if identifier in found and found[identifier][1:] != (value, loss):
-                    raise card.error(
-                        f"property {identifier} is defined twice, first at {found[identifier][0].where}",
-                        fix="Give one of them another id.",
-                    )
+                    raise card.twice(f"property {identifier}", found[identifier][0].where)
                 found[identifier] = (card, value, loss)
     return found
 

@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.text.bulk_data import Card, id_list
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import Deck, unique_cards
 
 SEARCH = 10.0
 """Default of SDIST."""

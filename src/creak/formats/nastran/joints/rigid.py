@@ -36,10 +36,7 @@ def read_rigid(deck: Deck) -> list[Constraint]:
         for card in deck.cards(name):
             before = first.setdefault(card.integer(0), card)
             if before is not card:
-                raise card.error(
-                    f"rigid element {card.integer(0)} ({card.name}) is defined twice, first at {before.where}",
-                    fix="Give one of them another id.",
-                )
+                raise card.twice(f"rigid element {card.integer(0)} ({card.name})", before.where)
             found += reader(deck, card)
     return found + list(_multipoint(deck))
 

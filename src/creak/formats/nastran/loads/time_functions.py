@@ -8,8 +8,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.magnitude import LARGEST
 from creak.model.steps import Amplitude
 

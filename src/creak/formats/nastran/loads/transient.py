@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.joints.gaps import read_gaps
 from creak.formats.nastran.loads.sets import READ, LoadSet, load_set
 from creak.formats.nastran.loads.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.loads.static_loads import by_value, subcase_loads
 from creak.formats.nastran.loads.time_functions import TABLES, amplitude_of
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, unique_cards
 from creak.model.constraints import Fixed, without
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed

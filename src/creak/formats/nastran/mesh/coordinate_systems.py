@@ -93,10 +93,7 @@ def _definitions(cards: list[Card]) -> dict[int, _Definition]:
             identifier = card.integer(start)
             if identifier in found and found[identifier].card.fields != card.fields:
                 first = found[identifier].card.where
-                raise card.error(
-                    f"coordinate system {identifier} is defined twice, first at {first}",
-                    fix="Give one of them another id.",
-                )
+                raise card.twice(f"coordinate system {identifier}", first)
             found[identifier] = _Definition(card, card.name[-1], start + (1 if by_grids else 2), by_grids)
     return found
 

@@ -97,10 +97,7 @@ def read_grids(by_name: dict[str, list[Card]], systems: dict[int, CoordinateSyst
         identifier = card.integer(0)
         if identifier in first:
             if first[identifier].fields != card.fields:
-                raise card.error(
-                    f"grid {identifier} is defined twice, first at {first[identifier].where}",
-                    fix="Give one of them another id.",
-                )
+                raise card.twice(f"grid {identifier}", first[identifier].where)
             continue
         first[identifier] = card
         if card.integer(5, default.integer(5, 0)) == -1:

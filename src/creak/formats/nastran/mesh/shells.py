@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.mesh.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section
 from creak.formats.nastran.sections.stacks import Layers, as_pcomp, layers_of
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.dofs import ALL
 from creak.model.materials import GeneralShell, ShellSection
 

@@ -9,8 +9,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.refusals import referred
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, referred, unique_cards
+from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.elasticity import lamina, require_stable
 from creak.model.expansion import Expansion
 from creak.model.laminates import STIFF

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TypeVar
 
@@ -130,10 +130,7 @@ class Deck:
             self.note(card, why, changes=False, what=f"{card.name} {identifier}")
             identifier = other
         if identifier in self.element_at:
-            raise card.error(
-                f"element {identifier} ({card.name}) is defined twice, first at {self.element_at[identifier]}",
-                fix="Give one of them another id.",
-            )
+            raise card.twice(f"element {identifier} ({card.name})", self.element_at[identifier])
         self.element_at[identifier] = card.where
         if pid is not None:
             self.property_of[identifier] = pid
@@ -212,24 +209,6 @@ def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
         identifier = card.integer(0)
         first = found.get(identifier)
         if first is not None and (first.name, first.fields) != (card.name, card.fields):
-            raise card.error(
-                f"{what} {identifier} is defined twice, first at {first.where}", fix="Give one of them another id."
-            )
+            raise card.twice(f"{what} {identifier}", first.where)
         found[identifier] = card
     return found
-
-
-def referred(found: Mapping[K, T], identifier: K, user: Card, what: str, names: str) -> T:
-    """What stands under this id, that `user` refers to.
-
-    Raises
-    ------
-    InputError : there is none.
-    """
-    if identifier not in found:
-        raise user.error(
-            f"{user.title} uses {what} {identifier}, which is not defined",
-            expected=f"a {names} card with this id",
-            fix="Add the card or correct the id.",
-        )
-    return found[identifier]
