@@ -16,6 +16,8 @@ ComplexArray = NDArray[np.complex128]
 
 Matrix = Any
 """A matrix that knows `@`, `.T` and `.shape`: ndarray, SciPy sparse array, or `linalg.Diagonal`."""
+Csr = tuple[IntArray, IntArray, FloatArray]
+"""Starts of rows, columns and entries of a sparse matrix, as compiled code takes them."""
 
 
 def to_dense(A: Matrix) -> FloatArray:

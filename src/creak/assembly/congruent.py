@@ -9,11 +9,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import Csr, FloatArray, IntArray, Matrix
 from creak.jit import njit
 from creak.linalg.threads import cores, pool
 
-Csr = tuple[IntArray, IntArray, FloatArray]
 """indptr, indices, data"""
 
 
@@ -76,7 +75,7 @@ def _part_plus(A: SideBySide, own: IntArray, B: Matrix) -> Matrix:
     def passed(columns: IntArray, data: FloatArray) -> None:
         for first, stop, block, mine in A.of_rows(own):
             of_A, of_B = ((X.indptr, X.indices, X.data) for X in (block, B))
-            given = (of_A, own[mine] - first, place[first:stop], of_B, mine.start, starts, columns, data)
+            given = (of_A, (own[mine] - first, place[first:stop]), of_B, mine.start, (starts, columns, data))
             _shared(given, mine.stop - mine.start)
 
     passed(np.empty(0, dtype=kind), np.empty(0))
@@ -105,19 +104,9 @@ def _summed(A: Matrix) -> Matrix:
 
 
 @njit(nogil=True)
-def _merge(
-    first: int,
-    last: int,
-    A: Csr,
-    rows: IntArray,
-    place: IntArray,
-    B: Csr,
-    above: int,
-    starts: IntArray,
-    columns: IntArray,
-    data: FloatArray,
-) -> None:
+def _merge(first: int, last: int, A: Csr, own: tuple[IntArray, IntArray], B: Csr, above: int, out: Csr) -> None:
     """Rows `above` + `first` to `last` of the sum; without room for them, their lengths, one place on in `starts`."""
+    (rows, place), (starts, columns, data) = own, out
     room = data.size > 0
     A_starts, A_columns, A_data = A
     B_starts, B_columns, B_data = B

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import Csr, FloatArray, IntArray, Matrix
 from creak.jit import njit
 from creak.linalg.threads import cores, pool
 from creak.model.dofs import PER_NODE
@@ -45,8 +45,8 @@ class NodeBlocks:
         np.cumsum(indptr, out=indptr)
         kind = np.int32 if indptr[-1] < np.iinfo(np.int32).max else np.int64
         indices, data = np.empty(indptr[-1], dtype=kind), np.empty(indptr[-1])
-        fill = (self._starts, self._columns, total, indptr, indices, data)
-        list(pool().map(lambda a, b: _fill(*fill, a, b), cuts[:-1], cuts[1:]))
+        blocks, rows = (self._starts, self._columns, total), (indptr, indices, data)
+        list(pool().map(lambda a, b: _fill(blocks, rows, a, b), cuts[:-1], cuts[1:]))
         A = sp.csr_matrix((data, indices, indptr.astype(kind)), shape=(n, n))
         A.has_sorted_indices = A.has_canonical_format = True
         return A
@@ -79,16 +79,10 @@ def _count(starts: IntArray, total: FloatArray, indptr: IntArray, start: int, st
 
 
 @njit(nogil=True)
-def _fill(
-    starts: IntArray,
-    columns: IntArray,
-    total: FloatArray,
-    indptr: IntArray,
-    indices: IntArray,
-    data: FloatArray,
-    start: int,
-    stop: int,
-) -> None:
+def _fill(blocks: Csr, rows: Csr, start: int, stop: int) -> None:
+    """Entries of the blocks that are not 0 go to the rows of nodes `start` to `stop`."""
+    starts, columns, total = blocks
+    indptr, indices, data = rows
     for node in range(start, stop):
         for i in range(PER_NODE):
             at = indptr[PER_NODE * node + i]

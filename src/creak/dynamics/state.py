@@ -157,8 +157,9 @@ class LinearTerms:
         ends : what acts from outside at the step's beginning and end.
         """
         af, am, d = scheme.alpha_f, scheme.alpha_m, self.system.damping
-        c_u, c_v = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
-        *half, r = predict(x.u, x.v, x.a, x.Ku, x.Kv, x.Ka, x.Mv, x.Ma, x.Cv, h, c_u, c_v, d.alpha, d.beta, af, am)
+        to_motion = h * h * (0.5 - scheme.beta), h * (1.0 - scheme.gamma)
+        products = x.Ku, x.Kv, x.Ka, x.Mv, x.Ma, x.Cv
+        *half, r = predict((x.u, x.v, x.a), products, h, to_motion, (d.alpha, d.beta), (af, am))
         before, after = ends
         r[self.driven] += (1.0 - af) * after.load + af * before.load - (1.0 - am) * after.inertia - am * before.inertia
         predictor = Predictor(*half)
@@ -186,8 +187,8 @@ class LinearTerms:
             c_M, c_K = rayleigh_weights(self.system, scheme, h)
         else:
             Ma = np.asarray(M @ a)
-        c_u, c_v = scheme.beta * h * h, scheme.gamma * h
-        Ma, Cv = correct(half.u, half.v, half.Ku, half.Kv, half.Mv, a, Ka, Ma, c_u, c_v, c_M, c_K, d.alpha, d.beta)
+        to_motion, moved = (scheme.beta * h * h, scheme.gamma * h), (half.u, half.v, half.Ku, half.Kv, half.Mv)
+        Ma, Cv = correct(moved, (a, Ka, Ma), to_motion, (c_M, c_K), (d.alpha, d.beta))
         x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
         if fresh:
             x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)

@@ -13,32 +13,26 @@ from creak.jit import njit
 
 CHUNK = 4096
 """Rows that stay in the cache while columns are added."""
+Two = tuple[float, float]
+Three = tuple[FloatArray, FloatArray, FloatArray]
+Five = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 Six = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
 
 
 @njit(nogil=True)
-def predict(
-    u: FloatArray,
-    v: FloatArray,
-    a: FloatArray,
-    Ku: FloatArray,
-    Kv: FloatArray,
-    Ka: FloatArray,
-    Mv: FloatArray,
-    Ma: FloatArray,
-    Cv: FloatArray,
-    h: float,
-    c_u: float,
-    c_v: float,
-    alpha: float,
-    beta: float,
-    af: float,
-    am: float,
-) -> Six:
+def predict(motion: Three, products: Six, h: float, to_motion: Two, rayleigh: Two, alphas: Two) -> Six:
     """u + h v + c_u a, v + c_v a, their products K u, K v, M v, and
 
     r = -(1 - af)(alpha M v + beta K v + K u) - af (C v0 + K u0) - am M a0, all (n,).
+
+    Parameters
+    ----------
+    motion : u, v, a, each (n,). products : K u, K v, K a, M v, M a, C v, each (n,). to_motion : c_u, c_v.
+    rayleigh : alpha, beta. alphas : af, am.
     """
+    u, v, a = motion
+    Ku, Kv, Ka, Mv, Ma, Cv = products
+    (c_u, c_v), (alpha, beta), (af, am) = to_motion, rayleigh, alphas
     n = u.size
     u1, v1, Ku1, Kv1, Mv1, r = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
@@ -51,23 +45,17 @@ def predict(
 
 
 @njit(nogil=True)
-def correct(
-    u: FloatArray,
-    v: FloatArray,
-    Ku: FloatArray,
-    Kv: FloatArray,
-    Mv: FloatArray,
-    a: FloatArray,
-    Ka: FloatArray,
-    Sa: FloatArray,
-    c_u: float,
-    c_v: float,
-    c_M: float,
-    c_K: float,
-    alpha: float,
-    beta: float,
-) -> tuple[FloatArray, FloatArray]:
-    """Add the step's acceleration to u, v, K u, K v, M v in place; returns M a = (Sa - c_K K a) / c_M and C v, (n,)."""
+def correct(half: Five, step: Three, to_motion: Two, of_S: Two, rayleigh: Two) -> tuple[FloatArray, FloatArray]:
+    """Add the step's acceleration to u, v, K u, K v, M v in place; returns M a = (Sa - c_K K a) / c_M and C v, (n,).
+
+    Parameters
+    ----------
+    half : u, v, K u, K v, M v, each (n,). step : a, K a, S a, each (n,). to_motion : c_u, c_v. of_S : c_M, c_K.
+    rayleigh : alpha, beta.
+    """
+    u, v, Ku, Kv, Mv = half
+    a, Ka, Sa = step
+    (c_u, c_v), (c_M, c_K), (alpha, beta) = to_motion, of_S, rayleigh
     n = u.size
     Ma, Cv = np.empty(n), np.empty(n)
     for i in range(n):

@@ -10,7 +10,7 @@ import numpy as np
 import scipy.linalg as sla
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import Csr, FloatArray, Matrix
 from creak.errors import InputError, NumericalError
 from creak.jit import njit
 from creak.linalg.dense_product import symmetric
@@ -95,23 +95,16 @@ def shifted(K: Matrix, M: Matrix, s: float) -> Matrix:
     """
     if all(sp.issparse(A) and A.format == "csr" and A.has_canonical_format for A in (K, M)):
         entries = rows_of(K.nnz, 1)[0]
-        if _subtract(K.indptr, K.indices, K.data, M.indptr, M.indices, M.data, s, entries):
+        if _subtract((K.indptr, K.indices, K.data), (M.indptr, M.indices, M.data), s, entries):
             return sp.csr_matrix((entries, K.indices, K.indptr), shape=K.shape, copy=False)
     return spared(K - s * M)
 
 
 @njit(nogil=True)
-def _subtract(
-    K_rows: IntArray,
-    K_columns: IntArray,
-    K: FloatArray,
-    M_rows: IntArray,
-    M_columns: IntArray,
-    M: FloatArray,
-    s: float,
-    out: FloatArray,
-) -> bool:
+def _subtract(of_K: Csr, of_M: Csr, s: float, out: FloatArray) -> bool:
     """`out` = K - s M entry by entry; False where M has one that K lacks."""
+    K_rows, K_columns, K = of_K
+    M_rows, M_columns, M = of_M
     for i in range(K_rows.size - 1):
         q, last = M_rows[i], M_rows[i + 1]
         for p in range(K_rows[i], K_rows[i + 1]):

@@ -12,7 +12,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import low_pass_uneven
 from creak.verify.intervals import overlap, stretches
-from creak.verify.slips import Slide, deepest, slides_of
+from creak.verify.slips import Slide, Slipping, deepest, slides_of
 
 STICK, STICK_SLIP, SLIDING = "stick", "stick-slip", "sliding"
 STATES = (STICK, STICK_SLIP, SLIDING)
@@ -150,7 +150,7 @@ def rubbing(history: History, gaps: GapOperator, channels: IntArray, window: tup
     slid, speed = (np.divide(x, force, out=np.zeros(time.size), where=closed) for x in (slid, speed))
     as_one = np.where(slid > MOST, speed, 0.0)
     depth = deepest(history, every[own])
-    every_slide = slides_of(time, history.weights, closed, as_one, np.zeros(time.size), power, depth)
+    every_slide = slides_of(time, history.weights, Slipping(closed, as_one, np.zeros(time.size), power), depth)
     slides = [s for s in every_slide if overlap(s.start, s.end, window)]
     slips = [s for s in slides if s.between_sticks]
     weights = np.where(inside, history.weights, 0.0)

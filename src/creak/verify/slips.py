@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -171,7 +172,8 @@ def _slips(history: History, weights: FloatArray, i: int, channel: int) -> list[
     speed, pull = np.hypot(sliding[:, 0], sliding[:, 1]), np.hypot(tau[:, 0], tau[:, 1])
     closed = np.asarray(history.force[:, channel] > 0.0)
     depth = deepest(history, [channel])
-    found = slides_of(history.time, weights, closed, speed, pull, -(tau * sliding).sum(axis=1), depth, channel)
+    slipping = Slipping(closed, speed, pull, -(tau * sliding).sum(axis=1))
+    found = slides_of(history.time, weights, slipping, depth, channel)
     return [s for s in found if s.between_sticks]
 
 
@@ -180,23 +182,29 @@ def deepest(history: History, channels: IntArray | Sequence[int]) -> float:
     return max(0.0, -float(history.gap[:, channels].min(initial=0.0)))
 
 
+class Slipping(NamedTuple):
+    """What rubs, instant by instant."""
+
+    closed: BoolArray
+    """(n_time,) whether it presses."""
+    speed: FloatArray
+    """(n_time,) of the slip."""
+    pull: FloatArray
+    """(n_time,) size of the friction force."""
+    power: FloatArray
+    """(n_time,) of the friction force."""
+
+
 def slides_of(
-    time: FloatArray,
-    weights: FloatArray,
-    closed: BoolArray,
-    speed: FloatArray,
-    pull: FloatArray,
-    power: FloatArray,
-    depth: float,
-    channel: int = -1,
+    time: FloatArray, weights: FloatArray, slipping: Slipping, depth: float, channel: int = -1
 ) -> list[Slide]:
     """All sliding under pressure but dust, single instants at rest counted in, that of touch and release too.
 
     Parameters
     ----------
-    closed, speed, pull, power : (n_time,) whether it presses, slip speed, size and power of the friction force.
     depth : `deepest`.
     """
+    closed, speed, pull, power = slipping
     found = []
     for first, last in stretches(_without_reversals(closed & (speed > 0.0), closed)):
         rows = slice(first, last + 1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Protocol, TypeVar
+from typing import ClassVar, Protocol, TypeVar
 
 import numpy as np
 
@@ -21,12 +21,17 @@ class _HasPlace(Protocol):
 
 
 class _Titled(_HasPlace, Protocol):
+    kind: ClassVar[str]
+
     @property
     def title(self) -> str: ...
 
 
 class Placed:
     """What stands at a place of a deck, `where`: a card, a keyword with its lines."""
+
+    kind: ClassVar[str] = ""
+    """What messages call it behind its name."""
 
     def error(self: _HasPlace, what: str, *, expected: str = "", fix: str = "") -> InputError:
         """What is wrong with it."""
@@ -47,7 +52,7 @@ def referred(found: Mapping[K, T], identifier: K, user: _Titled, what: str, of: 
     if identifier not in found:
         raise InputError(
             f"{user.title} uses {what} {identifier}, which is not defined",
-            expected=f"a {of} with this id",
+            expected=f"a {of}{user.kind} with this id",
             where=user.where,
             fix="Add it or correct the id.",
         )

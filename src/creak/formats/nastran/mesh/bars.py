@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -242,48 +243,53 @@ def _released(
     return new, list(relative_motion(new, node, arm, rows, card.where))
 
 
+class _Rod(NamedTuple):
+    """What a rod is made of, and the card that says so."""
+
+    owner: Card
+    material: int
+    area: float
+    torsion: float
+    """Constant of torsion."""
+    nsm: float
+    """Weight or mass per length besides."""
+
+
 def _read_rods(deck: Deck, materials: Materials) -> None:
     rods = unique_cards(deck.cards("PROD"), "property")
     tubes = unique_cards(deck.cards("PTUBE"), "property")
     for card in deck.cards("CROD"):
         pid = card.integer(1, card.integer(0))
         owner = referred(rods, pid, card, "property", "PROD")
-        _add_rod(deck, card, pid, (2, 3), owner, [owner.real(i, 0.0) for i in (2, 3, 5)], owner.integer(1), materials)
+        rod = _Rod(owner, owner.integer(1), *(owner.real(i, 0.0) for i in (2, 3, 5)))
+        _add_rod(deck, card, pid, (2, 3), rod, materials)
     for card in deck.cards("CONROD"):
-        values = [card.real(i, 0.0) for i in (4, 5, 7)]
-        _add_rod(deck, card, None, (1, 2), card, values, card.integer(3), materials)
+        rod = _Rod(card, card.integer(3), *(card.real(i, 0.0) for i in (4, 5, 7)))
+        _add_rod(deck, card, None, (1, 2), rod, materials)
     for card in deck.cards("CTUBE"):
         pid = card.integer(1, card.integer(0))
         owner = referred(tubes, pid, card, "property", "PTUBE")
-        _add_rod(deck, card, pid, (2, 3), owner, _tube(deck, owner), owner.integer(1), materials)
+        _add_rod(deck, card, pid, (2, 3), _tube(deck, owner), materials)
 
 
-def _tube(deck: Deck, card: Card) -> list[float]:
-    """Area, torsion constant and NSM of a tube; thickness blank or 0: a solid rod."""
+def _tube(deck: Deck, card: Card) -> _Rod:
+    """Thickness blank or 0: a solid rod."""
     outer = card.real(2)
     inner = outer - 2.0 * (card.real(3, 0.0) or 0.5 * outer)
     if card.real(5, outer) != outer:
         deck.note(card, "creak takes the diameter of end A all along", changes=True, what="PTUBE, OD2")
-    return [math.pi / 4.0 * (outer**2 - inner**2), math.pi / 32.0 * (outer**4 - inner**4), card.real(4, 0.0)]
+    area, torsion = math.pi / 4.0 * (outer**2 - inner**2), math.pi / 32.0 * (outer**4 - inner**4)
+    return _Rod(card, card.integer(1), area, torsion, card.real(4, 0.0))
 
 
-def _add_rod(
-    deck: Deck,
-    card: Card,
-    pid: int | None,
-    ends: tuple[int, int],
-    owner: Card,
-    values: list[float],
-    mid: int,
-    materials: Materials,
-) -> None:
+def _add_rod(deck: Deck, card: Card, pid: int | None, ends: tuple[int, int], rod: _Rod, materials: Materials) -> None:
     """Axial force, and torque where J > 0: then a beam without bending."""
     identifier = deck.new_element(card, pid)
     nodes = deck.nodes(card, ends)
     line = deck.grids.place(nodes[1]) - deck.grids.place(nodes[0])
     if not np.linalg.norm(line) > 0.0:
         raise card.error(f"{card.name} {identifier} has zero length", fix="Check its grids.")
-    area, torsion, nsm = values
+    owner, mid, area, torsion, nsm = rod
     material, factor = materials.isotropic(mid, owner)
     if area < 0.0 or torsion < 0.0 or not area + torsion > 0.0:
         raise owner.error(f"{owner.title} has A = {area:g} and J = {torsion:g}", expected="A > 0 or J > 0")

@@ -90,7 +90,7 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
     plain = mids[1] == mids[0] and mids[2] > 0 and mids[3] == 0 and bending == 1.0 and abs(shear - 5.0 / 6.0) < 1e-4
     if plain and isinstance(base, Material) and mids[2] == mids[0]:
         return ShellSection(name, base, t, nsm)
-    return _moduli(deck, card, materials, mids, t, bending, shear, nsm)
+    return replace(_moduli(deck, card, materials, mids, t, bending, shear), area_mass=nsm)
 
 
 def _materials_of(card: Card) -> list[int]:
@@ -113,7 +113,7 @@ def _added_mass(deck: Deck, card: Card, i: int) -> float:
 
 
 def _moduli(
-    deck: Deck, card: Card, materials: Materials, mids: list[int], t: float, bending: float, shear: float, nsm: float
+    deck: Deck, card: Card, materials: Materials, mids: list[int], t: float, bending: float, shear: float
 ) -> GeneralShell:
     sheets = [sheet_of(materials, m, card) if m > 0 else None for m in mids]
     if mids[1] == PLANE_STRAIN:
@@ -137,7 +137,7 @@ def _moduli(
             changes=False,
             what="PSHELL without MID1 or MID2",
         )
-    return replace(shell_of(f"PSHELL {card.integer(0)}", made_of), area_mass=nsm)
+    return shell_of(f"PSHELL {card.integer(0)}", made_of)
 
 
 def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:

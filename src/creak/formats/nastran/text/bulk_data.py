@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from creak.errors import InputError
 from creak.formats.deck.refusals import Placed
@@ -25,6 +25,8 @@ _BEGIN_BULK = re.compile(r"\s*BEGIN\s+BULK\b", re.I)
 @dataclass(frozen=True)
 class Card(Placed):
     """One bulk data entry with its continuations."""
+
+    kind: ClassVar[str] = " card"
 
     name: str
     fields: tuple[str, ...]
