@@ -9,11 +9,11 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.deck.refusals import noted
+from creak.formats.deck.refusals import noted, referred
 from creak.formats.lsdyna.mesh.sets import Sets
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named, referred
+from creak.formats.lsdyna.text.deck import Deck, Named
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.steps import DeckContact, Interaction, SurfacePair

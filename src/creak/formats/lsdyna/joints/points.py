@@ -8,8 +8,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.deck.stops import Gap, in_a_study, stops_of
 from creak.formats.deck.refusals import referred
+from creak.formats.deck.stops import Gap, in_a_study, stops_of
 from creak.formats.lsdyna.sections.materials import SPRINGS
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
 from creak.formats.lsdyna.text.cards import Card
