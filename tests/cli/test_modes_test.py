@@ -144,9 +144,9 @@ WRONG = {
     "a sensor 50 off": (
         "csv",
         lambda t: csv_text(one_off(t)),
-        ["1 of 11 sensors", "sensor 920", "is 50 from its nearest node, 20"],
+        ["1 of 11 sensors", "sensor 920", "is 50 mm from its nearest node, 20"],
     ),
-    "inches": ("csv", inches, ["all sensors are on one spot", "times 25.4", "--test-units in"]),
+    "inches": ("csv", inches, ["all sensors are on one spot", " mm, the model ", "times 25.4", "--test-units in"]),
     "metres": ("csv", metres, ["times 1000", "--test-units m"]),
     "units told wrong": (
         "unv",

@@ -254,7 +254,7 @@ def test_offset_and_thickness_of_shells_count(creak, tmp_path, deck, gap, side):
     np.testing.assert_allclose(operator.gap0, gap, rtol=1e-9)
 
 
-@pytest.mark.parametrize(("height", "told"), [(3.1, "0.1 from"), (2.5, "0.5 inside"), (9.0, "")])
+@pytest.mark.parametrize(("height", "told"), [(3.1, "0.1 mm from"), (2.5, "0.5 mm inside"), (9.0, "")])
 def test_a_rod_of_beams_beside_a_plate_is_told(creak, tmp_path, height, told):
     """Its radius of 2 and half of the plate's 2 are taken off."""
     plate = "".join(f"{11 * j + i + 1}, {10 * i}, {10 * j}, 0.\n" for j in range(11) for i in range(11))

@@ -178,7 +178,7 @@ def _tell(output: Output, found: Proposal, path: Path, missing: str) -> None:
     for stop in found.stops:
         output.say(f"connector {stop.name}: {stop.first.size} gap(s) of the deck")
     if not found.contacts and not found.stops:
-        near = "" if found.closest is None else "; nearest: {} and {}, {:.3g}".format(*found.closest)
+        near = "" if found.closest is None else "; nearest: {} and {}, {:.3g} {}".format(*found.closest, unit)
         output.say(f"no contact: no surfaces within {found.distance:.3g} {unit}{near}")
     output.say(f"supports: {found.n_held} held nodes")
     d = found.drive

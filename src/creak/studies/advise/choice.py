@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from creak.model.units import UNITS
 from creak.studies.advise import words
 from creak.studies.advise.contact import StepAdvice, substeps_for
 from creak.studies.advise.evidence import DOOR, case, record
@@ -84,7 +85,7 @@ class Choice:
 
 def choose(own: Settings, facts: Facts) -> Choice:
     """Settings for a study; what it has already is kept where it is good enough."""
-    time = own.time
+    time, units = own.time, UNITS[own.reduction.driving.units]
     step = _step(time.step, facts.steps)
     option, why = _option(own, facts, step)
     substeps = max(time.substeps, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
@@ -94,7 +95,7 @@ def choose(own: Settings, facts: Facts) -> Choice:
         of_time = [
             *words.why_step(step, time.step, facts.channels.contacts),
             *words.why_substeps(step, substeps),
-            *words.why_stiffness(own.stiffness, step, substeps),
+            *words.why_stiffness(own.stiffness, step, substeps, units.stiffness),
         ]
     because = [
         why,
@@ -103,7 +104,8 @@ def choose(own: Settings, facts: Facts) -> Choice:
         *words.why_retained(own.reduction.table, facts),
         *words.why_unreduced(facts, step),
     ]
-    changes, warnings = _changes(own, option, step, substeps), words.warnings(own.precheck.words(), facts, option)
+    changes = _changes(own, option, step, substeps)
+    warnings = words.warnings(own.precheck.words(units.length), units.length, facts, option)
     return Choice(facts, option, time.exact, step, substeps, tuple(changes), tuple(because), tuple(warnings))
 
 

@@ -82,16 +82,17 @@ def why_substeps(step: StepAdvice, substeps: int) -> Iterator[str]:
         )
 
 
-def why_stiffness(kinds: Set[str], step: StepAdvice, substeps: int) -> Iterator[str]:
+def why_stiffness(kinds: Set[str], step: StepAdvice, substeps: int, unit: str) -> Iterator[str]:
+    """unit : of stiffness."""
     if "auto" in kinds and step.automatic is not None:
         harder = ", harder with substeps" if substeps > 1 else ""
         yield (
-            f"stiffness: auto (median {step.automatic.stiffness:.3g} force/length a channel with this step{harder}), "
+            f"stiffness: auto (median {step.automatic.stiffness:.3g} {unit} a channel with this step{harder}), "
             "because a forced step resolves no more: beyond that limit it creates energy (docs/numerics.md). A number "
             "only to compare models or steps, hard only without a forced step"
         )
     if "number" in kinds and step.fixed is not None:
-        yield (f"stiffness: the number stays (median {step.fixed.stiffness:.3g} force/length a channel); {_stiffer()}")
+        yield (f"stiffness: the number stays (median {step.fixed.stiffness:.3g} {unit} a channel); {_stiffer()}")
     if "hard" in kinds:
         yield (
             "stiffness: hard and a forced step do not go together, because such a step throws a node back faster than "
@@ -176,10 +177,10 @@ def why_unreduced(facts: Facts, step: StepAdvice) -> Iterator[str]:
     )
 
 
-def warnings(margin: str, facts: Facts, option: Option | None) -> Iterator[str]:
-    """What is unusual; margin: of the pre-check, in words."""
+def warnings(margin: str, unit: str, facts: Facts, option: Option | None) -> Iterator[str]:
+    """What is unusual; margin: of the pre-check, in words; unit : of length."""
     yield from _load(facts)
-    yield from _channels(margin, facts)
+    yield from _channels(margin, unit, facts)
     loose = [p.name for p in facts.sizes.parts if not p.held]
     if loose:
         yield (
@@ -223,19 +224,19 @@ def _load(facts: Facts) -> Iterator[str]:
         )
 
 
-def _channels(margin: str, facts: Facts) -> Iterator[str]:
+def _channels(margin: str, unit: str, facts: Facts) -> Iterator[str]:
     c = facts.channels
     if c.contacts + c.connectors == 0:
         yield "the study has neither contact nor connector: it is linear"
     elif c.smallest is not None and facts.gaps.m == 0:
         yield (
-            f"no channel closes: the smallest gap of the linear run is {c.smallest:.3g}, the margin {margin}. Check "
-            "load, units and clearance"
+            f"no channel closes: the smallest gap of the linear run is {c.smallest:.3g} {unit}, the margin {margin}. "
+            "Check load, units and clearance"
         )
     elif c.closing == 0 and not c.connectors:
         yield (
-            f"no channel closes in the linear run (smallest gap {c.smallest:.3g}); {c.kept} stay because of the margin "
-            "only. Without a first touch there is no contact at all"
+            f"no channel closes in the linear run (smallest gap {c.smallest:.3g} {unit}); {c.kept} stay because of the "
+            "margin only. Without a first touch there is no contact at all"
         )
     if c.closing is None and c.contacts:
         yield "the pre-check could not be made, because only contact holds the structure: all channels are kept"

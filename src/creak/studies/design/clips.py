@@ -85,7 +85,7 @@ def _ends(model: Model, table: ClipTable, name: str, where: str, unit: str) -> t
     sets, notes = dict(model.node_sets), []
     names = []
     for part, end in zip(table.part_names, ENDS, strict=False):
-        rows, off = nearest_nodes(model, table.at, table.within, part, where)
+        rows, off = nearest_nodes(model, table.at, table.within, part, where, unit)
         names.append(f"{name} {end}".upper())
         sets[names[-1]] = rows
         notes.append(f"clip {name}: nodes of {part} lie up to {off:.3g} {unit} from the given places")

@@ -42,7 +42,7 @@ def with_named_nodes(
             sets[name.upper()] = _by_label(model, table.labels, where)
             continue
         assert table.near is not None
-        rows, off = nearest_nodes(model, table.near, table.within, table.part, where)
+        rows, off = nearest_nodes(model, table.near, table.within, table.part, where, unit)
         sets[name.upper()] = rows
         labels = ", ".join(model.nodes.label(int(row)) for row in rows[:4]) + (", ..." if rows.size > 4 else "")
         notes.append(
@@ -70,9 +70,14 @@ def _by_label(model: Model, labels: list[str], where: str) -> IntArray:
 
 
 def nearest_nodes(
-    model: Model, near: Sequence[tuple[float, float, float]], within: float | None, part: str | None, where: str
+    model: Model,
+    near: Sequence[tuple[float, float, float]],
+    within: float | None,
+    part: str | None,
+    where: str,
+    unit: str,
 ) -> tuple[IntArray, float]:
-    """Rows of the nodes nearest to some places, of one part or of all, and the largest distance.
+    """Rows of the nodes nearest to some places, of one part or of all, and the largest distance. unit : of length.
 
     Raises
     ------
@@ -80,7 +85,7 @@ def nearest_nodes(
     """
     among, points = nodes_of_part(model, part, where), np.array(near, dtype=np.float64).reshape(-1, 3)
     fix = ("Correct the place, or raise within.", "Give part, or labels instead of near.")
-    rows, off = nodes_at(model, among, points, within, lambda _: where, fix)
+    rows, off = nodes_at(model, among, points, within, lambda _: where, fix, unit)
     if np.unique(rows).size < rows.size:
         raise InputError("two of the places have the same nearest node", where=where, fix="Give each node one place.")
     return rows, float(off.max())
@@ -93,13 +98,14 @@ def nodes_at(
     within: float | None,
     where: Callable[[int], str],
     fix: tuple[str, str],
+    unit: str,
 ) -> tuple[IntArray, FloatArray]:
     """Rows of those nodes that lie nearest to each of (n, 3) points, and how far off.
 
     Parameters
     ----------
     within : how far they may lie off; None: `REACH` of the model's size. where : of each point. fix : what to do where
-        no node is near enough, and where two lie at one place.
+        no node is near enough, and where two lie at one place. unit : of length.
 
     Raises
     ------
@@ -115,8 +121,8 @@ def nodes_at(
         place = _words(point)
         if off[k, 0] > reach:
             raise InputError(
-                f"no node within {reach:g} of {place}: the nearest, {nearest} at {_words(coords[at[k, 0]])}, is "
-                f"{off[k, 0]:g} away",
+                f"no node within {reach:.6g} {unit} of {place}: the nearest, {nearest} at "
+                f"{_words(coords[at[k, 0]])}, is {off[k, 0]:.6g} {unit} away",
                 where=where(k),
                 expected="a place on the mesh, in the deck's axes and units",
                 fix=fix[0],

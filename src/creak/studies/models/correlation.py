@@ -17,7 +17,7 @@ from creak.reduction.modal import ModalDamping, shares_at
 from creak.studies.models.deck_modes import DeckModes
 from creak.studies.prepare.measured_damping import PairedShapes, pair_shapes
 from creak.studies.prepare.sensors import BY_LABEL, BY_MAP, BY_PLACE, Sensors
-from creak.studies.prepare.unit_check import across
+from creak.studies.prepare.unit_check import across, likely_units
 from creak.verify.mac import mac_matrix
 from creak.verify.mode_fit import ModeFit, ModePair
 
@@ -174,10 +174,10 @@ def sensor_notes(model: Model, measured: Measured, sensors: Sensors) -> Iterator
     yield f"{len(first)} sensors, {len(measured.sensors)} channels: {', '.join(ways)}"
     worst = int(sensors.distance.argmax())
     if sensors.distance[worst] > EXACT * across(model):
-        node = model.nodes.label(int(sensors.nodes_idx[worst]))
+        node, unit = model.nodes.label(int(sensors.nodes_idx[worst])), likely_units(model, sensors.units).words[0]
         yield (
-            f"sensor {measured.sensors[worst]} is farthest from its node: {sensors.distance[worst]:.3g} from {node}"
-            f" (mean of all {sensors.distance.mean():.3g})"
+            f"sensor {measured.sensors[worst]} is farthest from its node: {sensors.distance[worst]:.3g} {unit} from "
+            f"{node} (mean of all {sensors.distance.mean():.3g} {unit})"
         )
     if not math.isclose(sensors.scale, 1.0):
         yield f"lengths of the test are taken times {sensors.scale:.6g}"

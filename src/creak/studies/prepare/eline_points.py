@@ -16,6 +16,7 @@ from creak.contact.secondary import nodes_of
 from creak.errors import InputError
 from creak.formats.measured.csv_rows import number
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.named_nodes import node_labels, nodes_at
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable
@@ -109,7 +110,10 @@ def places_or_pairs(model: Model, t: ElineTable, name: str, given: Lines) -> Flo
                 fix="Leave out main and secondary, or give x,y,z.",
             )
     else:
-        main, secondary = (_nearest(model, t, table, side, given.places.where("eline", name)) for side in ENDS)
+        main, secondary = (
+            _nearest(model, t, table, side, given.places.where("eline", name), UNITS[given.units].length)
+            for side in ENDS
+        )
     if directed and t.normal is not None:
         raise InputError(
             f"{t.points} has the directions {', '.join(sorted(directed))}, and the line a normal",
@@ -142,12 +146,12 @@ def _labelled(model: Model, table: ColumnTable) -> tuple[IntArray, IntArray]:
     return rows["main"], rows["secondary"]
 
 
-def _nearest(model: Model, t: ElineTable, table: ColumnTable, side: str, where: str) -> IntArray:
+def _nearest(model: Model, t: ElineTable, table: ColumnTable, side: str, where: str, unit: str) -> IntArray:
     """Rows of the nodes at the points of one side: of its set where the line names it, else of the model."""
     points = np.array([table.numbers(k, ENDS[side]) for k in range(len(table.lines))])
     name = t.main if side == "main" else t.secondary
     among = np.arange(model.nodes.count) if name is None else nodes_of(model, name, where=f"{where} {side}").rows
-    return nodes_at(model, among, points, None, table.where, FIX_POINT)[0]
+    return nodes_at(model, among, points, None, table.where, FIX_POINT, unit)[0]
 
 
 def _direction(table: ColumnTable, k: int) -> tuple[FloatArray, bool]:

@@ -17,6 +17,7 @@ from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.design.named_nodes import REACH
 from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
@@ -139,26 +140,26 @@ def _drawn(model: Model, given: Lines, name: str) -> GapOperator:
     """Points of a line that the study draws."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
 
-    t, at = given.elines[name], given.places
+    t, at, unit = given.elines[name], given.places, UNITS[given.units].length
     places = None if t.points is None else places_or_pairs(model, t, name, given)
     if isinstance(places, Pairs):
-        return _between(model, t, name, at, places)
+        return _between(model, t, name, at, places, unit)
     assert t.main is not None
     assert t.secondary is not None
     where = at.where("eline", name)
     secondary = nodes_of(model, t.secondary, where=f"{where} secondary").rows
     if places is not None:
-        _require_near(model, t, places, secondary, where)
+        _require_near(model, t, places, secondary, where, unit)
         tree = cKDTree(model.nodes.coords[secondary])
         secondary = secondary[np.array(list(dict.fromkeys(tree.query(places)[1].tolist())), dtype=np.int64)]
     if _has_facets(model, t.main):
-        return _faced(model, t, name, at, secondary)
+        return _faced(model, t, name, at, secondary, unit)
     main = nodes_of(model, t.main, where=f"{where} main").rows
     nearest = cKDTree(model.nodes.coords[main]).query(model.nodes.coords[secondary])[1]
-    return _between(model, t, name, at, pairs_of(model, t, main[nearest], secondary, at.where("eline", name)))
+    return _between(model, t, name, at, pairs_of(model, t, main[nearest], secondary, at.where("eline", name)), unit)
 
 
-def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: IntArray, where: str) -> None:
+def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: IntArray, where: str, unit: str) -> None:
     """Refuse a place that does not lie between both sides: off the way from its secondary node to the nearest main one,
     farther than `REACH` and the nodes are apart there."""
     from scipy.spatial import cKDTree  # see `signals.spectra.low_pass`
@@ -181,10 +182,10 @@ def _require_near(model: Model, t: ElineTable, places: FloatArray, secondary: In
     if (off - apart)[k] > reach:
         raise InputError(
             f"({', '.join(f'{x:g}' for x in places[k])}) does not lie between {t.main!r} and {t.secondary!r}: the way "
-            f"between the nearest nodes is {off[k]:.4g} off",
+            f"between the nearest nodes is {off[k]:.4g} {unit} off",
             where=f"{where} points",
-            expected=f"places between both sides, in the deck's axes and units, to {reach:.3g} (1/100 of the model's "
-            "size) and the distance of the nodes there",
+            expected=f"places between both sides, in the deck's axes and units, to {reach:.3g} {unit} (1/100 of the "
+            "model's size) and the distance of the nodes there",
             fix=FIX_POINT[0],
         )
 
@@ -194,14 +195,16 @@ def _has_facets(model: Model, name: str) -> bool:
     return not surface.is_node_based if surface is not None else name.upper() in model.element_sets
 
 
-def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray) -> GapOperator:
+def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray, unit: str) -> GapOperator:
     """Points at those of the nodes that face the main surface, with shell thickness counted."""
     where = at.where("eline", name)
     assert t.main is not None
     assert t.secondary is not None
     facets_of(model, t.main, where=f"{where} main")
     law = ContactLaw(1.0, where=where)
-    pair = ContactPair(name, t.secondary, t.main, "node-to-surface", t.clearance, t.normal, law=law, table="eline")
+    pair = ContactPair(
+        name, t.secondary, t.main, "node-to-surface", t.clearance, t.normal, law=law, table="eline", unit=f" {unit}"
+    )
     try:
         every, _ = node_to_surface(model, pair)
     except InputError as error:
@@ -217,7 +220,7 @@ def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray) 
     return every.select(keep)
 
 
-def _between(model: Model, t: ElineTable, name: str, at: Places, pairs: Pairs) -> GapOperator:
+def _between(model: Model, t: ElineTable, name: str, at: Places, pairs: Pairs, unit: str) -> GapOperator:
     """Points between pairs of nodes: z along the line between them, or as it is given."""
     X = model.nodes.coords
     main, secondary = pairs.main, pairs.secondary
@@ -239,8 +242,8 @@ def _between(model: Model, t: ElineTable, name: str, at: Places, pairs: Pairs) -
     if behind.size:
         worst = int(behind[np.argmin(across[behind])])
         raise InputError(
-            f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} behind its main node along "
-            f"the normal {z[worst].tolist()}",
+            f"node {model.nodes.label(int(secondary[worst]))} lies {-across[worst]:.4g} {unit} behind its main node "
+            f"along the normal {z[worst].tolist()}",
             where=at.where("eline", name, "normal") if t.normal is not None else pairs.where[worst],
             expected="a direction from the main to the secondary side",
             fix="Turn it round, or exchange main and secondary.",

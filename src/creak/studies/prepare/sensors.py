@@ -101,7 +101,8 @@ def locate(
     bad = by_place & (off > _reach(model, nearest, size))
     if bad.any():
         hint = next(_hints(model, points[known], scale, units), "")
-        raise _off_the_model(model, measured, points, np.where(bad, off, 0.0), nearest, hint)
+        unit = likely_units(model, units).words[0]
+        raise _off_the_model(model, measured, points, np.where(bad, off, 0.0), nearest, hint, unit)
     if by_place.any() and 0.0 < _span(points[known]) < SMALL * size:
         _require_size(model, measured, points[known], scale, units)
     rows = np.where(by_place, nearest, rows)
@@ -186,14 +187,15 @@ def _reach(model: Model, nodes_idx: IntArray, size: float) -> FloatArray:
 
 
 def _off_the_model(
-    model: Model, measured: Measured, points: FloatArray, off: FloatArray, nearest: IntArray, hint: str
+    model: Model, measured: Measured, points: FloatArray, off: FloatArray, nearest: IntArray, hint: str, length: str
 ) -> InputError:
     """The message for sensors that are off the model, `off` 0 for the others."""
     worst = int(off.argmax())
     few = len({s for s, d in zip(measured.sensors, off.tolist(), strict=True) if d})
     return InputError(
         f"{few} of {len(set(measured.sensors))} sensors are not on the model: sensor {measured.sensors[worst]} at "
-        f"{_words(points[worst])} is {off[worst]:.3g} from its nearest node, {model.nodes.label(int(nearest[worst]))}",
+        f"{_words(points[worst])} is {off[worst]:.3g} {length} from its nearest node, "
+        f"{model.nodes.label(int(nearest[worst]))}",
         where=measured.path,
         expected="points on the model, in its axes",
         fix=hint
@@ -208,13 +210,15 @@ def _hints(model: Model, points: FloatArray, scale: float, units: str) -> Iterat
     def on_model(x: FloatArray) -> bool:
         return bool(_distances(model, x).max() <= REACH * across(model))
 
+    length = likely_units(model, units).words[0]
     if unit := _fitting_unit(model, points, scale, units):
-        yield f"The points span {_span(points):.3g}, the model {across(model):.3g}, and they fit {unit}."
+        spans = f"The points span {_span(points):.3g} {length}, the model {across(model):.3g} {length}"
+        yield f"{spans}, and they fit {unit}."
     ends = np.stack([coords.min(axis=0) - points.min(axis=0), coords.max(axis=0) - points.max(axis=0)])
     for weights in itertools.product((0.5, 0.0, 1.0), repeat=3):  # middles, lower or upper ends at one place
         shift = ends[0] + np.array(weights) * (ends[1] - ends[0])
         if on_model(points + shift):
-            yield f"They fit moved by {_words(shift)}: give places from the origin of the deck."
+            yield f"They fit moved by {_words(shift)} {length}: give places from the origin of the deck."
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1.0, -1.0), repeat=3):
             turn = np.array(signs)[:, None] * np.eye(3)[list(order)]
@@ -230,9 +234,10 @@ def _span(points: FloatArray) -> float:
 def _require_size(model: Model, measured: Measured, points: FloatArray, scale: float, units: str) -> None:
     """Raise InputError where points lie together on a spot, and all over the model in other units."""
     if unit := _fitting_unit(model, points, scale, units):
+        length = likely_units(model, units).words[0]
         raise InputError(
-            f"all sensors are on one spot of the model: their points span {_span(points):.3g}, the model "
-            f"{across(model):.3g}",
+            f"all sensors are on one spot of the model: their points span {_span(points):.3g} {length}, the model "
+            f"{across(model):.3g} {length}",
             where=measured.path,
             expected="points in the units of the deck",
             fix=f"They fit {unit}.",

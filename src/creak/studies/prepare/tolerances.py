@@ -89,7 +89,7 @@ def point_tolerances(given: Lines, points: Points) -> PointTolerances:
         key = ("eline", asked[0], "tolerance") if asked else ("limit", "tolerance")
         where = given.places.where(*key)
         rows = read_tolerances(given.places.sibling(table.file), where, table.columns, given.units)
-        hit = rows_hit(rows, points, mine)
+        hit = rows_hit(rows, points, mine, UNITS[given.units].length)
         at = spread(hit, points, mine)
         taken = at >= 0
         below[taken] = np.array([row.below for row in rows])[at[taken]]
@@ -136,8 +136,8 @@ def spread(hit: IntArray, points: Points, lines: Collection[str]) -> IntArray:
     return at
 
 
-def rows_hit(rows: Sequence[GapTolerance], points: Points, lines: Collection[str]) -> IntArray:
-    """(p,) the row that names each point of some lines or lies at it; -1: none does.
+def rows_hit(rows: Sequence[GapTolerance], points: Points, lines: Collection[str], unit: str) -> IntArray:
+    """(p,) the row that names each point of some lines or lies at it; -1: none does. unit : of length.
 
     Raises
     ------
@@ -145,7 +145,8 @@ def rows_hit(rows: Sequence[GapTolerance], points: Points, lines: Collection[str
     """
     named, mine = _by_names(points), points.of(lines)
     hits = [
-        _named(row, named) if row.place is None else _placed(row, np.array(row.place), points, mine) for row in rows
+        _named(row, named) if row.place is None else _placed(row, np.array(row.place), points, mine, unit)
+        for row in rows
     ]
     at = np.full(len(points.group), -1, dtype=np.int64)
     for k in sorted(range(len(rows)), key=lambda k: -hits[k].size):
@@ -190,14 +191,14 @@ def _named(row: GapTolerance, named: dict[str, IntArray]) -> IntArray:
     return found
 
 
-def _placed(row: GapTolerance, place: FloatArray, points: Points, mine: BoolArray) -> IntArray:
+def _placed(row: GapTolerance, place: FloatArray, points: Points, mine: BoolArray, unit: str) -> IntArray:
     """The nearest points of the lines that take the table; none where another line is what lies there."""
     off = np.linalg.norm(points.positions - place, axis=1)
     if off.min(initial=np.inf) > REACH * points.size:
         nearest = int(off.argmin())
         raise InputError(
-            f"no point within {REACH * points.size:g} of {row.name}: the nearest, {points.names[nearest]}, is "
-            f"{off[nearest]:g} away",
+            f"no point within {REACH * points.size:.6g} {unit} of {row.name}: the nearest, {points.names[nearest]}, is "
+            f"{off[nearest]:.6g} {unit} away",
             where=row.where,
             expected="a place on an E-line, in the deck's axes and units",
             fix='Correct it, name its unit in the head, as x [mm], or go by names: columns = { point = "..." }.',

@@ -147,7 +147,7 @@ def propose(
         _pairs(model),
         _outputs(model),
         joints_of(model),
-        tuple(Warned(said) for said in near_beams(model, skins, distance)),
+        tuple(Warned(said) for said in near_beams(model, skins, distance, system.words[0])),
         tuple(contact_flaw(said) for said in flaws),
         tuple(apart),
         model.stops,

@@ -134,8 +134,11 @@ def _lies_on(skin: Skin, corners: FloatArray, start: FloatArray, end: FloatArray
     return np.asarray(near.found & on_it)
 
 
-def near_beams(model: Model, skins: Mapping[int, Skin], distance: float) -> list[str]:
-    """Parts of beams alone, which have no skin, whose nodes come within `distance` of a skin: a sentence each."""
+def near_beams(model: Model, skins: Mapping[int, Skin], distance: float, unit: str) -> list[str]:
+    """Parts of beams alone, which have no skin, whose nodes come within `distance` of a skin: a sentence each.
+
+    unit : of length.
+    """
     tied, said = tied_nodes(model.constraints, model.nodes.count), list[str]()
     for i, part in enumerate(model.parts):
         blocks = [b for b in model.blocks if b.part == i and isinstance(b.section, BeamSection)]
@@ -149,7 +152,7 @@ def near_beams(model: Model, skins: Mapping[int, Skin], distance: float) -> list
             gap = _beside(model, rows, radius[rows], skin, distance)
             if gap.min(initial=np.inf) <= distance:
                 k = int(gap.argmin())
-                how = f"{gap[k]:.3g} from" if gap[k] > 0.0 else f"{-gap[k]:.3g} inside"
+                how = f"{gap[k]:.3g} {unit} from" if gap[k] > 0.0 else f"{-gap[k]:.3g} {unit} inside"
                 said.append(
                     f"{part.name} is of beams, which have no surface that is looked for: its node "
                     f"{model.nodes.label(int(rows[k]))} is {how} {model.parts[j].name}. If they may touch, add a "

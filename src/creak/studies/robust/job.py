@@ -16,7 +16,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.digest import digest
 from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.model.mesh import Nodes
-from creak.model.units import UnitsName
+from creak.model.units import UNITS, UnitsName
 from creak.progress import Progress, silent
 from creak.studies.design.clip_library import clips_of
 from creak.studies.file.changes import with_changes
@@ -308,7 +308,7 @@ def deviations_of(
             continue
         where = places.where("scatter", "vary", key)
         rows = read_tolerances(places.sibling(table.file), where, table.columns, units)
-        at = spread(rows_hit(rows, points, name), points, name)[own]
+        at = spread(rows_hit(rows, points, name, UNITS[units].length), points, name)[own]
         if at.min() < 0:
             raise no_row(table.file, points, name[0], where)
         found[key] = np.array([row.below for row in rows])[at] / SIGMAS

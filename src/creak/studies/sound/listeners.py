@@ -171,7 +171,7 @@ def _with_head(
         raise InputError(
             f"the head of listener {name!r} touches the structure, at node {node}",
             where=places.where("listener", name, "position"),
-            expected=f"more than {RADIUS / metre:.4g} to the middle of the head",
+            expected=f"more than {RADIUS:.4g} m to the middle of the head",
             fix="Move it off, or leave faces out: it is then a point.",
         )
     with_head = replace(listener, looks=looks, left=left / np.linalg.norm(left))
@@ -233,7 +233,7 @@ def _listener(model: Model, skin: Skin, name: str, table: ListenerTable, metre: 
         raise InputError(
             f"listener {name!r} at {list(table.position)} is on the structure, at node {node}",
             where=where,
-            expected=f"{OFF * skin.size[nearest]:.4g} or more away, the size of the element there",
+            expected=f"{metre * OFF * skin.size[nearest]:.4g} m or more away, the size of the element there",
             fix="Move it off.",
         )
     found = Listener(name, position, heard, _names(model, heard), True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import tomllib
 from dataclasses import replace
 from typing import Any
@@ -192,7 +193,7 @@ def warnings_of(setup: Setup) -> str:
 
 def test_a_load_that_closes_nothing_is_told(tmp_path):
     said = warnings_of(other(tmp_path, STUDY, two_strips(gap=20.0)))
-    assert "no channel closes: the smallest gap of the linear run is 1" in said  # 20 mm less a motion of some mm
+    assert re.search(r"no channel closes: the smallest gap of the linear run is 1\S+ mm, the margin .* %", said)
 
 
 def test_contact_everywhere_is_told(tmp_path):

@@ -81,7 +81,10 @@ def test_places_and_labels_name_nodes(tmp_path):
 
 
 REFUSED = {
-    "far": ("[nodes.a]\nnear = [[0, 0, 5]]\n", r"no node within 1.2\d* of \(0, 0, 5\): the nearest, 1 at"),
+    "far": (
+        "[nodes.a]\nnear = [[0, 0, 5]]\n",
+        r"no node within 1.2\d* mm of \(0, 0, 5\): the nearest, 1 at .* is \S+ mm away",
+    ),
     "one node twice": ("[nodes.a]\nnear = [[0, 0, 1.75], [0.1, 0, 1.75]]\n", "the same nearest node"),
     "unknown": ("[nodes.a]\nlabels = [17777]\n", "unknown node 17777"),
     "double": ("[nodes.a]\nlabels = [1, 1]\n", "node 1 is named twice"),

@@ -97,7 +97,7 @@ def test_ids_name_the_points_and_directions_turn_them(folder):
     assert points.names == ("a:lock:13", "a:lock:39")
     plain = frames[:, 2]
     for down in ("-z", "(0 0 -2)", '"0,0,-1"'):
-        with pytest.raises(InputError, match=r"lines.csv:2: node 13 lies .* behind its main node"):
+        with pytest.raises(InputError, match=r"lines.csv:2: node 13 lies \S+ mm behind its main node"):
             made(folder, f"{head}lock,1013,13,{down}\n")
     # An axis without a sign leads from the main to the secondary side, whichever way that is.
     _, frames = made(folder, f"{head}p,13,1013,Z\nq,1039,39,+z\n")

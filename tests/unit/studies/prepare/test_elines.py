@@ -228,7 +228,7 @@ WRONG = {
     ),
     "places of one side alone": (
         '[eline.a]\nmain = "OVER"\nsecondary = "TIP_UPPER"\npoints = [[120, 10, 1], [60, 10, 1]]\n',
-        ["[eline.a] points", "(60, 10, 1) does not lie between 'OVER' and 'TIP_UPPER'"],
+        ["[eline.a] points", "(60, 10, 1) does not lie between 'OVER' and 'TIP_UPPER'", " mm off"],
     ),
     "same place": ('[eline.a]\nmain = "TIP_UPPER"\nsecondary = "TIP_UPPER"\n', ["one place", "normal"]),
 }

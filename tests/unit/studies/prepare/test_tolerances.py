@@ -208,7 +208,10 @@ WRONG = {
     "no rows": ("point,minus\n", ["gaps.csv", "no rows", "point,minus"]),
     "empty": ("", ["gaps.csv", "nothing", "point (or x,y,z)"]),
     "two columns": ("point,minus,Low Tol\nlock,1,1\n", ["gaps.csv:1", "both minus", "columns = {"]),
-    "far": ("x,y,z,minus\n120,0,90,0.2\n", ["gaps.csv:2", "no point within", "(120, 0, 90)", "tip:13", "columns = {"]),
+    "far": (
+        "x,y,z,minus\n120,0,90,0.2\n",
+        ["gaps.csv:2", "no point within", " mm of (120, 0, 90)", " mm away", "tip:13", "columns = {"],
+    ),
     "no place": ("x,y,z,minus\n120,,0,0.2\n", ["gaps.csv:2", "three finite numbers"]),
     "other line": ("point,minus\ntip,0.2\n", ["[eline.a.tolerance]", "no row", "'a'", "a:lock, a:hinge"]),
 }

@@ -256,7 +256,7 @@ def test_a_compact_part_is_told_and_is_no_panel(result):
 @pytest.mark.parametrize(
     ("table", "says"),
     [
-        ("position = [60, 10, 1.0]", r"is on the structure, at node \d+ \(.*study.toml:\d+ .*\).*10 or more away"),
+        ("position = [60, 10, 1.0]", r"is on the structure, at node \d+ \(.*study.toml:\d+ .*\).*0.01 m or more away"),
         ('position = [0, 0, 600]\nparts = "DOOR"', "unknown part 'DOOR'"),
     ],
 )
