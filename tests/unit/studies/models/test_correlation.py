@@ -261,7 +261,7 @@ def test_sensors_between_nodes_go_to_the_nearest_and_the_distance_is_told(strip,
     c = correlate(found, read_measured_modes(path))
     np.testing.assert_allclose(c.sensors.distance, 2.5, rtol=1e-9)
     assert set(c.sensors.how) == {"place"}
-    assert "2.5 from" in " ".join(c.notes)
+    assert "2.5 mm from" in " ".join(c.notes)
     assert min(p.mac for p in c.pairs) == pytest.approx(1.0, abs=1e-9)  # the values are those of the nodes
 
 
