@@ -13,7 +13,7 @@ from creak.studies.file.reader import Study, read_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import limited
 from creak.studies.run.precheck import prechecked, with_linear_gaps
 from creak_thesis.door import write_door
 from creak_thesis.plan import F_MAX

@@ -15,7 +15,7 @@ from creak.dynamics.condensed import response
 from creak.dynamics.scheme import HHT
 from creak.dynamics.step_matrix import StepFactor
 from creak.studies.models.reduced import ReducedModel
-from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import limited
 from creak.studies.run.one_run import Run
 
 STIFFNESSES = (0.1, 0.5, 1.0, 2.0, 10.0, 100.0)

@@ -27,7 +27,7 @@ from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.substructures import partition
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.compared import Meter
-from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import limited
 from creak.studies.run.precheck import with_linear_gaps
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 

@@ -35,7 +35,7 @@ from creak.studies.models.reference import build_reference
 from creak.studies.prepare.marching import Observed
 from creak.studies.prepare.output_steps import excitation_window
 from creak.studies.prepare.setup import Setup, set_up
-from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import limited
 from creak.studies.run.one_run import Run, march_run
 from creak.verify.events import events_in
 from creak.verify.matching import match_events

@@ -30,7 +30,7 @@ from creak.studies.prepare.reduction import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.prepare.varied import OF_LOADS, varied
 from creak.studies.run.agreement import ModeComparison, compare_modes, compare_spectra
-from creak.studies.run.forced_step import limited
+from creak.studies.run.integrate import limited
 from creak.studies.run.job import ReferenceRun
 from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run

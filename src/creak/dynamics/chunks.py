@@ -9,11 +9,10 @@ from typing import NamedTuple, Protocol
 from creak.arrays import FloatArray
 from creak.contact.step_problem import failure
 from creak.dynamics.flow.model import DONE, NOT_FINITE, FlowState
-from creak.dynamics.history import History
+from creak.dynamics.history import Diverged, History, Interrupted, Stopped
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import Output, Recorder
 from creak.dynamics.simulate import Progress
-from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.linalg.memory import OutOfMemory
 from creak.linalg.threads import one_blas_thread
 from creak.progress import silent

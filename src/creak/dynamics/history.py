@@ -1,4 +1,4 @@
-"""What a run leaves behind."""
+"""What a run leaves behind, also one that ended early."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray, brief
 from creak.dynamics.record.watch import Extremes
+from creak.errors import NumericalError
 
 ENERGIES = ("kinetic", "strain", "contact", "damping", "contact_damping", "friction", "external", "scheme")
 """Columns of `History.energy`: three stored energies, then work since the start. The energy of channels with a preload
@@ -110,3 +111,30 @@ class History:
     def energy_dissipated_by_scheme(self) -> float:
         """The scheme's own dissipation at the end, as a fraction of `energy_scale`."""
         return float(self.energy[-1, ENERGIES.index("scheme")] / self.energy_scale)
+
+
+GROWS = "look for loads that grow without bound, and for damping or springs below zero that give energy"
+"""What to do where creak chose the steps."""
+
+
+class Stopped(NumericalError):
+    """A run did not reach its end; `history` is what it has."""
+
+    def __init__(self, why: str, history: History) -> None:
+        self.history = history
+        super().__init__(why)
+
+
+class Diverged(Stopped):
+    """The motion is no longer finite; `forced`: its steps were given, not chosen by creak."""
+
+    def __init__(self, time: float, history: History, *, forced: bool = False) -> None:
+        remedy = "shorten the step or lower the contact stiffness" if forced else GROWS
+        super().__init__(f"the motion is no longer finite at t = {time:.6g} s: {remedy}", history)
+
+
+class Interrupted(Stopped):
+    """Ctrl-C."""
+
+    def __init__(self, history: History) -> None:
+        super().__init__(f"stopped at t = {history.time[-1]:.6g} s", history)

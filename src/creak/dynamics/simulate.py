@@ -19,14 +19,13 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.closing import closes_between
 from creak.dynamics.condensed import CondensedContact
 from creak.dynamics.energy import EnergyAudit
-from creak.dynamics.history import History
+from creak.dynamics.history import Diverged, History, Interrupted, Stopped
 from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest, Recorder
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.state import LinearTerms
 from creak.dynamics.step_matrix import StepFactor
-from creak.dynamics.stopped import Diverged, Interrupted, Stopped
 from creak.errors import InputError, NumericalError
 from creak.linalg.threads import one_blas_thread
 from creak.linalg.together import Solver

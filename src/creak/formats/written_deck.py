@@ -1,7 +1,8 @@
-"""A deck on its way to a file: read back before it appears."""
+"""A deck on its way to a file: numbers that read back exactly, and all of it read back before it appears."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,3 +40,17 @@ def _said(lost: Callable[[Path], str], path: Path) -> str:
         return lost(path)
     except InputError as error:
         return f"{error.what} {error.expected}".strip()
+
+
+STEPS = 8
+"""Neighbouring floating-point numbers that `inverted` tries to either side."""
+
+
+def inverted(function: Callable[[float], float], wanted: float, guess: float) -> float:
+    """x near `guess` with function(x) == wanted to the last bit, the one with fewest digits first; else the guess."""
+    tries = [float(f"{guess:.{digits}g}") for digits in range(1, 17)]
+    low = high = guess
+    for _ in range(STEPS):
+        low, high = math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
+        tries += [low, high]
+    return next((x for x in [*tries[:16], guess, *tries[16:]] if function(x) == wanted), guess)

@@ -14,12 +14,11 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Curves, Friction
 from creak.dynamics.diagonal import is_modal, modal_matrices
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES, Diverged, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.dynamics.simulate import simulate
-from creak.dynamics.stopped import Diverged
 from creak.errors import InputError, NumericalError
 from creak.linalg.factor import factor
 from creak.linalg.modes import modes

@@ -13,12 +13,11 @@ from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.dynamics.flight.step import choose
 from creak.dynamics.flight.stepper import FlightStepper
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES, History, Interrupted
 from creak.dynamics.loads import Loads, at_rest
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import march, simulate
-from creak.dynamics.stopped import Interrupted
 from creak.errors import NumericalError
 from creak.linalg.modes import modes
 from creak.reduction.modal import with_modal_damping

@@ -11,9 +11,9 @@ from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
 from creak.dynamics.flow.resolution import Resolution
+from creak.dynamics.history import Diverged
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
-from creak.dynamics.stopped import Diverged
 from creak.reduction.diagonal import diagonalise
 from helpers_core import chain, channels, system_of
 

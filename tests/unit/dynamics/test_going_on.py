@@ -18,14 +18,13 @@ from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import Friction
 from creak.dynamics.flight.contact_steps import IN_CONTACT
 from creak.dynamics.flight.stepper import FlightStepper
-from creak.dynamics.history import ENERGIES, History
+from creak.dynamics.history import ENERGIES, History, Interrupted
 from creak.dynamics.instant import Saved
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, march
-from creak.dynamics.stopped import Interrupted
 from creak.formats.stored.sealed_hdf5 import Damaged
 from creak.studies.run.checkpoint import read_checkpoint, write_checkpoint
 from helpers_core import time_axis

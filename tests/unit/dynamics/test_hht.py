@@ -7,12 +7,11 @@ import pytest
 
 from creak.assembly.coupling import Driven
 from creak.assembly.part import Rayleigh
-from creak.dynamics.history import ENERGIES
+from creak.dynamics.history import ENERGIES, Interrupted
 from creak.dynamics.loads import Loads, at_rest, follow
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
-from creak.dynamics.stopped import Interrupted
 from creak.errors import InputError, NumericalError
 from creak.linalg.factor import factor
 from creak.linalg.modes import modes

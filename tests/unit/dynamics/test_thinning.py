@@ -8,12 +8,11 @@ import pytest
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.march import SAMPLES, FlowRun, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.loads import Loads
 from creak.dynamics.record import recorder, thinning
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.thinning import LONGEST, spacing_for, spacing_words, thin
-from creak.dynamics.stopped import Stopped
 from creak.linalg.memory import OutOfMemory
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events

@@ -12,7 +12,7 @@ import pytest
 from creak.report.words.method import _clip, _support
 from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
 from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.design.node_tables import SupportTable
+from creak.studies.file.design.model_tables import SupportTable
 
 
 @pytest.mark.parametrize(

@@ -16,9 +16,8 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.march import FlowRun
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.loads import Loads
-from creak.dynamics.stopped import Stopped
 from creak.linalg.threads import cores, one_blas_thread
 
 Found = TypeVar("Found")

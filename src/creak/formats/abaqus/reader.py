@@ -9,8 +9,8 @@ from typing import TypeVar
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.abaqus.joints.contact import described_contact
 from creak.formats.abaqus.joints.couplings import Placement, read_couplings
-from creak.formats.abaqus.joints.described_contact import described_contact
 from creak.formats.abaqus.joints.fasteners import extended, read_fasteners, spring_blocks
 from creak.formats.abaqus.joints.gaps import read_gaps
 from creak.formats.abaqus.joints.links import read_links

@@ -1,4 +1,4 @@
-"""The files of a deck as lines of text."""
+"""The files of a deck as lines of text, and how much it may include."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.command_files import file_meant, plain_file
-from creak.formats.deck.include_budget import IncludeBudget
 
 DEPTH = 50
 """Files that may stand open inside one another."""
@@ -90,3 +89,37 @@ def refuse_loop(path: Path, above: Sequence[Path], included_at: str, line: str) 
 def plain_name(name: str) -> str:
     """A name of comments or titles as a study can write it."""
     return re.sub(r"\s+", "_", name.upper())
+
+
+MOST_FILES = 10_000
+"""INCLUDE lines followed in a deck."""
+MOST_AGAIN = 1 << 30
+"""Bytes of files that were included before."""
+
+
+class IncludeBudget:
+    """Counts the files of one deck."""
+
+    def __init__(self) -> None:
+        self._files = self._again = 0
+        self._seen: set[Path] = set()
+
+    def count(self, path: Path, included_at: str) -> None:
+        """One more file: a deck, or one that it includes at a place.
+
+        Raises
+        ------
+        InputError : too many files. OSError : it is not there.
+        """
+        self._files += 1
+        if path in self._seen:
+            self._again += path.stat().st_size
+        self._seen.add(path)
+        if self._files > MOST_FILES or self._again > MOST_AGAIN:
+            most = f"{MOST_FILES:,} files" if self._files > MOST_FILES else f"{MOST_AGAIN >> 30} GB of files met before"
+            raise InputError(
+                f"the deck includes more than {most}",
+                where=included_at,
+                expected="each file included once",
+                fix="Look for files that include the same file twice.",
+            )

@@ -8,8 +8,8 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.deck.flat_parts import flat_parts
 from creak.formats.deck.groups import Group, blocks_of
+from creak.formats.deck.parts import flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.deck.text import plain_name

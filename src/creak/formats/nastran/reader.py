@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.flat_parts import flat_parts
 from creak.formats.deck.groups import blocks_of
+from creak.formats.deck.parts import flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.nastran.joints.contact import CARDS as OF_CONTACT

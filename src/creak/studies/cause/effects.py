@@ -13,9 +13,8 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.diagonal import is_modal
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.loads import Loads
-from creak.dynamics.stopped import Stopped
 from creak.errors import CreakError
 from creak.model.units import UNITS
 from creak.progress import Progress, silent

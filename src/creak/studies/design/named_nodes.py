@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.mesh import Model
-from creak.studies.file.design.node_tables import NodesTable
+from creak.studies.file.design.model_tables import NodesTable
 from creak.studies.file.places import Places
 
 REACH = 0.01

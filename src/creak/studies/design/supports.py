@@ -14,7 +14,7 @@ from creak.model.constraints import Equation, Fixed, held_labels, without
 from creak.model.dofs import node_and_dof, node_dofs
 from creak.model.mesh import Model
 from creak.studies.file.case import Driving
-from creak.studies.file.design.node_tables import SupportTable
+from creak.studies.file.design.model_tables import SupportTable
 from creak.studies.file.places import Places
 from creak.studies.file.table import DOFS
 

@@ -12,8 +12,7 @@ from creak.arrays import FloatArray
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.design.node_tables import NodesTable, SupportTable
-from creak.studies.file.design.property_tables import MaterialTable, SectionTable
+from creak.studies.file.design.model_tables import MaterialTable, NodesTable, SectionTable, SupportTable
 from creak.studies.file.design.scatter_tables import ScatterTable
 from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable

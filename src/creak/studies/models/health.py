@@ -1,4 +1,4 @@
-"""Health of the superelements of a study."""
+"""Health of the superelements of a study, and whether joints of a reduced model were lost."""
 
 from __future__ import annotations
 
@@ -7,10 +7,12 @@ from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
+import numpy as np
 from pydantic import TypeAdapter
 
 from creak.arrays import FloatArray
 from creak.digest import digest
+from creak.errors import NumericalError
 from creak.formats.safe_names import file_stem
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.model.mesh import Nodes
@@ -75,3 +77,35 @@ def check(reduced: Reduced, nodes: Nodes, excited: float) -> Health:
     part = reduced.substructure.part
     own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.in_one()  # they take a factor of the part
     return health(part, reduced.system, reduced.inside, nodes, f_excitation=excited or None, own_modes=own_modes)
+
+
+SOFTER = 0.01
+"""Share by which a frequency may lie below that of the unreduced model: those of both have far smaller errors."""
+LOW = 1e-3
+"""Of the highest frequency that is compared, up to which frequencies may be round-off."""
+
+
+def require_no_softer(reduced: FloatArray, unreduced: FloatArray) -> None:
+    """Refuse a reduced model whose k-th frequency is below the k-th of the unreduced one.
+
+    A Galerkin basis holds some motions of the structure; the least of Rayleigh's quotient over some is no smaller than
+    that over all (Courant, Fischer). Frequencies below say that parts are joined at fewer dofs than they share.
+
+    Parameters
+    ----------
+    reduced, unreduced : lowest frequencies of both models, Hz; those of the unreduced one rise, rigid ones first.
+
+    Raises
+    ------
+    NumericalError : with the first mode that is.
+    """
+    n = min(reduced.size, unreduced.size)
+    known, own = unreduced[:n], np.sort(reduced)[:n]
+    soft = np.flatnonzero((own < (1.0 - SOFTER) * known) & (known > LOW * known[-1:].max(initial=0.0)))
+    if soft.size:
+        k = int(soft[0])
+        raise NumericalError(
+            f"mode {k + 1} of the reduced model has {own[k]:.4g} Hz, and {known[k]:.4g} Hz in the unreduced one: no "
+            'reduction is softer, its parts are joined wrongly. Run with [reduction] method = "none", or without '
+            "substructures, unreduced and keep_out, and send us the deck"
+        )

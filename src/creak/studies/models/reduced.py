@@ -27,9 +27,9 @@ from creak.reduction.interface.characteristic import second_level
 from creak.reduction.modal import ModalDamping, support_motion, without_modal_damping
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
+from creak.studies.models.health import require_no_softer
 from creak.studies.models.part_jobs import reduce_elsewhere
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
-from creak.studies.models.ritz_check import require_no_softer
 from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.models.substructures import UNREDUCED, Partition, partition
 from creak.studies.models.superelements import (

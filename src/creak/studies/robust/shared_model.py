@@ -15,9 +15,8 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow.batch import Variant, march_many
 from creak.dynamics.flow.march import SAMPLES, FlowRun
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.record.recorder import OutputRequest
-from creak.dynamics.stopped import Stopped
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes

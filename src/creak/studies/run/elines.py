@@ -12,9 +12,8 @@ from creak.arrays import BoolArray, FloatArray, IntArray, SingleArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.record.recorder import OutputRequest
-from creak.dynamics.stopped import Stopped
 from creak.studies.models.reference import ReferenceModel, in_modes
 from creak.studies.prepare.elines import Eline, Elines
 from creak.studies.prepare.marching import Marching

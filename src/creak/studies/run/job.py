@@ -32,9 +32,8 @@ from creak.studies.run.agreement import (
 from creak.studies.run.checkpoint import Checkpoints
 from creak.studies.run.compared import ResultBase, compare_events, main_run
 from creak.studies.run.elines import LineFindings, compare_lines, touched_points
-from creak.studies.run.forced_step import limited, step_warnings
 from creak.studies.run.foretold import foretold
-from creak.studies.run.integrate import sprung
+from creak.studies.run.integrate import limited, sprung, step_warnings
 from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import ready, run_with_closed, with_closed

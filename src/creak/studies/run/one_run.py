@@ -11,10 +11,9 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.history import History
+from creak.dynamics.history import History, Stopped
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.thinning import spacing_words
-from creak.dynamics.stopped import Stopped
 from creak.model.dofs import node_dofs
 from creak.progress import Progress, Steps
 from creak.studies.models.reduced import ReducedModel

@@ -262,7 +262,7 @@ def run_with_closed(
 
     Parameters
     ----------
-    limit : of stiffness, as `forced_step.limited`. closed : as `with_closed`.
+    limit : of stiffness, as `integrate.limited`. closed : as `with_closed`.
     make : what is found with channels, and its run; it is told whether that is the last one.
     """
     notes: list[str] = []

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from creak.contact.laws.parameters import Curves
-from creak.dynamics.stopped import Diverged
+from creak.dynamics.history import Diverged
 from creak.errors import InputError
 from creak.model.units import UNITS
 from creak.report.tables.convergence import event_table as settling_table

@@ -12,8 +12,8 @@ from creak.api.study import run
 from creak.errors import NumericalError
 from creak.reduction.diagonal import diagonalise
 from creak.studies.file.reader import read_study
+from creak.studies.models.health import require_no_softer
 from creak.studies.models.reduced import reduced_modes
-from creak.studies.models.ritz_check import require_no_softer
 from helpers_core import system_of
 
 E, G, AREA, INERTIA, TORSION, DENSITY = 70000.0, 26923.0, 100.0, 900.0, 1500.0, 2.7e-9

@@ -9,9 +9,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.include_budget import IncludeBudget
 from creak.formats.deck.refusals import Placed
-from creak.formats.deck.text import read_bytes, read_lines, refuse_loop
+from creak.formats.deck.text import IncludeBudget, read_bytes, read_lines, refuse_loop
 
 _FILE_SHIFT = 32
 _LINE_MASK = (1 << _FILE_SHIFT) - 1

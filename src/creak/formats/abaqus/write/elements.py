@@ -11,8 +11,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.write.directions import third_nodes, turned_spring
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted, vector
 from creak.formats.abaqus.write.sections import Materials, section_lines
-from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
+from creak.formats.written_deck import inverted
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices, Section, ShellSection, Spring
 from creak.model.mesh import ElementBlock, Model
 

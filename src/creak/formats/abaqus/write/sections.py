@@ -13,8 +13,8 @@ from creak.formats.abaqus.sections.beam_shapes import WALL, shape_of
 from creak.formats.abaqus.write.directions import turned_spring
 from creak.formats.abaqus.write.names import listed, number, numbers, quoted, vector
 from creak.formats.deck.cross_section import CrossSection
-from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
+from creak.formats.written_deck import inverted
 from creak.model.laminates import laminate
 from creak.model.materials import (
     AnisotropicMaterial,

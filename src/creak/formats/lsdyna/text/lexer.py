@@ -9,8 +9,7 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.expressions import Value
-from creak.formats.deck.include_budget import IncludeBudget
-from creak.formats.deck.text import Line, read_bytes, read_lines, refuse_loop
+from creak.formats.deck.text import IncludeBudget, Line, read_bytes, read_lines, refuse_loop
 from creak.formats.lsdyna.text.cards import KINDS, Block, Shift
 from creak.formats.lsdyna.text.parameters import LOCAL, NAMES, define
 

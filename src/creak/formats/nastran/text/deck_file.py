@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.include_budget import IncludeBudget
-from creak.formats.deck.text import Line, read_bytes, read_lines, refuse_loop
+from creak.formats.deck.text import IncludeBudget, Line, read_bytes, read_lines, refuse_loop
 from creak.formats.nastran.text.bulk_data import Card, cards_of
 
 _BULK = re.compile(r"\s*BEGIN(\s+BULK)?\b", re.I)

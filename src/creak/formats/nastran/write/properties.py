@@ -10,12 +10,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.deck.digits import inverted
 from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.mesh.solids import NETWORKS
 from creak.formats.nastran.write.equivalent import by_plies, is_rod
 from creak.formats.nastran.write.fields import Field, card
 from creak.formats.nastran.write.materials import SAME, Materials
+from creak.formats.written_deck import inverted
 from creak.model.materials import (
     AxialSpring,
     BeamSection,

@@ -12,7 +12,7 @@ from pydantic import Field, model_validator
 from creak.arrays import FloatArray
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
-from creak.studies.file.design.node_tables import Label
+from creak.studies.file.design.model_tables import Label
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
 
 Shown = Callable[[float], str]
