@@ -92,6 +92,18 @@ def test_a_first_study_has_the_gaps_of_the_deck(creak, tmp_path):
     assert "CGAP is not read by creak and would change the answer" in said.words
 
 
+def test_why_a_run_with_dashpots_has_no_loudness_is_told(creak, tmp_path):
+    """A gap closes, but a dashpot couples the modes of the reduced model."""
+    extra = "CGAP,901,9,1013,13\nPGAP,9,.05,,10.,,,.3\nCDAMP2,902,1.-4,1013,3,13,3"
+    (tmp_path / "strips.bdf").write_text(strips(extra=extra))
+    assert creak("new", tmp_path / "strips.bdf", "--distance", "0.1", "--quiet").status == 0
+    (table,) = tomllib.loads((tmp_path / "strips.toml").read_text())["connector"]
+    assert table["friction"] == 0.3
+    said = creak("run", tmp_path / "strips.toml", "--quick", "--set", "excitation.road.signal.amplitude=0.05")
+    assert said.status == 0, said.words
+    assert "no loudness of what touches, forces alone: none: damping couples the modes" in said.words
+
+
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [

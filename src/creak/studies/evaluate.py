@@ -116,7 +116,7 @@ def evaluate(
         from creak.studies.findings.measured import beside_tests
         from creak.studies.findings.places import find_places
         from creak.studies.findings.sound import heard_places
-        from creak.studies.sound.heard import Sound, hear
+        from creak.studies.sound.heard import COUPLED, Sound, hear
 
         main, notes = found.main, [*found.notes, *said_of_proof]
         worth = table.exact and not quick and "reduced" in found.runs and found.stopped is None and found.gaps.presses
@@ -147,6 +147,10 @@ def evaluate(
         notes += sound.notes
     elif setup.study.config.listener:
         notes.append(Warned(f"no sound: {sound}"))
+    elif sound == COUPLED and places:
+        notes.append(
+            f"no loudness of what touches, forces alone: {COUPLED} (dashpots, materials with their own damping)"
+        )
     causes: dict[int, dict[str, Any]] = {}
     if told:
         nothing: tuple[dict[int, dict[str, Any]], list[str]] = {}, []

@@ -62,6 +62,10 @@ WHAT = {
 }
 
 
+COUPLED = "none: damping couples the modes of the reduced model"
+"""Why a run with dashpots has no sound."""
+
+
 @dataclass(frozen=True)
 class Sound(SoundBase):
     """The sound of a run's contact at each listener."""
@@ -127,7 +131,7 @@ def hear(
     if reduced is None or run.name != "reduced":
         return "none: only a reduced model carries sound"
     if not is_modal(run.system):
-        return "none: damping couples the modes of the reduced model"
+        return COUPLED
     if float(run.history.time[-1]) < SHORTEST:
         return f"none: the run is shorter than {SHORTEST:g} s"
     if not given and not places:

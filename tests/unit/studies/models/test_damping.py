@@ -96,6 +96,16 @@ def test_a_dashpot_in_an_undamped_structure_is_told_as_none(tmp_path):
     assert "modal = 0.02" in text
 
 
+def test_structural_damping_of_the_deck_goes_into_its_first_study(tmp_path):
+    """Half of it does the same at resonance; of materials that differ the usual share is left."""
+    deck = UNDAMPED.replace("*DENSITY", "*DAMPING, STRUCTURAL=0.06\n*DENSITY", 1)
+    write_strips(tmp_path, deck)
+    model = read_deck(tmp_path / "strips.inp")
+    text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
+    assert "# Damping: half of *DAMPING, STRUCTURAL = 0.06 of the deck" in text
+    assert "modal = 0.03 " in text
+
+
 def test_elements_of_a_rigid_body_need_no_damping(tmp_path):
     """The undamped upper strip hangs on a reference node; the lower one is damped."""
     steel = re.search(r"\*MATERIAL, NAME=STEEL\n(?:(?!\*SHELL).*\n)*", two_strips()).group()

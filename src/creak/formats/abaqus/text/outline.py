@@ -67,10 +67,18 @@ class Outline:
                     yield scope, block
 
     def note(
-        self, block: Block, why: str, *, changes: bool, what: str = "", damps: bool = False, used: bool = False
+        self,
+        block: Block,
+        why: str,
+        *,
+        changes: bool,
+        what: str = "",
+        damps: bool = False,
+        used: bool = False,
+        loss: float = 0.0,
     ) -> None:
         """List something that creak does not use, or what it made of it, once however often it is looked at."""
-        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used))
+        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used, loss))
 
 
 def outline(blocks: Iterable[Block]) -> Outline:

@@ -79,10 +79,18 @@ class Deck:
     """How often each id stands on cards of a name."""
 
     def note(
-        self, card: Card, why: str, *, changes: bool, what: str = "", damps: bool = False, used: bool = False
+        self,
+        card: Card,
+        why: str,
+        *,
+        changes: bool,
+        what: str = "",
+        damps: bool = False,
+        used: bool = False,
+        loss: float = 0.0,
     ) -> None:
         """List something that creak does not use, or what it made of it."""
-        entry = Unread(what or card.name, card.where, changes, why, damps, used)
+        entry = Unread(what or card.name, card.where, changes, why, damps, used, loss)
         if (entry.keyword, why) not in self.noted:
             self.noted.add((entry.keyword, why))
             self.unread.append(entry)
