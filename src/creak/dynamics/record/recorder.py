@@ -163,7 +163,7 @@ class Recorder:
             own[: given.shape[0]] = given
         self._steps, self._looked, self._spacing = state.steps, state.looked, state.spacing
         if self._watch is not None and state.watch is not None:
-            self._watch.resume(state.watch)
+            self._watch.state = state.watch
 
     def _on_kept(self, rows: tuple[Matrix, Matrix]) -> tuple[Matrix, Matrix]:
         """Rows on the coordinates of the System as rows on what is kept."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -71,30 +71,11 @@ class Watch:
 
     def _begin(self) -> None:
         m, silent, k = self._m, self._watched.silent.m, len(self._watched.turn_names)
-        self._slip, self._slip_at = np.zeros(m), np.full(m, np.nan)
-        self._gap, self._gap_at = np.full(silent, np.inf), np.full(silent, np.nan)
-        self._turn, self._turn_at = np.zeros(k), np.full(k, np.nan)
-        self._time, self._slid, self._last = np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0))
-
-    @property
-    def state(self) -> WatchState:
-        return WatchState(
-            self._slip,
-            self._slip_at,
-            self._gap,
-            self._gap_at,
-            self._turn,
-            self._turn_at,
-            self._time,
-            self._slid,
-            self._last,
+        slip_at, gap_at, turn_at = (np.full(n, np.nan) for n in (m, silent, k))
+        self.state = WatchState(
+            *(np.zeros(m), slip_at, np.full(silent, np.inf), gap_at, np.zeros(k), turn_at),
+            *(np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0))),
         )
-
-    def resume(self, state: WatchState) -> None:
-        """Go on where another one was."""
-        self._slip, self._slip_at, self._gap, self._gap_at = state.slip, state.slip_at, state.gap, state.gap_at
-        self._turn, self._turn_at = state.turn, state.turn_at
-        self._time, self._slid, self._last = state.time, state.slid, state.last
 
     def see(self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray]) -> None:
         """Whole steps in their order.
@@ -109,39 +90,32 @@ class Watch:
             self._see_slip(time, np.hypot(first, second), pressed.T)
         self._see_gaps(time, closed + self._watched.silent.gap0[:, None])
         angle = np.linalg.norm(turned.reshape(-1, 3, time.size), axis=1)
-        _raise_to(self._turn, self._turn_at, angle, time)
-        self._time = np.append(self._time, time)[-2:]
+        _raise_to(self.state.turn, self.state.turn_at, angle, time)
+        self.state = replace(self.state, time=np.append(self.state.time, time)[-2:])
 
     def _see_slip(self, time: FloatArray, slip: FloatArray, pressed: BoolArray) -> None:
-        both = np.hstack([self._slid if self._slid.size else slip[:, :1], slip])
-        _raise_to(self._slip, self._slip_at, np.where(pressed, np.maximum(both[:, 1:], both[:, :-1]), 0.0), time)
-        self._slid = slip[:, -1:]
+        seen = self.state
+        both = np.hstack([seen.slid if seen.slid.size else slip[:, :1], slip])
+        _raise_to(seen.slip, seen.slip_at, np.where(pressed, np.maximum(both[:, 1:], both[:, :-1]), 0.0), time)
+        self.state = replace(seen, slid=slip[:, -1:])
 
     def _see_gaps(self, time: FloatArray, gap: FloatArray) -> None:
-        at, every = np.append(self._time[-self._last.shape[1] :], time), np.hstack([self._last, gap])
+        seen = self.state
+        at, every = np.append(seen.time[-seen.last.shape[1] :], time), np.hstack([seen.last, gap])
         low = every.copy()
         if at.size > 2:
             rise, bend = every[:, 2:] - every[:, :-2], np.diff(every, 2, axis=1)
             turns = (bend > 0.0) & (np.abs(rise) <= 2.0 * bend)
             low[:, 1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
-        lower = -self._gap
-        _raise_to(lower, self._gap_at, -low, at)
-        self._gap, self._last = -lower, every[:, -2:]
+        lower = -seen.gap
+        _raise_to(lower, seen.gap_at, -low, at)
+        self.state = replace(seen, gap=-lower, last=every[:, -2:])
 
     @property
     def extremes(self) -> Extremes:
         """All that was seen so far."""
-        w = self._watched
-        return Extremes(
-            self._slip,
-            self._slip_at,
-            w.silent.names,
-            self._gap,
-            self._gap_at,
-            w.turn_names,
-            self._turn,
-            self._turn_at,
-        )
+        w, s = self._watched, self.state
+        return Extremes(s.slip, s.slip_at, w.silent.names, s.gap, s.gap_at, w.turn_names, s.turn, s.turn_at)
 
 
 def _raise_to(most: FloatArray, at: FloatArray, values: FloatArray, time: FloatArray) -> None:
