@@ -27,6 +27,13 @@ class Said:
         """Both streams, blanks and line ends made one."""
         return " ".join((self.out + self.err).split())
 
+    def refuses(self, *words: str) -> None:
+        """It ends with status 2, and these are among the words of the error."""
+        assert self.status == 2, self.words
+        told = " ".join(self.err.split())
+        for word in words:
+            assert " ".join(word.split()) in told, self.words
+
 
 def caller(monkeypatch, capsys):
     """A function that runs `creak WORDS` and returns what it said."""

@@ -47,10 +47,7 @@ def test_another_study_asks_for_force_or_a_folder_of_its_own(creak, study, tmp_p
     other.write_text(QUICK)
     before = (tmp_path / "results" / "summary.json").read_bytes()
     said = creak("run", other, "--quiet")
-    assert said.status == 2
-    assert f"holds the results of {study.name}, which other.toml would replace" in said.err
-    assert "--out FOLDER" in said.err
-    assert "--force" in said.err
+    said.refuses(f"holds the results of {study.name}, which other.toml would replace", "--out FOLDER", "--force")
     assert (tmp_path / "results" / "summary.json").read_bytes() == before
     assert creak("run", other, "--quiet", "--out", tmp_path / "beside").status == 0
     assert creak("run", other, "--quiet", "--force").status == 0
@@ -71,9 +68,7 @@ def test_a_file_of_another_program_asks_for_force_too(creak, study, tmp_path, na
     path = tmp_path / "results" / name
     path.write_text('{"mine": 1}')
     said = creak("run", study, "--quiet")
-    assert said.status == 2
-    assert "no file that creak wrote" in said.err
-    assert "or add --force" in said.err
+    said.refuses("no file that creak wrote", "or add --force")
     assert path.read_text() == '{"mine": 1}'
     assert [p.name for p in path.parent.iterdir()] == [name]
     assert creak("run", study, "--quiet", "--force").status == 0

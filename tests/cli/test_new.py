@@ -328,8 +328,7 @@ def test_an_existing_study_is_kept(creak, tmp_path):
     (tmp_path / "strips.inp").write_text(two_strips())
     (tmp_path / "strips.toml").write_text("mine")
     said = creak("new", tmp_path / "strips.inp")
-    assert said.status == 2
-    assert "--overwrite" in said.err
+    said.refuses("--overwrite")
     assert (tmp_path / "strips.toml").read_text() == "mine"
 
 
@@ -340,8 +339,7 @@ def test_an_existing_study_is_kept(creak, tmp_path):
 def test_wrong_options(creak, tmp_path, options, words):
     (tmp_path / "strips.inp").write_text(two_strips())
     said = creak("new", tmp_path / "strips.inp", *options)
-    assert said.status == 2
-    assert words in said.err
+    said.refuses(words)
 
 
 def test_the_deck_is_named_from_where_the_study_lies(creak, tmp_path):
