@@ -27,6 +27,11 @@ class Said:
         """Both streams, blanks and line ends made one."""
         return " ".join((self.out + self.err).split())
 
+    def done(self) -> Said:
+        """Itself, where it ended with status 0."""
+        assert self.status == 0, self.words
+        return self
+
     def refuses(self, *words: str) -> None:
         """It ends with status 2, and these are among the words of the error."""
         assert self.status == 2, self.words

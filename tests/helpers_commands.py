@@ -251,8 +251,7 @@ class Workshop:
                 self._make(name, folder, say)
         for name in outputs(command.words):
             _remove(folder / name)
-        said = say(folder, command.words)
-        assert said.status == 0, said.words
+        say(folder, command.words).done()
         return folder
 
     def _make(self, name: str, folder: Path, say: Callable[[Path, Sequence[str]], Said]) -> None:

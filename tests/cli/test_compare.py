@@ -41,8 +41,7 @@ def folder(tmp_path_factory):
 
 
 def test_figures_are_those_of_the_two_summaries(folder, creak, tmp_path):
-    said = creak("compare", folder / "results", folder / "closer", "--out", tmp_path / "c.html", "--json")
-    assert said.status == 0
+    said = creak("compare", folder / "results", folder / "closer", "--out", tmp_path / "c.html", "--json").done()
     found = json.loads(said.out)
     one, other = (
         json.loads((folder / n / "summary.json").read_text())["runs"]["reduced"] for n in ("results", "closer")
@@ -109,8 +108,7 @@ def test_a_result_beside_itself_does_not_differ(folder):
 
 def test_the_page_is_one_file_with_both(folder, creak, tmp_path):
     page = tmp_path / "page.html"
-    said = creak("compare", folder / "results", folder / "closer", "--out", page)
-    assert said.status == 0
+    said = creak("compare", folder / "results", folder / "closer", "--out", page).done()
     assert "contact.tip.clearance" in said.words
     text = page.read_text()
     assert "<svg" in text
@@ -119,8 +117,9 @@ def test_the_page_is_one_file_with_both(folder, creak, tmp_path):
 
 
 def test_a_changed_study_is_run_and_compared(folder, creak, no_page, tmp_path):
-    said = creak("compare", folder / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html", "--json")
-    assert said.status == 0
+    said = creak(
+        "compare", folder / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html", "--json"
+    ).done()
     found = json.loads(said.out)
     assert found["settings"] == [{"key": "time.periods", "a": 2.0, "b": 1.0}]
     assert (folder / "results_periods=1" / "summary.json").is_file()
@@ -195,8 +194,7 @@ def test_the_command_prints_and_writes_a_page(creak, tmp_path):
     run = read_histories(results / "results.h5")
     rows = zip(run.time + LATE, run.normal_force.sum(axis=1), run.gap.min(axis=1), strict=True)
     test.write_text("\n".join(["time,tip force [N],tip gap [mm]", *(",".join(f"{x:.9g}" for x in r) for r in rows)]))
-    said = creak("compare", results, test, "--out", tmp_path / "page.html", "--json")
-    assert said.status == 0, said.words
+    said = creak("compare", results, test, "--out", tmp_path / "page.html", "--json").done()
     data = json.loads(said.out)
     assert data["shift"] == pytest.approx(-LATE, abs=5e-6)
     assert [c["name"] for c in data["channels"]] == ["tip force", "tip gap"]

@@ -32,8 +32,7 @@ def test_table_page_and_figures(creak, deck, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
     test, page, figures = tmp_path / "test.unv", tmp_path / "page.html", tmp_path / "c.json"
     test.write_bytes(good())
-    said = creak("modes", deck, "--test", test, "--page", page, "--json", figures)
-    assert said.status == 0, said.words
+    said = creak("modes", deck, "--test", test, "--page", page, "--json", figures).done()
     table = [line for line in said.out.splitlines() if line[:1] in "│┃┏┡└"]
     assert len(table) == 6
     assert max(map(len, table)) <= 80
@@ -163,7 +162,6 @@ def test_undamped_decks_say_so(creak, deck, tmp_path):
     bare.write_text("".join(line for line in deck.read_text().splitlines(True) if "CDAMP" not in line))
     test = tmp_path / "test.unv"
     test.write_bytes(text(M, function(receptance(3, 2, damped=False), quantity=8)))
-    said = creak("modes", bare, "--test", test)
-    assert said.status == 0, said.words
+    said = creak("modes", bare, "--test", test).done()
     assert "neither test nor deck tells damping" in said.words
     assert "1 of 1 frequency response function fit" in said.words

@@ -35,8 +35,7 @@ def test_table_page_and_figures(creak, strip, tmp_path, monkeypatch):
     test, page, figures = tmp_path / "test.unv", tmp_path / "new" / "page.html", tmp_path / "c.json"
     slow = replace(t, frequencies=t.frequencies / np.array([1.0, 1.02, 1.1, 1.0, 1.0, 1.0]))
     test.write_text(points_15(t) + every_mode(slow))
-    said = creak("modes", deck, "--test", test, "--page", page, "--json", figures)
-    assert said.status == 0, said.words
+    said = creak("modes", deck, "--test", test, "--page", page, "--json", figures).done()
     table = [line for line in said.out.splitlines() if line[:1] in "│┃┏┡└"]
     assert len(table) == COUNT + 4
     assert max(map(len, table)) <= 80
@@ -281,6 +280,5 @@ def test_test_units_settle_what_the_file_leaves_open(creak, strip, tmp_path):
     deck, t = strip
     test = tmp_path / "test.csv"
     test.write_text(inches(t))
-    said = creak("modes", deck, "--test", test, "--test-units", "in")
-    assert said.status == 0, said.words
+    said = creak("modes", deck, "--test", test, "--test-units", "in").done()
     assert "lengths of the test are taken times 25.4" in said.words

@@ -26,8 +26,7 @@ pytestmark = pytest.mark.usefixtures("no_page")
 def new(creak, folder, deck, *more, name="strips.inp"):
     """What is told for machines, and the study as tables."""
     (folder / name).write_text(deck)
-    said = creak("new", folder / name, "--json", *more)
-    assert said.status == 0, said.err
+    said = creak("new", folder / name, "--json", *more).done()
     told = json.loads(said.out)
     return told, tomllib.loads((folder / "strips.toml").read_text())
 

@@ -22,8 +22,7 @@ STEP = "*STEP\n*DYNAMIC, EXPLICIT\n, 0.1\n"
 def contact_of(creak, folder, cards):
     """The one contact of the study that is written, and what is told."""
     (folder / "strips.inp").write_text(two_strips() + cards)
-    said = creak("new", folder / "strips.inp", "--json")
-    assert said.status == 0, said.words
+    said = creak("new", folder / "strips.inp", "--json").done()
     told = json.loads(said.out)
     assert told["ready"]
     ((name, table),) = tomllib.loads((folder / "strips.toml").read_text())["contact"].items()

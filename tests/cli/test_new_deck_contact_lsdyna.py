@@ -36,8 +36,7 @@ def plates(contact: str = "") -> str:
 def taken(creak, folder, contact):
     """Tables of the contacts of the study that is written, and what is told."""
     (folder / "plates.k").write_text(plates(contact))
-    said = creak("new", folder / "plates.k", "--distance", "1", "--json")
-    assert said.status == 0, said.words
+    said = creak("new", folder / "plates.k", "--distance", "1", "--json").done()
     told = json.loads(said.out)
     assert told["ready"], told["to_fill_in"]
     (table,) = tomllib.loads((folder / "plates.toml").read_text())["contact"].values()

@@ -20,8 +20,7 @@ SURFACES = "SURF,11,ELEM\n,1,THRU,24\nSURF,12,ELEM\n,1001,THRU,1024"
 def taken(creak, folder, deck):
     """Tables of the contacts of the study that is written, and what is told."""
     (folder / "strips.bdf").write_text(deck)
-    said = creak("new", folder / "strips.bdf", "--json")
-    assert said.status == 0, said.words
+    said = creak("new", folder / "strips.bdf", "--json").done()
     told = json.loads(said.out)
     assert told["ready"]
     return tomllib.loads((folder / "strips.toml").read_text())["contact"], told

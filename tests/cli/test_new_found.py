@@ -25,8 +25,7 @@ EDGE = ["1001", "1002", "1003", "1004", "1005"]
 def new(creak, folder, text, *more):
     """What is told for machines, and the words of the study."""
     (folder / "own.inp").write_text(text)
-    said = creak("new", folder / "own.inp", "--json", *more)
-    assert said.status == 0, said.err
+    said = creak("new", folder / "own.inp", "--json", *more).done()
     return json.loads(said.out), (folder / "own.toml").read_text()
 
 

@@ -25,8 +25,7 @@ def test_a_deck_all_in_units_that_no_study_can_name_has_no_loudness(creak, tmp_p
     deck = two_strips()
     for old, new in changes:
         deck = deck.replace(old, new)
-    said = creak("run", write_strips(tmp_path, deck, HEARD), "--quick", "--out", tmp_path / "out")
-    assert said.status == 0
+    said = creak("run", write_strips(tmp_path, deck, HEARD), "--quick", "--out", tmp_path / "out").done()
     odd = f"the deck looks to be in {name}, not in mm-t-s as the study says"
     assert f"warning: no sound: none: {odd}" in said.err
     text = " ".join((said.out + said.err).split())

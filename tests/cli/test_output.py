@@ -56,8 +56,7 @@ KEYS = {
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_has_an_example_and_the_shared_options(creak, command):
-    said = creak(command, "--help")
-    assert said.status == 0
+    said = creak(command, "--help").done()
     assert f"Example: creak {command} " in said.words
     assert all(option in said.out for option in ("--quiet", "--verbose", "--json", "-q", "-v"))
 
@@ -67,8 +66,7 @@ def test_help_has_an_example_and_the_shared_options(creak, command):
 def test_json_is_all_that_stdout_holds(creak, folder, command):
     """Verbose as well: its lines are on stderr."""
     machines = ["--json", "-"] if command == "modes" else ["--json"]
-    said = creak(command, *arguments(command, folder), *machines, "--verbose")
-    assert said.status == 0, said.err
+    said = creak(command, *arguments(command, folder), *machines, "--verbose").done()
     assert KEYS[command] in json.loads(said.out)
     assert said.err
 

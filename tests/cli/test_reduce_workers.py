@@ -60,8 +60,7 @@ def matrices(folder) -> dict[str, np.ndarray]:
 
 def test_workers_save_what_one_process_would(creak, study, tmp_path, here):
     assert creak("reduce", study, "--out", tmp_path / "one").status == 0
-    said = creak("reduce", study, "--out", tmp_path / "many", "--workers", "5", "--json")
-    assert said.status == 0
+    said = creak("reduce", study, "--out", tmp_path / "many", "--workers", "5", "--json").done()
     assert here == [2]  # no more than parts
     one, many = matrices(tmp_path / "one"), matrices(tmp_path / "many")
     assert list(one) == list(many)
@@ -76,8 +75,7 @@ def test_workers_save_what_one_process_would(creak, study, tmp_path, here):
 
 def test_nothing_is_left_to_do(creak, study, tmp_path, here):
     assert creak("reduce", study, "--workers", "2", "--quiet").status == 0
-    said = creak("reduce", study, "--workers", "2")
-    assert said.status == 0
+    said = creak("reduce", study, "--workers", "2").done()
     assert here == [2]
     assert said.words.count("taken from") == 2
 
@@ -136,8 +134,7 @@ def test_a_run_has_its_parts_reduced_by_workers(creak, study, tmp_path, here, mo
 
 def test_what_a_worker_cannot_reduce_the_run_reduces(creak, study, tmp_path, here, monkeypatch):
     monkeypatch.setattr(part_jobs_module, "run_part", lambda job: Saved(None, None, "it died"))
-    said = creak("run", study, "--out", tmp_path / "out", "--workers", "2", "--no-converge")
-    assert said.status == 0
+    creak("run", study, "--out", tmp_path / "out", "--workers", "2", "--no-converge").done()
     notes = [n for n in figures(tmp_path / "out")[1]["notes"] if n.startswith("superelement UPPER: reduced here")]
     assert [n.endswith("for the worker could not: it died") for n in notes] == [True]
 

@@ -29,8 +29,7 @@ def say(monkeypatch, capsys):
 
 def test_lines_are_ranked_by_margin(say, tmp_path, monkeypatch):
     study = write_strips(tmp_path, two_strips(3.0), STUDY.replace("amplitude = 0.05", "amplitude = 0.06") + LINES)
-    said = say("screen", study, "--json", "--csv", tmp_path / "made" / "points.csv")
-    assert said.status == 0, said.err
+    said = say("screen", study, "--json", "--csv", tmp_path / "made" / "points.csv").done()
     found = json.loads(said.out)
     lines = found["lines"]
     assert [line["name"] for line in lines] == sorted(
@@ -50,8 +49,7 @@ def test_lines_are_ranked_by_margin(say, tmp_path, monkeypatch):
     assert tightest["line"] == lines[0]["name"]
     assert float(tightest["linear_margin_mm"]) == pytest.approx(lines[0]["linear"]["margin"], rel=1e-8)
     monkeypatch.setenv("COLUMNS", "140")
-    table = say("screen", study)
-    assert table.status == 0
+    table = say("screen", study).done()
     assert "can touch" in table.words
     assert "margin = gap - tolerance" in table.words
 
@@ -63,8 +61,7 @@ def test_many_lines(say, tmp_path):
         for k in range(60)
     )
     study = write_strips(tmp_path, two_strips(3.0), STUDY + "\n" + more)
-    said = say("screen", study, "--json")
-    assert said.status == 0, said.err
+    said = say("screen", study, "--json").done()
     assert len(json.loads(said.out)["lines"]) == 61
 
 
