@@ -127,6 +127,25 @@ def test_distance_decides_what_is_near(creak, tmp_path):
     assert told["contacts"][0]["gap"] == pytest.approx(4.0, abs=1e-9)
 
 
+SCREWS = "*ELEMENT, TYPE=B31, ELSET=SCREWS\n5001, 13, 1013\n5002, 39, 1039\n"
+ROUND = "*BEAM SECTION, SECTION=CIRC, ELSET=SCREWS, MATERIAL=STEEL\n1.\n0., 1., 0.\n"
+SECTIONS = "*SHELL SECTION, ELSET=UPPER, MATERIAL=STEEL\n1.0,\n*SHELL SECTION, ELSET=LOWER, MATERIAL=STEEL\n1.5,\n"
+ONE = "*ELSET, ELSET=BOTH\nUPPER, LOWER\n*SHELL SECTION, ELSET=BOTH, MATERIAL=STEEL\n1.25,\n"
+
+
+@pytest.mark.parametrize("sections", [SECTIONS, ONE])
+def test_plates_that_beams_alone_join_may_hit_each_other(creak, tmp_path, sections):
+    """They are one part of the deck, of one section or of two."""
+    deck = two_strips().replace(SECTIONS, f"{sections}{SCREWS}{ROUND}")
+    told, study = new(creak, tmp_path, deck)
+    (contact,) = told["contacts"]
+    assert (contact["secondary"], contact["main"], contact["channels"]) == ("UNDER", "OVER", 39)
+    assert contact["gap"] == pytest.approx(0.5, abs=1e-9)
+    assert list(study["contact"]) == ["upper-lower"]
+    assert told["joints"] == ["2 beam element(s) between LOWER and UPPER, first at nodes 1013 and 13"]
+    assert set_up(read_study(tmp_path / "strips.toml")).contacts.m == 39
+
+
 SURFACES = "*SURFACE, NAME=UNDER\nUPPER, SNEG\n*SURFACE, NAME=OVER\nLOWER, SPOS\n"
 AWAY = "*SURFACE, NAME=ABOVE\nUPPER, SPOS\n*SURFACE, NAME=BELOW\nLOWER, SNEG\n"
 

@@ -19,6 +19,7 @@ from creak.model.mesh import ElementBlock, Model
 from creak.words import listed
 
 ELEMENTS = {
+    **dict.fromkeys(("beam2", "beam3"), "beam element(s)"),
     **dict.fromkeys(("spring2", "axial2"), "spring or dashpot element(s)"),
     "nodal2": "spring or matrix element(s)",
     "bush2": "connector or bushing element(s)",

@@ -16,6 +16,7 @@ from creak.model.steps import Stop
 from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
+from creak.studies.propose.bodies import by_bodies
 from creak.studies.propose.contacts import Contact, find_contacts
 from creak.studies.propose.deck_pairs import contact_flaw, deck_pairs, general_law, kept_apart
 from creak.studies.propose.joints import joints_of
@@ -121,6 +122,7 @@ def propose(
     units : of the deck; None: guessed from its materials and size.
     keep : as of `find_contacts`.
     """
+    model = by_bodies(model)
     system, guess = _units(model, units)
     far = FAR * REACH * across(model) if distance is None else distance
     distance = REACH * across(model) if distance is None else distance

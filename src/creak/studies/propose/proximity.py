@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
@@ -279,8 +279,11 @@ def is_number(name: str) -> bool:
     return NUMBER.fullmatch(name) is not None
 
 
-def titles_of(model: Model) -> dict[str, str]:
-    """Name of a part that is a number -> that of the first set of all its shells and solids that is none."""
+def titles_of(model: Model, names: Container[str] | None = None) -> dict[str, str]:
+    """Name of a part -> that of the first set of all its shells and solids that is no number.
+
+    names : parts that are looked at; None: those whose name is a number.
+    """
     first, whole = element_numbers(model), dict[bytes, str]()
     for name, members in model.element_sets.items():
         if not is_number(name) and not name.startswith("_"):
@@ -288,7 +291,7 @@ def titles_of(model: Model) -> dict[str, str]:
     found = dict[str, str]()
     for i, part in enumerate(model.parts):
         own = [row for row, b in enumerate(model.blocks) if b.part == i and (b.kind in SHELL_FACETS or b.kind in FACES)]
-        if own and is_number(part.name):
+        if own and (is_number(part.name) if names is None else part.name in names):
             key = np.concatenate([first[row] + np.arange(model.blocks[row].ids.size) for row in own]).tobytes()
             found |= {part.name: whole[key]} if key in whole else {}
     return found
