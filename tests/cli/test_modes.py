@@ -39,7 +39,14 @@ def test_tables_and_files(creak, deck, tmp_path):
         out / "m.pch",
     )
     assert said.status == 0, said.words
-    for word in ("rotations about 0, 5, -1.5", "Cumulative", "Participation", "residual", "Sturm count agrees"):
+    for word in (
+        "rotations about 0, 5, -1.5 mm",
+        "model, t",
+        "Cumulative",
+        "Participation",
+        "residual",
+        "Sturm count agrees",
+    ):
         assert word in said.words
     assert ET.parse(out / "m.vtu").getroot().get("type") == "UnstructuredGrid"
     assert (out / "m.unv").read_bytes().count(b"    -1\r\n    55\r\n") == 3

@@ -168,15 +168,16 @@ def _data(found: DeckModes) -> dict[str, object]:
 def _print(output: Output, found: DeckModes) -> None:
     import numpy as np
 
-    e = found.effective
+    e, (length, mass) = found.effective, _units(found)
     if not found.frequencies:
         output.say("no modes: none in the range, or the model has no mass that can move")
     else:
         x, y, z = e.about.tolist()
-        share = _table(found, f"Effective mass, % of the model; rotations about {x:g}, {y:g}, {z:g}", 100.0 * e.share)
+        about = f"rotations about {x:g}, {y:g}, {z:g} {length}".rstrip()
+        share = _table(found, f"Effective mass, % of the model; {about}", 100.0 * e.share)
         share.add_section()
         share.add_row("sum", "", *_cells(100.0 * e.cumulative[-1], e.total, "{:.2f}"))
-        share.add_row("model", "", *_cells(e.total, e.total, "{:.4g}"))
+        share.add_row(f"model, {mass}".removesuffix(", "), "", *_cells(e.total, e.total, "{:.4g}"))
         output.console.print(share)
         output.console.print(_table(found, "Cumulative effective mass, %", 100.0 * e.cumulative))
         factors = np.where(np.abs(e.participation) < ROUND_OFF * np.sqrt(e.total), 0.0, e.participation)
@@ -184,13 +185,23 @@ def _print(output: Output, found: DeckModes) -> None:
     _print_checks(output, found)
 
 
+def _units(found: DeckModes) -> tuple[str, str]:
+    """Of length and mass, where all systems in which materials and size are plausible agree."""
+    from creak.cli.info import shared_words
+    from creak.studies.prepare.unit_check import guessed_units
+
+    return shared_words(guessed_units(found.model))
+
+
 def _print_checks(output: Output, found: DeckModes) -> None:
     list_unread(output, tuple(u for u in found.model.unread if u.used))
     if found.prestress is not None:
         output.say(f"with the linear stress of {found.prestress.keyword} ({found.prestress.where})")
+    _, mass = _units(found)
     sturm = "agrees" if found.sturm_ok else "DOES NOT AGREE: a mode may be missing"
     output.say(
-        f"mass {found.mass:.6g}, {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
+        f"mass {found.mass:.6g} {mass}".rstrip()
+        + f", {found.rigid} rigid-body mode(s), largest residual {found.residual:.1e}, "
         f"Sturm count {sturm}"
     )
 

@@ -164,6 +164,11 @@ class Stop:
     """As of `Interaction`."""
 
     @property
+    def closed(self) -> bool:
+        """Whether it presses as the deck is drawn, or is about to."""
+        return (self.lower is not None and self.lower >= 0.0) or (self.upper is not None and self.upper <= 0.0)
+
+    @property
     def node_sets(self) -> dict[str, IntArray]:
         """Its two sides under the names that a study has them by."""
         return {f"{self.name}.A": self.first, f"{self.name}.B": self.second}

@@ -115,6 +115,14 @@ def with_named_stops(model: Model, named: Collection[str]) -> Model:
     return replace(model, unread=tuple(unread))
 
 
+def with_open_stops(model: Model) -> Model:
+    """The model where gaps of the deck change no answer of a structure that does not move far: those that are open."""
+    still = {stop.where for stop in model.stops if not stop.closed}
+    why = "it is open: nothing of it acts in modes"
+    unread = (replace(u, changes_answer=False, why=why) if u.where in still else u for u in model.unread)
+    return replace(model, unread=tuple(unread))
+
+
 def stop_on_unread(model: Model, ignore: Iterable[str]) -> None:
     """Stop where the model was read without something that changes the answer, but the keywords of `ignore`.
 

@@ -23,7 +23,7 @@ from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.elements.geometric import GEOMETRIC, UNSTRESSED
 from creak.errors import InputError, NumericalError
-from creak.formats.deck.catalogue import stop_on_unread, without_unread_damping
+from creak.formats.deck.catalogue import stop_on_unread, with_open_stops, without_unread_damping
 from creak.formats.decks import read_model
 from creak.given import positive, whole
 from creak.linalg.factor import Factor, SingularMatrixError, regular_factor
@@ -132,7 +132,7 @@ def deck_modes(
     progress("read the deck", 1, 1)
     step = model.prestress if model.prestress and not is_ignored(model.prestress, ignore) else None
     model = model if step is None else noted(model, step)
-    model = without_unread_damping(model, "modes have no damping")
+    model = with_open_stops(without_unread_damping(model, "modes have no damping"))
     stop_on_unread(model, ignore)
     progress("assemble", 0, 1)
     parts = _parts(model)

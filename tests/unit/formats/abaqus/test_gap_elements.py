@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.formats.decks import format_of, read_model
 from creak.progress import silent
 from creak.studies.file.reader import read_study
+from creak.studies.models.deck_modes import deck_modes
 from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
@@ -70,6 +71,17 @@ def test_a_study_names_the_gap_and_presses_with_it(tmp_path):
     (event,) = run_study(set_up(read_study(study)), silent).runs["reference"].events
     # A hard stop gives a mass its momentum twice
     assert event.impulse == pytest.approx(2.0 * 100.0 * math.sqrt(1.0 - 100.0 * 1e-6), rel=1e-3)
+
+
+@pytest.mark.parametrize(("opening", "stops_it"), [("0.001", False), ("0.", True), ("-0.1", True)])
+def test_open_gaps_do_not_act_in_modes(tmp_path, opening, stops_it):
+    """sqrt(1e4 / 100) / 2 pi; what is closed as drawn would hold the mass."""
+    path = gap_deck(tmp_path, f"*GAP, ELSET=BUMP\n{opening}, 0., 0., 1.\n")
+    if stops_it:
+        with pytest.raises(InputError, match=r"\*GAP is not read"):
+            deck_modes(path, count=1)
+    else:
+        assert deck_modes(path, count=1).frequencies[0] == pytest.approx(10.0 / (2.0 * math.pi))
 
 
 def test_values_and_directions_of_a_gap(tmp_path):

@@ -163,6 +163,13 @@ def test_mistakes_are_named(deck, steps, words):
         set_up_deck(deck(steps))
 
 
+def test_plastic_materials_do_not_stop_a_step_in_modes(deck):
+    steel = "*MATERIAL, NAME=STEEL\n*ELASTIC\n2.1E11, 0.3\n*PLASTIC\n2.5E8, 0.\n"
+    path = deck(MODES + step("*CLOAD\nTOP, 3, 4.\n"), MODEL + steel)
+    assert changing(path) == []
+    assert [u.why for u in set_up_deck(path).model.unread if u.keyword == "*PLASTIC"] == ["a step in modes is elastic"]
+
+
 def test_a_dynamic_step_comes_first(deck):
     """Where the deck has both, the run is that of *DYNAMIC, which changes the state."""
     dynamic = "*STEP, NAME=LATER\n*DYNAMIC\n0.01, 1.\n*BOUNDARY\n2, 1, 3\n*END STEP\n"

@@ -205,7 +205,9 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
     list_restart(deck)
     for block in deck.set_aside:
         if meaning(block.name).why == meaning("PLASTIC").why:
-            deck.note(block, "the step follows this material law at large strain; creak's run is elastic", changes=True)
+            follows = "the step follows this material law at large strain; creak's run is elastic"
+            why = "a step in modes is elastic" if _is(step, PROCEDURE) and not statics else follows
+            deck.note(block, why, changes=why == follows)
         used = block.name in contact.KEYWORDS or block.name == "AMPLITUDE"
         if meaning(block.name).why in _OURS and not used:
             deck.note(block, "of contact creak reads pairs of surfaces and their *SURFACE INTERACTION", changes=True)
