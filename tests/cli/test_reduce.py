@@ -8,7 +8,6 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.cli.main import main
 from creak.errors import NumericalError
 from creak.formats.matrices.superelements import FORMATS, read_superelement
 from creak.formats.stored import superelement as superelement_file
@@ -29,14 +28,6 @@ def tip_deck() -> str:
     return two_strips().replace("*SURFACE, NAME=UNDER", TIP_SURFACES + "*SURFACE, NAME=UNDER")
 
 
-def creak(monkeypatch, capsys, *arguments) -> tuple[int, str]:
-    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    said = capsys.readouterr()
-    return int(stop.value.code or 0), " ".join((said.out + said.err).split())
-
-
 @pytest.fixture
 def study(tmp_path):
     short = NEAR_TIP.replace("periods = 2", "periods = 1")
@@ -47,19 +38,16 @@ def summary(folder) -> dict:
     return json.loads((folder / "summary.json").read_text())
 
 
-def test_run_uses_what_reduce_saved(study, tmp_path, monkeypatch, capsys):
-    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "before")
-    assert status == 0
+def test_run_uses_what_reduce_saved(creak, study, tmp_path, monkeypatch):
+    text = creak("run", study, "--out", tmp_path / "before").done().words
     assert "taken from" not in text
-    status, text = creak(monkeypatch, capsys, "reduce", study)
-    assert status == 0
+    text = creak("reduce", study).done().words
     assert "ground check" in text  # the health report
     store = tmp_path / "superelements"
     assert sorted(p.name for p in store.glob("*.h5")) == ["LOWER.h5", "UPPER.h5"]
     opened, real = [], superelement_file.opened_hdf5
     monkeypatch.setattr(superelement_file, "opened_hdf5", lambda path: opened.append(path.name) or real(path))
-    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "after")
-    assert status == 0
+    text = creak("run", study, "--out", tmp_path / "after").done().words
     assert text.count("taken from") == 2
     assert sorted(opened) == ["LOWER.h5", "UPPER.h5"]  # its checksum is that of a whole file: once is enough
     before, after = summary(tmp_path / "before"), summary(tmp_path / "after")
@@ -86,29 +74,26 @@ def failing(monkeypatch, part: str, seen=lambda: None, error: Exception = DOES_N
     monkeypatch.setattr(superelements, "fixed_interface_basis", basis)
 
 
-def test_a_part_that_fails_does_not_lose_the_others(study, tmp_path, monkeypatch, capsys):
+def test_a_part_that_fails_does_not_lose_the_others(creak, study, tmp_path, monkeypatch):
     with monkeypatch.context() as patch:
         failing(patch, "UPPER")
-        status, text = creak(monkeypatch, capsys, "reduce", study)
-    assert status == 2
-    assert "do not hold it" in text
-    assert "saved: LOWER. The same command goes on from there" in text
+        said = creak("reduce", study)
+    said.refuses("do not hold it", "saved: LOWER. The same command goes on from there")
     assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
-    status, text = creak(monkeypatch, capsys, "reduce", study)
-    assert status == 0
+    text = creak("reduce", study).done().words
     assert text.count("taken from") == 1
 
 
-def test_memory_that_does_not_suffice_is_no_fault_of_the_retained_dofs(study, tmp_path, monkeypatch, capsys):
+def test_memory_that_does_not_suffice_is_no_fault_of_the_retained_dofs(creak, study, tmp_path, monkeypatch):
     failing(monkeypatch, "UPPER", error=OutOfMemory("memory does not hold the factor"))
-    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet")
-    assert status == 1
-    assert "memory does not hold the factor" in text
-    assert "Couple it" not in text
+    said = creak("reduce", study, "--quiet")
+    assert said.status == 1
+    assert "memory does not hold the factor" in said.words
+    assert "Couple it" not in said.words
     assert [p.name for p in (tmp_path / "superelements").iterdir()] == ["LOWER.h5"]
 
 
-def test_a_reduction_that_is_killed_has_saved_what_was_done(study, tmp_path, monkeypatch, capsys):
+def test_a_reduction_that_is_killed_has_saved_what_was_done(creak, study, tmp_path, monkeypatch):
     """Nothing runs after a kill: the first part's file, its health included, lies there before the second begins."""
     saved = []
 
@@ -117,17 +102,16 @@ def test_a_reduction_that_is_killed_has_saved_what_was_done(study, tmp_path, mon
             saved.append(json.loads(file.attrs["about"]))
 
     failing(monkeypatch, "LOWER", look)
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 2
+    assert creak("reduce", study, "--quiet").status == 2
     assert [about["health"]["name"] for about in saved] == ["UPPER"]
 
 
-def test_only_the_changed_part_is_reduced_again(study, tmp_path, monkeypatch, capsys):
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+def test_only_the_changed_part_is_reduced_again(creak, study, tmp_path):
+    assert creak("reduce", study, "--quiet").status == 0
     store = tmp_path / "superelements"
     kept = {p.name: p.stat().st_mtime_ns for p in store.iterdir()}
     (tmp_path / "strips.inp").write_text(tip_deck().replace("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n1.6,"))
-    status, text = creak(monkeypatch, capsys, "reduce", study)
-    assert status == 0
+    text = creak("reduce", study).done().words
     assert "superelement UPPER: taken from UPPER.h5" in text
     assert "superelement LOWER: the saved one in LOWER.h5 is stale (its stiffness changed, its mass changed)" in text
     now = {p.name: p.stat().st_mtime_ns for p in store.iterdir()}
@@ -135,22 +119,20 @@ def test_only_the_changed_part_is_reduced_again(study, tmp_path, monkeypatch, ca
     assert now["LOWER.h5"] > kept["LOWER.h5"]
 
 
-def test_other_modes_make_a_saved_superelement_stale(study, tmp_path, monkeypatch, capsys):
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+def test_other_modes_make_a_saved_superelement_stale(creak, study, tmp_path):
+    assert creak("reduce", study, "--quiet").status == 0
     study.write_text(study.read_text().replace("f_max = 3000", "f_max = 9000"))
-    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "out")
-    assert status == 0
+    text = creak("run", study, "--out", tmp_path / "out").done().words
     assert text.count("stale (other modes are asked for); reduced again") == 2
 
 
-def test_a_superelement_that_retains_more_serves_runs_that_need_less(study, tmp_path, monkeypatch, capsys):
+def test_a_superelement_that_retains_more_serves_runs_that_need_less(creak, study, tmp_path):
     """Reduced with all channels kept; a run whose pre-check keeps fewer takes it, and finds what its own would."""
     study.write_text(study.read_text().replace('secondary = "TIPS"', 'secondary = "UNDER"'))
     few = ("--set", "precheck.margin=0.001")
-    assert creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "own", *few)[0] == 0
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--set", "precheck.margin=100")[0] == 0
-    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "taken", *few)
-    assert status == 0
+    assert creak("run", study, "--out", tmp_path / "own", *few).status == 0
+    assert creak("reduce", study, "--quiet", "--set", "precheck.margin=100").status == 0
+    text = creak("run", study, "--out", tmp_path / "taken", *few).done().words
     assert text.count("which retains more dofs than the run needs") == 2
     own, taken = (summary(tmp_path / name)["runs"]["reduced"] for name in ("own", "taken"))
     assert taken["retained"] > own["retained"]
@@ -159,44 +141,37 @@ def test_a_superelement_that_retains_more_serves_runs_that_need_less(study, tmp_
     assert taken["impulse_total"] == pytest.approx(own["impulse_total"], rel=0.02)
 
 
-def test_a_wider_superelement_of_another_part_is_left_alone(study, tmp_path, monkeypatch, capsys):
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--set", "precheck.margin=100")[0] == 0
+def test_a_wider_superelement_of_another_part_is_left_alone(creak, study, tmp_path):
+    assert creak("reduce", study, "--quiet", "--set", "precheck.margin=100").status == 0
     with h5py.File(tmp_path / "superelements" / "LOWER.h5") as file:
         before = json.loads(file.attrs["made_from"])
     (tmp_path / "strips.inp").write_text(tip_deck().replace("MATERIAL=STEEL\n1.5,", "MATERIAL=STEEL\n1.6,"))
-    status, text = creak(monkeypatch, capsys, "run", study, "--out", tmp_path / "out", "--set", "precheck.margin=0.001")
-    assert status == 0
+    text = creak("run", study, "--out", tmp_path / "out", "--set", "precheck.margin=0.001").done().words
     assert "superelement LOWER: the saved one in LOWER.h5 is stale (its stiffness changed" in text
     assert before["creak"]
 
 
 @pytest.mark.parametrize("keep", [0.0, 0.3, 0.9])
-def test_file_cut_short_is_refused(keep, study, tmp_path, monkeypatch, capsys):
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet")[0] == 0
+def test_file_cut_short_is_refused(creak, keep, study, tmp_path):
+    assert creak("reduce", study, "--quiet").status == 0
     file = tmp_path / "superelements" / "UPPER.h5"
     data = file.read_bytes()
     file.write_bytes(data[: int(keep * len(data))])
-    status, text = creak(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    assert "UPPER.h5" in text
-    assert "cut short" in text
-    assert "creak reduce" in text
+    creak("run", study, "--quiet", "--out", tmp_path / "out").refuses("UPPER.h5", "cut short", "creak reduce")
     assert not (tmp_path / "out").exists()
 
 
-def test_foreign_file_is_refused(study, tmp_path, monkeypatch, capsys):
+def test_foreign_file_is_refused(creak, study, tmp_path):
     (tmp_path / "superelements").mkdir()
     with h5py.File(tmp_path / "superelements" / "LOWER.h5", "w") as file:
         file["x"] = 1.0
-    status, text = creak(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    assert "not a superelement that creak has saved" in text
+    creak("run", study, "--quiet", "--out", tmp_path / "out").refuses("not a superelement that creak has saved")
 
 
 @pytest.mark.parametrize("name", FORMATS)
-def test_export_reads_back_with_the_same_frequencies(name, study, tmp_path, monkeypatch, capsys):
+def test_export_reads_back_with_the_same_frequencies(creak, name, study, tmp_path):
     out = tmp_path / "out"
-    assert creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", out, "--export", name)[0] == 0
+    assert creak("reduce", study, "--quiet", "--out", out, "--export", name).status == 0
     files = sorted(p for p in out.iterdir() if p.suffix != ".h5" and p.name.startswith("LOWER"))
     main_file = next(p for p in files if p.suffix in (".op4", ".npz", ".mtx", ".inp", ".dmig", ".bdf", ".dat", ".pch"))
     with h5py.File(out / "LOWER.h5") as file:
@@ -221,25 +196,21 @@ def test_export_reads_back_with_the_same_frequencies(name, study, tmp_path, monk
         (("[reduction]\n", '[reduction]\ninterface = { type = "spacing" }\n'), ["interface", "needs n"]),
     ],
 )
-def test_what_does_not_fit_is_explained(change, words, study, tmp_path, monkeypatch, capsys):
+def test_what_does_not_fit_is_explained(creak, change, words, study, tmp_path):
     study.write_text(study.read_text().replace(*change))
-    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    for word in words:
-        assert word in text
+    creak("reduce", study, "--quiet", "--out", tmp_path / "out").refuses(*words)
     assert not (tmp_path / "out").exists()
 
 
-def test_no_mode_below_f_max_near_the_excitation_is_explained(study, tmp_path, monkeypatch, capsys):
+def test_no_mode_below_f_max_near_the_excitation_is_explained(creak, study, tmp_path):
     """The held strips' first mode lies near 360 Hz: 160 Hz keeps none, and 150 Hz of excitation needs some."""
     study.write_text(study.read_text().replace("f_max = 60", "f_max = 150").replace("f_max = 3000", "f_max = 160"))
-    status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    assert "f_max = 160 Hz is below the first fixed-interface mode of every part" in text
-    assert "guyan" in text
+    creak("reduce", study, "--quiet", "--out", tmp_path / "out").refuses(
+        "f_max = 160 Hz is below the first fixed-interface mode of every part", "guyan"
+    )
 
 
-def test_interface_without_nodes_is_explained(study, tmp_path, monkeypatch, capsys):
+def test_interface_without_nodes_is_explained(creak, study, tmp_path):
     """No channel comes near, no node is watched: there is nothing to thin out."""
     text = (
         study.read_text()
@@ -247,34 +218,27 @@ def test_interface_without_nodes_is_explained(study, tmp_path, monkeypatch, caps
         .replace('main = "OVER"\n', 'main = "OVER"\nclearance = 50.0\n')
     )
     study.write_text(text.replace("[reduction]\n", '[reduction]\ninterface = { type = "spacing", n = 2 }\n'))
-    status, said = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    assert "the interface has no node" in said
-    assert "study.toml:" in said
+    creak("reduce", study, "--quiet", "--out", tmp_path / "out").refuses("the interface has no node", "study.toml:")
     assert not (tmp_path / "out").exists()
 
 
-def test_part_that_floats_is_explained(study, tmp_path, monkeypatch, capsys):
+def test_part_that_floats_is_explained(creak, study, tmp_path):
     deck = (tmp_path / "strips.inp").read_text().replace("ROOT_LOWER, 1, 6\n", "")
     (tmp_path / "strips.inp").write_text(deck)
-    status, said = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
-    assert "nothing holds part(s) LOWER" in said
+    creak("reduce", study, "--quiet", "--out", tmp_path / "out").refuses("nothing holds part(s) LOWER")
 
 
-def test_unknown_export_format(study, tmp_path, monkeypatch, capsys):
-    status, text = creak(monkeypatch, capsys, "reduce", study, "--export", "op5")
-    assert status == 2
-    assert "Did you mean 'op4'" in text
+def test_unknown_export_format(creak, study, tmp_path):
+    creak("reduce", study, "--export", "op5").refuses("Did you mean 'op4'")
 
 
-def test_a_file_that_has_to_stay_is_told_before_a_part_is_reduced(study, tmp_path, monkeypatch, capsys):
+def test_a_file_that_has_to_stay_is_told_before_a_part_is_reduced(creak, study, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
     for name in ("UPPER.h5", "UPPER.asm"):
         (out / name).hardlink_to(study)
-        status, text = creak(monkeypatch, capsys, "reduce", study, "--quiet", "--out", out, "--export", "op4")
-        assert status == 2
-        assert f"cannot write {out / name}: it is the same file as an input" in text
+        creak("reduce", study, "--quiet", "--out", out, "--export", "op4").refuses(
+            f"cannot write {out / name}: it is the same file as an input"
+        )
         (out / name).unlink()
         assert not list(out.glob("*.*")), "nothing was saved"

@@ -7,22 +7,14 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.cli.main import main
+from helpers_cli import say
 from helpers_decks import STOP, STUDY, write_strips
-
-
-def creak(monkeypatch, *arguments):
-    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 0
 
 
 @pytest.fixture(scope="module")
 def strips(tmp_path_factory):
     folder = tmp_path_factory.mktemp("strips")
-    with pytest.MonkeyPatch.context() as patch:
-        creak(patch, "run", write_strips(folder), "--quiet", "--out", folder / "out")
+    say("run", write_strips(folder), "--quiet", "--out", folder / "out").done()
     return folder / "out", json.loads((folder / "out" / "summary.json").read_text())
 
 
@@ -83,8 +75,8 @@ def test_histories_agree_with_the_summary(strips, run):
 
 
 @pytest.mark.usefixtures("no_page")
-def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
-    creak(monkeypatch, "run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "again")
+def test_same_seed_same_summary(creak, strips, tmp_path):
+    creak("run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "again").done()
     again = json.loads((tmp_path / "again" / "summary.json").read_text())
     before = {**strips[1], "run": dict(strips[1]["run"])}
     assert again["run"].pop("id") != before["run"].pop("id")
@@ -93,27 +85,27 @@ def test_same_seed_same_summary(strips, tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("no_page")
-def test_other_seed_other_motion(strips, tmp_path, monkeypatch):
+def test_other_seed_other_motion(creak, strips, tmp_path):
     study = write_strips(tmp_path, study=STUDY.replace("seed = 3", "seed = 4") + "\n[reference]\nrun = false\n")
-    creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
+    creak("run", study, "--quiet", "--out", tmp_path / "out").done()
     other = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert other["runs"]["reduced"]["impulse_total"] != strips[1]["runs"]["reduced"]["impulse_total"]
 
 
 @pytest.mark.usefixtures("no_page")
-def test_reduction_none_runs_the_unreduced_model_alone(strips, tmp_path, monkeypatch):
+def test_reduction_none_runs_the_unreduced_model_alone(creak, strips, tmp_path):
     study = STUDY.replace("[reduction]\n", '[reduction]\nmethod = "none"\n')
-    creak(monkeypatch, "run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out")
+    creak("run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out").done()
     alone = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert list(alone["runs"]) == ["reference"]
     assert alone["runs"]["reference"]["events"] == strips[1]["runs"]["reference"]["events"]
 
 
 @pytest.mark.usefixtures("no_page")
-def test_node_to_surface_and_output_interval(tmp_path, monkeypatch):
+def test_node_to_surface_and_output_interval(creak, tmp_path):
     study = STUDY.replace('"surface-to-surface"', '"node-to-surface"')
     study += '\n[output]\nnodes = ["TIP_UPPER"]\ninterval = 1e-3\n'
-    creak(monkeypatch, "run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out")
+    creak("run", write_strips(tmp_path, study=study), "--quiet", "--out", tmp_path / "out").done()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     assert summary["verification"]["events"]["missed"] == 0
     with h5py.File(tmp_path / "out" / "results.h5") as file:
@@ -141,10 +133,10 @@ alpha = 0.0
 
 @pytest.mark.parametrize("method", ["none", "craig-bampton"])
 @pytest.mark.usefixtures("no_page")
-def test_mass_on_a_penalty_stop_from_a_deck(method, tmp_path, monkeypatch):
+def test_mass_on_a_penalty_stop_from_a_deck(creak, method, tmp_path):
     """omega = sqrt((k + K)/m): half a period in contact, F = K v / omega (phase error of the step 1e-7)."""
     study = write_strips(tmp_path, deck=STOP, study=STOP_STUDY.format(method=method))
-    creak(monkeypatch, "run", study, "--quiet", "--out", tmp_path / "out")
+    creak("run", study, "--quiet", "--out", tmp_path / "out").done()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     run = summary["runs"]["reference"]
     event = run["events"][0]
@@ -154,23 +146,20 @@ def test_mass_on_a_penalty_stop_from_a_deck(method, tmp_path, monkeypatch):
     assert event["t_end"] - event["t_start"] == pytest.approx(math.pi / omega, rel=1e-5)
 
 
-def test_modes_and_info_commands(tmp_path, monkeypatch, capsys):
+def test_modes_and_info_commands(creak, tmp_path):
     write_strips(tmp_path)
-    creak(monkeypatch, "modes", tmp_path / "strips.inp", "--count", "4", "--json", "-")
-    modes = json.loads(capsys.readouterr().out)
+    modes = json.loads(creak("modes", tmp_path / "strips.inp", "--count", "4", "--json", "-").done().out)
     assert modes["rigid"] == 1  # the root of the upper strip is free in z, for the study to drive
     assert modes["frequencies"] == sorted(modes["frequencies"])
-    creak(monkeypatch, "info", tmp_path / "strips.inp")
-    text = capsys.readouterr().out
+    text = creak("info", tmp_path / "strips.inp").done().out
     for word in ("UPPER", "LOWER", "UNDER", "PAIRS", "every keyword was read"):
         assert word in text
 
 
-def test_converge_tells_what_has_settled(tmp_path, monkeypatch, capsys):
+def test_converge_tells_what_has_settled(creak, tmp_path):
     short = STUDY.replace("periods = 2", "periods = 1")
     study = write_strips(tmp_path, study=short + "\n[reference]\nrun = false\n")
-    creak(monkeypatch, "run", study, "--converge", "--verbose", "--out", tmp_path / "out")
-    printed = capsys.readouterr().out
+    printed = creak("run", study, "--converge", "--verbose", "--out", tmp_path / "out").done().out
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     told = summary["convergence"]
     assert list(told["runs"]) == ["base", "h/2", "h/4", "2 x stiffness", "10 x stiffness", "more modes"]

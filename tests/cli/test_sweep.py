@@ -17,7 +17,6 @@ from pathlib import Path
 import psutil
 import pytest
 
-from creak.cli.main import main
 from creak.linalg.threads import cores
 from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
@@ -34,13 +33,6 @@ PATIENCE = 240.0
 """s that a step of the test with processes may take on a busy machine."""
 
 
-def creak(monkeypatch, *arguments) -> int:
-    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    return stop.value.code
-
-
 def sweep_in(folder: Path, text: str, periods: int = 1) -> Path:
     write_strips(folder, study=STUDY.replace("periods = 2", f"periods = {periods}"))
     path = folder / "sweep.toml"
@@ -53,11 +45,10 @@ def rows_of(folder: Path) -> dict[str, dict[str, str]]:
         return {row["case"]: row for row in csv.DictReader(file)}
 
 
-def test_dry_run_lists_the_cases_and_writes_nothing(tmp_path, monkeypatch, capsys):
+def test_dry_run_lists_the_cases_and_writes_nothing(creak, tmp_path):
     path = sweep_in(tmp_path, 'seeds = [1, 2]\n[grid]\n"reduction.f_max" = [2000, 3000]')
     before = set(tmp_path.iterdir())
-    assert creak(monkeypatch, "sweep", path, "--dry-run") == 0
-    text = capsys.readouterr().out
+    text = creak("sweep", path, "--dry-run").done().out
     assert "4 cases, 0 of them finished" in text
     assert "f_max=3000,seed=2" in text
     assert set(tmp_path.iterdir()) == before
@@ -67,41 +58,36 @@ def test_dry_run_lists_the_cases_and_writes_nothing(tmp_path, monkeypatch, capsy
     ("arguments", "words"),
     [(["--workers", "2", "--scheduler", "tcp://x:1"], "exclude each other"), (["--workers", "0"], "--workers")],
 )
-def test_wrong_options(tmp_path, monkeypatch, capsys, arguments, words):
-    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, "seeds = [1]"), *arguments) == 2
-    assert words in capsys.readouterr().err
+def test_wrong_options(creak, tmp_path, arguments, words):
+    creak("sweep", sweep_in(tmp_path, "seeds = [1]"), *arguments).refuses(words)
 
 
-def test_wrong_sweep_file(tmp_path, monkeypatch, capsys):
-    assert creak(monkeypatch, "sweep", sweep_in(tmp_path, '[grid]\n"reduction.f_mx" = [1]')) == 2
-    assert "Did you mean 'f_max'?" in capsys.readouterr().err
+def test_wrong_sweep_file(creak, tmp_path):
+    creak("sweep", sweep_in(tmp_path, '[grid]\n"reduction.f_mx" = [1]')).refuses("Did you mean 'f_max'?")
     assert not (tmp_path / "sweep_sweep").exists()
 
 
-def test_a_cluster_without_dask_says_what_to_install(tmp_path, monkeypatch, capsys):
+def test_a_cluster_without_dask_says_what_to_install(creak, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     path = sweep_in(tmp_path, "seeds = [1]")
-    assert creak(monkeypatch, "sweep", path, "--scheduler", "tcp://127.0.0.1:1") == 2
-    assert "pip install distributed" in capsys.readouterr().err
+    creak("sweep", path, "--scheduler", "tcp://127.0.0.1:1").refuses("pip install distributed")
 
 
-def test_workers_of_this_machine_need_no_dask(tmp_path, monkeypatch):
+def test_workers_of_this_machine_need_no_dask(creak, tmp_path, monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     path = sweep_in(tmp_path, "seeds = [1]")
-    assert creak(monkeypatch, "sweep", path, "--no-reports", "--quiet") == 0
+    assert creak("sweep", path, "--no-reports", "--quiet").status == 0
     assert rows_of(tmp_path / "sweep_sweep")["seed=1"]["status"] == "done"
 
 
-def test_a_finished_sweep_needs_no_workers(tmp_path, monkeypatch, capsys):
+def test_a_finished_sweep_needs_no_workers(creak, tmp_path, monkeypatch):
     path, out = sweep_in(tmp_path, "seeds = [5]"), tmp_path / "results"
     out.mkdir()
     cases = resolve(read_sweep(path), out)
     run_case(tasks_of(cases, out)["seed=5"])
     monkeypatch.setattr("creak.studies.tasks.workers.local_workers", None)
-    assert creak(monkeypatch, "sweep", path, "--out", out) == 0
-    assert "1 of 1 cases have results, 1 from before" in capsys.readouterr().out
-    assert creak(monkeypatch, "sweep", path, "--out", out, "--dry-run", "--no-converge") == 0
-    told = capsys.readouterr().out
+    assert "1 of 1 cases have results, 1 from before" in creak("sweep", path, "--out", out).done().out
+    told = creak("sweep", path, "--out", out, "--dry-run", "--no-converge").done().out
     assert "1 cases, 0 of them finished" in told
     assert "finished with neither --converge nor --no-converge: 1" in told
     assert rows_of(out)["seed=5"]["status"] == "done"
