@@ -14,7 +14,6 @@ import pytest
 from scipy import sparse
 
 from creak.cli import main as command
-from creak.cli.main import main
 from creak.cli.output import Output
 from creak.errors import NumericalError
 from creak.formats import decks
@@ -22,14 +21,6 @@ from creak.linalg import factor as linalg
 from helpers_decks import STUDY, two_strips, write_strips
 
 pytestmark = pytest.mark.usefixtures("no_page")
-
-
-def run_cli(monkeypatch, capsys, *arguments):
-    """Exit status and the text on stderr of one call of the command."""
-    monkeypatch.setattr("sys.argv", ["creak", *map(str, arguments)])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    return stop.value.code, " ".join(capsys.readouterr().err.split())
 
 
 DECK_MISTAKES = {
@@ -115,10 +106,11 @@ STUDY_MISTAKES = {
 }
 
 
-def assert_refused(monkeypatch, capsys, study, words, tmp_path):
+def assert_refused(creak, study, words, tmp_path):
     before = sorted(p.name for p in tmp_path.iterdir())
-    status, text = run_cli(monkeypatch, capsys, "run", study, "--quiet", "--out", tmp_path / "out")
-    assert status == 2
+    said = creak("run", study, "--quiet", "--out", tmp_path / "out")
+    assert said.status == 2
+    text = " ".join(said.err.split())
     assert text.startswith("creak: ")
     assert "Traceback" not in text
     for word in words:
@@ -127,89 +119,73 @@ def assert_refused(monkeypatch, capsys, study, words, tmp_path):
 
 
 @pytest.mark.parametrize("mistake", DECK_MISTAKES)
-def test_mistake_in_the_deck_is_named(mistake, tmp_path, monkeypatch, capsys):
+def test_mistake_in_the_deck_is_named(creak, mistake, tmp_path):
     (old, new), words = DECK_MISTAKES[mistake]
     deck = two_strips()
     assert old in deck
-    assert_refused(monkeypatch, capsys, write_strips(tmp_path, deck.replace(old, new)), words, tmp_path)
+    assert_refused(creak, write_strips(tmp_path, deck.replace(old, new)), words, tmp_path)
 
 
 @pytest.mark.parametrize("mistake", STUDY_MISTAKES)
-def test_mistake_in_the_study_is_named(mistake, tmp_path, monkeypatch, capsys):
+def test_mistake_in_the_study_is_named(creak, mistake, tmp_path):
     (old, new), words = STUDY_MISTAKES[mistake]
     assert old in STUDY
     (tmp_path / "table.csv").write_text("time,value\n0,0\n1,nan\n2,1\n", encoding="utf-8")
     study = write_strips(tmp_path, study=STUDY.replace(old, new, 1))
-    assert_refused(monkeypatch, capsys, study, words, tmp_path)
+    assert_refused(creak, study, words, tmp_path)
 
 
-def test_output_folder_that_is_a_file_is_refused_before_any_work(tmp_path, monkeypatch, capsys):
+def test_output_folder_that_is_a_file_is_refused_before_any_work(creak, tmp_path):
     study = write_strips(tmp_path)
     (tmp_path / "taken").write_text("", encoding="utf-8")
-    status, text = run_cli(monkeypatch, capsys, "run", study, "--out", tmp_path / "taken" / "out")
-    assert status == 2
-    assert "taken is a file" in text
-    assert "--out" in text
+    creak("run", study, "--out", tmp_path / "taken" / "out").refuses("taken is a file", "--out")
 
 
 @pytest.mark.parametrize("folder", ["/proc/creak", "/sys/creak"])
-def test_output_folder_that_cannot_be_written_is_refused(folder, tmp_path, monkeypatch, capsys):
-    status, text = run_cli(monkeypatch, capsys, "run", write_strips(tmp_path), "--out", folder)
-    assert status == 2
-    assert "cannot write" in text
+def test_output_folder_that_cannot_be_written_is_refused(creak, folder, tmp_path):
+    creak("run", write_strips(tmp_path), "--out", folder).refuses("cannot write")
 
 
-def test_study_that_is_no_text(tmp_path, monkeypatch, capsys):
+def test_study_that_is_no_text(creak, tmp_path):
     (tmp_path / "study.toml").write_bytes(bytes(range(256)))
-    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "study.toml")
-    assert status == 2
-    assert "it is not text in UTF-8. Give the .toml file." in text
+    creak("run", tmp_path / "study.toml").refuses("it is not text in UTF-8. Give the .toml file.")
 
 
-def test_no_such_study(tmp_path, monkeypatch, capsys):
-    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "none.toml")
-    assert status == 2
-    assert "none.toml" in text
+def test_no_such_study(creak, tmp_path):
+    creak("run", tmp_path / "none.toml").refuses("none.toml")
 
 
 @pytest.mark.parametrize("size", ["0", "-5", "41", "nan"])
-def test_bad_mesh_size_of_the_door(size, tmp_path, monkeypatch, capsys):
+def test_bad_mesh_size_of_the_door(creak, size, tmp_path):
     out = tmp_path / "door"
-    status, text = run_cli(monkeypatch, capsys, "example", "door", "--mesh-size", size, "--out", out)
-    assert status == 2
-    assert "mesh size" in text.lower()
+    said = creak("example", "door", "--mesh-size", size, "--out", out)
+    assert said.status == 2
+    assert "mesh size" in said.err.lower()
     assert not out.exists()
 
 
-def test_unknown_command_gets_a_hint(monkeypatch, capsys):
-    status, text = run_cli(monkeypatch, capsys, "rum")
-    assert status == 2
-    assert "rum" in text
-    assert "--help" in text
+def test_unknown_command_gets_a_hint(creak):
+    creak("rum").refuses("rum", "--help")
 
 
-def test_deck_as_study_is_explained(tmp_path, monkeypatch, capsys):
+def test_deck_as_study_is_explained(creak, tmp_path):
     write_strips(tmp_path)
-    status, text = run_cli(monkeypatch, capsys, "run", tmp_path / "strips.inp")
-    assert status == 2
-    assert "study" in text
+    creak("run", tmp_path / "strips.inp").refuses("study")
 
 
-def test_table_with_decimal_commas_is_refused(tmp_path, monkeypatch, capsys):
+def test_table_with_decimal_commas_is_refused(creak, tmp_path):
     (tmp_path / "table.csv").write_text("time,value\n0,0,0,0\n0,5,1,0\n", encoding="utf-8")
     signal = 'signal = { type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3 }'
     text = STUDY.replace(signal, 'signal = { type = "table", file = "table.csv" }').replace("periods = 2", "end = 0.1")
     words = ["table.csv:2", "has 4 values", "two: time,value", "Write decimals with a point"]
-    assert_refused(monkeypatch, capsys, write_strips(tmp_path, study=text), words, tmp_path)
+    assert_refused(creak, write_strips(tmp_path, study=text), words, tmp_path)
 
 
-def test_table_with_nan_names_its_line(tmp_path, monkeypatch, capsys):
+def test_table_with_nan_names_its_line(creak, tmp_path):
     (tmp_path / "table.csv").write_text("time,value\n0,0\n1,nan\n2,1\n", encoding="utf-8")
     signal = 'signal = { type = "multisine", f_min = 5, f_max = 60, amplitude = 0.05, period = 0.2, seed = 3 }'
     text = STUDY.replace(signal, 'signal = { type = "table", file = "table.csv" }').replace("periods = 2", "end = 0.1")
-    assert_refused(
-        monkeypatch, capsys, write_strips(tmp_path, study=text), ["table.csv:3", "nan", "two finite numbers"], tmp_path
-    )
+    assert_refused(creak, write_strips(tmp_path, study=text), ["table.csv:3", "nan", "two finite numbers"], tmp_path)
 
 
 def test_a_study_from_a_pipe_is_refused_before_anything_else(creak, tmp_path):

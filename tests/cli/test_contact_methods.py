@@ -8,20 +8,16 @@ import h5py
 import numpy as np
 import pytest
 
-from creak.cli.main import main
 from creak.studies.file import table
 from helpers_decks import STUDY, write_strips
 
 
-def run(folder, study, monkeypatch):
-    """Exit status and summary."""
+def run(creak, folder, study):
+    """What the command says, and the summary."""
     path = write_strips(folder)
     path.write_text(study)
-    monkeypatch.setattr("sys.argv", ["creak", "run", str(path), "--quiet", "--out", str(folder / "out")])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    summary = folder / "out" / "summary.json"
-    return stop.value.code, json.loads(summary.read_text()) if summary.exists() else None
+    said = creak("run", path, "--quiet", "--out", folder / "out")
+    return said, json.loads((folder / "out" / "summary.json").read_text())
 
 
 def changed(*pairs):
@@ -33,10 +29,10 @@ def changed(*pairs):
 
 
 @pytest.mark.usefixtures("no_page")
-def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
+def test_generalised_alpha_with_divided_steps(creak, tmp_path):
     study = changed(("[time]\n", '[time]\nintegrator = "generalised-alpha"\nrho_inf = 0.8\nsubsteps = 4\n'))
-    status, summary = run(tmp_path, study, monkeypatch)
-    assert status == 0
+    said, summary = run(creak, tmp_path, study)
+    said.done()
     for name in ("reduced", "reference"):
         figures = summary["runs"][name]
         assert figures["integrator"] == "generalised-alpha, 4 substeps near contact"
@@ -48,14 +44,14 @@ def test_generalised_alpha_with_divided_steps(tmp_path, monkeypatch):
 
 
 @pytest.mark.usefixtures("no_page")
-def test_hard_contact_with_friction(tmp_path, monkeypatch):
+def test_hard_contact_with_friction(creak, tmp_path):
     study = changed(
         ('main = "OVER"\n', 'main = "OVER"\nstiffness = "hard"\nfriction = 0.3\n'),
         ("step = 5e-4\nperiods = 2", "end = 0.1"),
         ("[time]", "[reference]\nrun = false\n[time]"),
     )
-    status, summary = run(tmp_path, study, monkeypatch)
-    assert status == 0
+    said, summary = run(creak, tmp_path, study)
+    said.done()
     figures = summary["runs"]["reduced"]
     assert figures["integrator"].startswith("exact flow")
     assert figures["events"]
@@ -70,15 +66,15 @@ def test_hard_contact_with_friction(tmp_path, monkeypatch):
         assert (rubbed <= 0.3 * (1.0 + 1e-5) * pressed).all()  # between kept instants, `rows.CLOSE`
 
 
-def test_a_run_that_diverges_keeps_what_it_has(tmp_path, monkeypatch, capsys):
+def test_a_run_that_diverges_keeps_what_it_has(creak, tmp_path, monkeypatch):
     """A motion beyond the range of numbers: one message, status 1, results up to there."""
     monkeypatch.setattr(table, "LARGEST", 1e300)
     start = STUDY.index("amplitude = ")
     end = STUDY.index("}", start)
     study = STUDY[:start] + "amplitude = 1e160 " + STUDY[end:] + "\n[precheck]\nenabled = false\n"
-    status, summary = run(tmp_path, study, monkeypatch)
-    assert status == 1
-    told = capsys.readouterr().err
+    said, summary = run(creak, tmp_path, study)
+    assert said.status == 1
+    told = said.err
     assert "no longer finite at t = " in told
     assert "Traceback" not in told
     assert "What was computed until then is in" in told

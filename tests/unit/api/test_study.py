@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import creak
-from creak.cli.main import main
+from helpers_cli import say
 from helpers_decks import STUDY, two_strips, write_strips
 
 
@@ -30,13 +30,8 @@ def test_a_result_holds_what_the_summary_says(result):
     assert result.stopped is None
 
 
-def test_the_command_finds_the_same(result, tmp_path, monkeypatch):
-    monkeypatch.setattr(
-        "sys.argv", ["creak", "run", str(write_strips(tmp_path)), "--quiet", "--out", str(tmp_path / "o")]
-    )
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 0
+def test_the_command_finds_the_same(result, tmp_path):
+    say("run", write_strips(tmp_path), "--quiet", "--out", tmp_path / "o").done()
     summary = json.loads((tmp_path / "o" / "summary.json").read_text())
     assert summary["runs"]["reduced"]["events"] == result.summary["runs"]["reduced"]["events"]
 
@@ -61,32 +56,24 @@ def test_without_the_extra_the_report_says_how_to_get_it(result, tmp_path, monke
     assert not (tmp_path / "report.html").exists()
 
 
-def test_without_the_extra_the_command_writes_all_but_the_report(tmp_path, monkeypatch, capsys):
+def test_without_the_extra_the_command_writes_all_but_the_report(tmp_path, monkeypatch):
     without_plotly(monkeypatch)
     study = write_strips(tmp_path, study=STUDY.replace("periods = 2", "end = 0.02\n[reference]\nrun = false"))
-    monkeypatch.setattr("sys.argv", ["creak", "run", str(study), "--out", str(tmp_path / "o")])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 0
+    said = say("run", study, "--out", tmp_path / "o").done()
     assert sorted(p.name for p in (tmp_path / "o").iterdir()) == ["results.h5", "summary.json"]
-    shown = capsys.readouterr()
-    lines = [x for x in (shown.out + shown.err).splitlines() if "creak[report]" in x]
+    lines = [x for x in (said.out + said.err).splitlines() if "creak[report]" in x]
     assert len(lines) == 1
     assert "plotly" in lines[0]
 
 
 @pytest.mark.parametrize("command", [["sweep", "sweep.toml"], ["thesis", "--out", "thesis"]])
-def test_without_the_extra_long_work_is_not_begun(command, tmp_path, monkeypatch, capsys):
+def test_without_the_extra_long_work_is_not_begun(command, tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     without_plotly(monkeypatch)
     write_strips(tmp_path)
     (tmp_path / "sweep.toml").write_text('base = "study.toml"\n[grid]\n"reduction.f_max" = [2000, 3000]\n')
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("sys.argv", ["creak", *command])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert stop.value.code == 2
-    assert "pip install 'creak[report]'" in capsys.readouterr().err
+    say(*command).refuses("pip install 'creak[report]'")
     assert not (tmp_path / "sweep_sweep").exists()
     assert not (tmp_path / "thesis").exists()
 

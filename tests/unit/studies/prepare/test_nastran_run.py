@@ -10,11 +10,11 @@ import math
 import numpy as np
 import pytest
 
-from creak.cli.main import main
 from creak.errors import InputError
 from creak.formats.nastran.reader import read_nastran, read_nastran_run
 from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.run.job import run_study
+from helpers_cli import say
 
 W, K, H = 10.0, 1.0e4, 1.0e-3
 PERIOD_ERROR = (W * H) ** 2 / 12.0
@@ -310,10 +310,7 @@ def test_what_cannot_be_run_is_named(tmp_path, name):
         read_nastran_run(deck(tmp_path, bulk, case, solution))
 
 
-def test_creak_run(tmp_path, monkeypatch, capsys):
+def test_creak_run(tmp_path):
     path = deck(tmp_path, BULK.replace("500", "50") + constant(), "DLOAD = 7\n")
-    monkeypatch.setattr("sys.argv", ["creak", "run", str(path), "--quiet", "--units", "m-kg-s"])
-    with pytest.raises(SystemExit) as stop:
-        main()
-    assert not stop.value.code, capsys.readouterr()
+    say("run", path, "--quiet", "--units", "m-kg-s").done()
     assert (tmp_path / "results" / "summary.json").exists()

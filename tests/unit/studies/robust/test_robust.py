@@ -14,7 +14,6 @@ from benchmarks.odds import DECK, STOPPED_BEAM, reach
 from scipy.stats import norm
 
 import creak
-from creak.cli.main import main
 from creak.dynamics.chunks import march_chunks
 from creak.dynamics.flow import batch
 from creak.dynamics.flow.march import simulate_flow
@@ -38,6 +37,7 @@ from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model,
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.verify.odds import Index, odds
+from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 
 MEAN, SIGMA, LOW, HIGH = 10.0, 1.5, 0.4, 1.0
@@ -384,26 +384,18 @@ def test_what_cannot_be_drawn_is_refused(tmp_path, case):
         creak.robust(path, 64)
 
 
-def test_negative_gaps_are_refused_on_the_command_line(tmp_path, capsys, monkeypatch):
+def test_negative_gaps_are_refused_on_the_command_line(tmp_path):
     text = STUDY.replace("step = 5e-4\n", "") + (
         '[scatter.vary]\n"contact.tip.clearance" = { type = "field", mean = 0.3, tolerance = 0.5, length = 40 }\n'
     )
     path = write_strips(tmp_path, None, text)
-    monkeypatch.setattr("sys.argv", ["creak", "robust", str(path)])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 2
-    assert "this distribution has negative gaps: -0.2 at three standard deviations" in capsys.readouterr().err
+    say("robust", path).refuses("this distribution has negative gaps: -0.2 at three standard deviations")
     assert not (tmp_path / "robust").exists()
 
 
-def test_the_command_writes_what_python_finds(tmp_path, capsys, monkeypatch):
+def test_the_command_writes_what_python_finds(tmp_path):
     path = stopped(tmp_path)
-    monkeypatch.setattr("sys.argv", ["creak", "robust", str(path), "--n", "8", "--threads", "1", "--json"])
-    with pytest.raises(SystemExit) as end:
-        main()
-    assert end.value.code == 0
-    told = json.loads(capsys.readouterr().out)
+    told = json.loads(say("robust", path, "--n", "8", "--threads", "1", "--json").done().out)
     stored = json.loads((tmp_path / "robust" / "robust.json").read_text(encoding="utf-8"))
     assert told["rattle"] == stored["rattle"]
     assert stored["runs"] == 16
