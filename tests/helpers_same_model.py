@@ -101,18 +101,9 @@ def abaqus_deck(m: Mesh, *, held: bool = True) -> str:
         _csv((K2 * AREA * G, K1 * AREA * G)),
     ]
     lines += [
-        "*MASS, ELSET=BALLAST",
-        "2.e-6",
-        "*ROTARY INERTIA, ELSET=TURN",
-        "4.e-5, 5.e-5, 6.e-5, 1.e-6, 2.e-6, 3.e-6",
-        "*MASS, ELSET=LAMP",
-        "5.e-7",
-        "*SPRING, ELSET=CLIP",
-        "3, 2",
-        "45.",
-        "*SPRING, ELSET=GROUND",
-        "1",
-        "80.",
+        *("*MASS, ELSET=BALLAST", "2.e-6", "*ROTARY INERTIA, ELSET=TURN"),
+        *("4.e-5, 5.e-5, 6.e-5, 1.e-6, 2.e-6, 3.e-6", "*MASS, ELSET=LAMP", "5.e-7", "*SPRING, ELSET=CLIP"),
+        *("3, 2", "45.", "*SPRING, ELSET=GROUND", "1", "80."),
     ]
     lines += ["*MATERIAL, NAME=STEEL", "*ELASTIC", _csv((E_STEEL, NU_STEEL)), "*DENSITY", repr(RHO_STEEL)]
     lines += ["*MATERIAL, NAME=SHEET", "*ELASTIC, TYPE=LAMINA", _csv(ORTHOTROPIC), "*DENSITY", repr(RHO_SHEET)]

@@ -34,14 +34,8 @@ DECK, OWN = ("strips.inp", "lower.inp"), ("own.bdf",)
 STUDIED = ("study.toml", *DECK, "shake.csv")
 RESULTS = ("results/results.h5", "results/summary.json")
 READ = (
-    "--beside",
-    "--calibrator",
-    "--sensors",
-    "--superelements",
-    "--test",
-    "--tls-ca-file",
-    "--tls-cert",
-    "--tls-key",
+    *("--beside", "--calibrator", "--sensors", "--superelements", "--test", "--tls-ca-file"),
+    *("--tls-cert", "--tls-key"),
 )
 """Options that are paths and name what is read."""
 UPDATE = "update study.toml --test test.csv --parameter section.UPPER.thickness"

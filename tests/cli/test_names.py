@@ -21,16 +21,8 @@ from helpers_decks import STUDY, two_strips, write_strips
 from helpers_matrices import random_superelement
 
 NASTY = [
-    "[/nope]",
-    "[red]",
-    "[bold]x[/bold]",
-    "a:x:b",
-    ":smile:",
-    "\x1b[31mred",
-    "a\x07b",
-    "\u202etxt.inp",
-    "a\rb",
-    "\udcff",
+    *("[/nope]", "[red]", "[bold]x[/bold]", "a:x:b", ":smile:", "\x1b[31mred", "a\x07b", "\u202etxt.inp"),
+    *("a\rb", "\udcff"),
 ]
 
 

@@ -14,20 +14,8 @@ from tools.licences_page import INTEL, NOT_PERMISSIVE, needed, page, told
 from tools.lowest import extras, requirements
 
 PERMISSIVE = {
-    "BSD-3-Clause",
-    "BSD-2-Clause",
-    "BSD",
-    "MIT",
-    "MIT-CMU",
-    "Matplotlib (PSF)",
-    "Apache-2.0",
-    "LLVM-exception",
-    "0BSD",
-    "Zlib",
-    "CC0-1.0",
-    "PSF-2.0",
-    "ISC",
-    "CNRI-Python",
+    *("BSD-3-Clause", "BSD-2-Clause", "BSD", "MIT", "MIT-CMU", "Matplotlib (PSF)", "Apache-2.0"),
+    *("LLVM-exception", "0BSD", "Zlib", "CC0-1.0", "PSF-2.0", "ISC", "CNRI-Python"),
 }
 AGAIN = "run: make licences"
 WORDS = {

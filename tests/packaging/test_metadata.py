@@ -34,27 +34,9 @@ def test_citation_file_has_what_its_format_requires():
     assert cff["license"] == PROJECT["license"]
     assert cff["authors"] == [{"name": PROJECT["authors"][0]["name"]}]
     known = {
-        "abstract",
-        "authors",
-        "cff-version",
-        "commit",
-        "contact",
-        "date-released",
-        "doi",
-        "identifiers",
-        "keywords",
-        "license",
-        "license-url",
-        "message",
-        "preferred-citation",
-        "references",
-        "repository",
-        "repository-artifact",
-        "repository-code",
-        "title",
-        "type",
-        "url",
-        "version",
+        *("abstract", "authors", "cff-version", "commit", "contact", "date-released", "doi", "identifiers"),
+        *("keywords", "license", "license-url", "message", "preferred-citation", "references", "repository"),
+        *("repository-artifact", "repository-code", "title", "type", "url", "version"),
     }
     assert set(cff) <= known
     (thesis,) = cff["references"]

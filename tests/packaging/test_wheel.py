@@ -17,16 +17,8 @@ pytestmark = [pytest.mark.slow, pytest.mark.once]
 
 ROOT = Path(__file__).parents[2]
 META = (
-    "pyproject.toml",
-    "MANIFEST.in",
-    "README.md",
-    "LICENSE",
-    "THIRD_PARTY_LICENCES.md",
-    "CITATION.cff",
-    "ARCHITECTURE.md",
-    "CHANGELOG.md",
-    "CONTRIBUTING.md",
-    "Makefile",
+    *("pyproject.toml", "MANIFEST.in", "README.md", "LICENSE", "THIRD_PARTY_LICENCES.md", "CITATION.cff"),
+    *("ARCHITECTURE.md", "CHANGELOG.md", "CONTRIBUTING.md", "Makefile"),
 )
 LEFT_OUT = ("__pycache__", "*.pyc", "*.nbi", "*.nbc", "*.egg-info")
 

@@ -99,27 +99,8 @@ ADAPTION: FloatArray = np.array(
 """(20,) dB, third-octave less critical-band level."""
 EDGES: FloatArray = np.array(
     [
-        0.9,
-        1.8,
-        2.8,
-        3.5,
-        4.4,
-        5.4,
-        6.6,
-        7.9,
-        9.2,
-        10.6,
-        12.3,
-        13.8,
-        15.2,
-        16.7,
-        18.1,
-        19.3,
-        20.6,
-        21.8,
-        22.7,
-        23.6,
-        24.0,
+        *(0.9, 1.8, 2.8, 3.5, 4.4, 5.4, 6.6, 7.9, 9.2, 10.6, 12.3),
+        *(13.8, 15.2, 16.7, 18.1, 19.3, 20.6, 21.8, 22.7, 23.6, 24.0),
     ]
 )
 """(21,) Bark, upper edges of the critical bands; the last one holds only the slope of the one before."""

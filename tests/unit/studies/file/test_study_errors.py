@@ -303,21 +303,10 @@ def test_mistake_is_named(mistake, tmp_path):
 
 
 WITH_LINE = [
-    "misspelt key of a table",
-    "misspelt table",
-    "text for a number",
-    "negative step",
-    "periods and end",
-    "output interval longer than the run",
-    "field interval off the step",
-    "window of one output",
-    "unknown substructure",
-    "missing coarse deck",
-    "amplitude that is no number",
-    "unknown signal",
-    "f_max below the excitation",
-    "unknown node set",
-    "friction",
+    *("misspelt key of a table", "misspelt table", "text for a number", "negative step", "periods and end"),
+    *("output interval longer than the run", "field interval off the step", "window of one output"),
+    *("unknown substructure", "missing coarse deck", "amplitude that is no number", "unknown signal"),
+    *("f_max below the excitation", "unknown node set", "friction"),
 ]
 
 

@@ -49,26 +49,12 @@ def test_summary_has_what_the_design_promises(summary):
     for name in ("reduced", "reference"):
         run = summary["runs"][name]
         assert {
-            "dof",
-            "retained",
-            "modes",
-            "channels",
-            "steps",
-            "energy_error",
-            "events",
-            "max_force",
-            "impulse_total",
+            *("dof", "retained", "modes", "channels", "steps", "energy_error", "events"),
+            *("max_force", "impulse_total"),
         } <= set(run)
         assert {
-            "channel",
-            "node",
-            "t_start",
-            "t_peak",
-            "t_end",
-            "force_peak",
-            "force_peak_filtered",
-            "impulse",
-            "closing_speed",
+            *("channel", "node", "t_start", "t_peak", "t_end", "force_peak", "force_peak_filtered"),
+            *("impulse", "closing_speed"),
         } <= set(run["events"][0])
     verification = summary["verification"]
     assert {"mac", "frequencies", "nrmse", "events"} <= set(verification)
