@@ -99,7 +99,7 @@ def reduce_alone(setup, look) -> None:
     class Quiet:
         progress = staticmethod(look)
 
-    here = distribution_of(None, "--workers", None, None, None, None)
+    here = distribution_of(None, None, None, None, None)
     _reduced(setup, setup.study.path.parent / "out", Quiet(), here, ())
 
 
