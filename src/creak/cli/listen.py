@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import typer
 
+from creak.cli.joined import joined
 from creak.cli.output import OUTPUT, Output, writable_file, writable_folder
 from creak.errors import InputError
 
@@ -14,6 +15,22 @@ if TYPE_CHECKING:
     from creak.studies.sound.beside import SoundComparison
 
 PICTURE = "beside.png"
+
+
+Gain = tuple[float | None, Path | None, float | None]
+"""Of recordings: Pa of full scale; or the recording of a calibrator and its level, dB."""
+
+
+def _gain(
+    calibration: float | None = typer.Option(
+        None, "--calibration", metavar="PA_PER_FULL_SCALE", help="Pressure of full scale of the recordings, Pa."
+    ),
+    calibrator: Path | None = typer.Option(
+        None, "--calibrator", metavar="WAV", help="Instead: recording of a calibrator with the same gain."
+    ),
+    level: float | None = typer.Option(None, "--level", metavar="DB", help="Level of the calibrator, dB re 20 uPa."),
+) -> Gain:
+    return calibration, calibrator, level
 
 
 def listen(
@@ -25,13 +42,7 @@ def listen(
     beside: list[Path] = typer.Option(
         [], "--beside", metavar="WAV", help="Recording to be compared with what was computed. Repeatable."
     ),
-    calibration: float | None = typer.Option(
-        None, "--calibration", metavar="PA_PER_FULL_SCALE", help="Pressure of full scale of the recordings, Pa."
-    ),
-    calibrator: Path | None = typer.Option(
-        None, "--calibrator", metavar="WAV", help="Instead: recording of a calibrator with the same gain."
-    ),
-    level: float | None = typer.Option(None, "--level", metavar="DB", help="Level of the calibrator, dB re 20 uPa."),
+    gain: Gain = joined(_gain),
     listener: str | None = typer.Option(
         None, "--listener", metavar="NAME", help="Whose sounds are compared; default: those of the first."
     ),
@@ -54,10 +65,10 @@ def listen(
     from creak.formats.wav import full_scale_level
 
     target = out if out is not None else folder / "sound"
-    if not beside and (calibration is not None or calibrator is not None or level is not None or listener is not None):
+    if not beside and any(x is not None for x in (*gain, listener)):
         raise InputError("a calibration or a listener without a recording", fix="Give --beside recording.wav, too.")
     with output:
-        recordings = [r for path in beside for r in read_recordings(path, calibration, calibrator, level)]
+        recordings = [r for path in beside for r in read_recordings(path, *gain)]
         sound = read_sound(folder)
         compared = compare_sounds(folder, recordings, listener=listener) if recordings else None
         writable_folder(target)

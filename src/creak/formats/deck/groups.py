@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -25,30 +25,26 @@ class Group:
     own: dict[str, list[FloatArray]] = field(default_factory=dict)
     """axis1, axis2, thickness, arms: one entry for each element, or none at all."""
 
+    def put(self, identifier: int, nodes: list[int], own: Mapping[str, FloatArray]) -> None:
+        """One more element, with what it has of its own."""
+        self.ids.append(identifier)
+        self.nodes.append(nodes)
+        for name, value in own.items():
+            self.own[name].append(np.asarray(value, dtype=np.float64))
+
 
 Groups = dict[tuple[object, ...], Group]
 """By a key that tells sections apart."""
 
 
-def put(
-    groups: Groups,
-    key: tuple[object, ...],
-    kind: str,
-    section: Section,
-    identifier: int,
-    nodes: list[int],
-    where: str,
-    own: Mapping[str, FloatArray],
-) -> None:
-    """Put an element into the group of its kind, section and of what it has of its own."""
+def group_of(
+    groups: Groups, key: tuple[object, ...], kind: str, section: Section, where: str, own: Collection[str]
+) -> Group:
+    """The group of a kind, a section and the names of what its elements have of their own; `where`: of its first."""
     full = (kind, *key, *sorted(own))
-    group = groups.get(full)
-    if group is None:
-        group = groups[full] = Group(kind, section, where=where, own={name: [] for name in own})
-    group.ids.append(identifier)
-    group.nodes.append(nodes)
-    for name, value in own.items():
-        group.own[name].append(np.asarray(value, dtype=np.float64))
+    if full not in groups:
+        groups[full] = Group(kind, section, where=where, own={name: [] for name in own})
+    return groups[full]
 
 
 def blocks_of(groups: Groups, of_node: IntArray) -> tuple[ElementBlock, ...]:

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.deck.groups import Groups, put
+from creak.formats.deck.groups import Groups, group_of
 from creak.formats.deck.text import Line
 from creak.formats.lsdyna.text.cards import TENS, Block, Card
 from creak.model.materials import Section
@@ -129,7 +129,7 @@ class Deck:
         self.take_id(family, identifier, part, card)
         if len(set(nodes)) < len(nodes):
             raise card.error(f"{family} element {identifier} uses a node twice", expected="distinct nodes")
-        put(self.groups, (part, section), kind, section, identifier, nodes, card.where, own)
+        group_of(self.groups, (part, section), kind, section, card.where, own).put(identifier, nodes, own)
 
 
 def once(found: Mapping[int, T], identifier: int, what: str, first: str, card: Card) -> None:

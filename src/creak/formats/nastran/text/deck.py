@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from creak.arrays import FloatArray
-from creak.formats.deck.groups import Group, put
+from creak.formats.deck.groups import Group, group_of
 from creak.formats.nastran.mesh.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.nastran.mesh.grids import Grids
 from creak.formats.nastran.text.bulk_data import Card
@@ -202,7 +202,7 @@ class Deck:
         **own: FloatArray,
     ) -> None:
         """Put an element into the group of its kind, section and of what it has of its own."""
-        put(self.groups, key, kind, section, identifier, nodes, card.where, own)
+        group_of(self.groups, key, kind, section, card.where, own).put(identifier, nodes, own)
 
 
 def unique_cards(cards: Iterator[Card], what: str) -> dict[int, Card]:
