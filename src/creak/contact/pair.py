@@ -57,11 +57,15 @@ class ContactPair:
     press_fit: bool = False
     """Gaps below zero stay: what overlaps presses."""
     unit: str = ""
-    """Of length, with a space before it, where it is known."""
+    """Of length, where it is known."""
 
     @property
     def where(self) -> str:
         return f"[{self.table}.{self.name}]"
+
+    def told(self, length: float, digits: int = 4) -> str:
+        """A length with its unit."""
+        return f"{length:.{digits}g} {self.unit}".rstrip()
 
 
 @dataclass(frozen=True)
@@ -173,7 +177,7 @@ def never_face(pair: ContactPair, limit: float) -> InputError:
     sides = "the sides (SPOS, SNEG) of the surfaces" if pair.normal is None else "the sense of the normal"
     return InputError(
         f"surfaces {pair.secondary!r} and {pair.main!r} never face each other: no point of the first has a facet "
-        f"of the second opposite it within {limit:.4g}{pair.unit}{along}",
+        f"of the second opposite it within {pair.told(limit)}{along}",
         where=pair.where,
         expected="two surfaces that lie opposite each other",
         fix=f"Check the names, the positions of the parts and {sides}.",
@@ -264,7 +268,7 @@ def _without_overclosure(
     if deep.size and deep.min() < 0.0:
         worst = int(np.argmin(deep))
         raise InputError(
-            f"node {model.nodes.label(int(channels.nodes_idx[worst]))} starts {-gap0[worst]:.4g}{pair.unit} inside the "
+            f"node {model.nodes.label(int(channels.nodes_idx[worst]))} starts {pair.told(-gap0[worst])} inside the "
             "main surface, more than the shells' thickness (of solids: half an element's height)",
             where=pair.where,
             fix="Move the parts apart, or give a clearance."
@@ -274,7 +278,7 @@ def _without_overclosure(
     if turned:
         count, most = np.count_nonzero(inside < 0.0), -channels.gap.min()
         notes.append(
-            f"{pair.where} {count} of {inside.size} nodes lie up to {most:.3g}{pair.unit} behind the main surface, "
+            f"{pair.where} {count} of {inside.size} nodes lie up to {pair.told(most, 3)} behind the main surface, "
             "which the clearance hides: where it looks the other way, the contact holds "
             f"parts together instead of apart. {_side_asked(pair)}"
         )
@@ -285,7 +289,7 @@ def _without_overclosure(
         return np.maximum(gap0, 0.0), notes
     node = model.nodes.label(int(channels.nodes_idx[np.argmin(gap0)]))
     note = (
-        f"{pair.where} {closed.size} channel(s) start closed, by up to {-gap0.min():.3g}{pair.unit} at node {node}; "
+        f"{pair.where} {closed.size} channel(s) start closed, by up to {pair.told(-gap0.min(), 3)} at node {node}; "
         "their gap is set to 0 without strain"
     )
     return np.maximum(gap0, 0.0), [*notes, note]

@@ -203,7 +203,7 @@ def _faced(model: Model, t: ElineTable, name: str, at: Places, nodes: IntArray, 
     facets_of(model, t.main, where=f"{where} main")
     law = ContactLaw(1.0, where=where)
     pair = ContactPair(
-        name, t.secondary, t.main, "node-to-surface", t.clearance, t.normal, law=law, table="eline", unit=f" {unit}"
+        name, t.secondary, t.main, "node-to-surface", t.clearance, t.normal, law=law, table="eline", unit=unit
     )
     try:
         every, _ = node_to_surface(model, pair)

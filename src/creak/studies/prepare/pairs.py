@@ -47,7 +47,7 @@ def contact_pair(model: Model, touching: Touching, name: str) -> ContactPair:
         t.per_area,
         contact_law(t, touching.places.where("contact", name)),
         press_fit=touching.press_fit,
-        unit=f" {UNITS[touching.units].length}",
+        unit=UNITS[touching.units].length,
     )
 
 
