@@ -9,8 +9,10 @@ import math
 
 import pytest
 
-from creak.report.words.method import _clip, _support
+from creak.model.units import UNITS
+from creak.report.words.method import _clip, _connector, _support
 from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
+from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.model_tables import SupportTable
 
@@ -64,8 +66,24 @@ def test_speed_ups_and_ratios():
 
 def test_clips_and_supports_are_told():
     stop = ClipTable(type="stop", nodes="TIP", axis=(0, 0, 1), stiffness=40.0, ageing=0.8)
-    assert _clip(stop) == "stop, TIP to ground, stiffness 40, 80 % left by age"
+    assert _clip(stop, UNITS["mm-t-s"]) == "stop, TIP to ground, stiffness 40 N/mm, 80 % left by age"
     pair = ClipTable(use="A-pillar", at=[(0, 0, 0)], parts=["FRAME", "PANEL"], axis=(0, 0, 1))
-    assert _clip(pair) == "A-pillar of the library, FRAME to PANEL"
+    assert _clip(pair, UNITS["mm-t-s"]) == "A-pillar of the library, FRAME to PANEL"
     assert _support(SupportTable(nodes="*", free=["z"])) == "*: z freed"
     assert _support(SupportTable(nodes="ROOT", free=["z"], hold=["x", "y"])) == "ROOT: z freed and x, y held"
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ({"dof": "z", "lower": -0.3, "stiffness": 40.0}, "A to B, z from −0.3 mm to free, stiffness 40 N/mm"),
+        ({"dof": "rx", "upper": 0.1, "stiffness": 40.0}, "A to B, rx from free to 0.1 rad, stiffness 40 N mm/rad"),
+        (
+            {"axis": (0.0, 0.6, 0.8), "lower": 0.0, "stiffness": "hard", "friction": 0.3},
+            "A to B, along (0, 0.6, 0.8) from 0 mm to free, hard, friction 0.3",
+        ),
+    ],
+)
+def test_a_connector_in_words(more, words):
+    table = ConnectorTable.model_validate({"type": "play", "nodes": ["A", "B"], **more})
+    assert _connector(table, UNITS["mm-t-s"]) == words

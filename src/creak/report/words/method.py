@@ -127,7 +127,7 @@ def parameters(result: Findings, summary: dict[str, Any], units: Units) -> list[
         *((f"Excitation {name}", _excitation(table, units)) for name, table in c.excitation.items()),
         *((f"Contact {name}", _contact(result, name, units)) for name in c.contact),
         *((f"Connector {name}", _connector(t, units)) for name, t in zip(connectors, c.connector, strict=True)),
-        *((f"Clip {t.name or i}", _clip(t)) for i, t in enumerate(c.clip, start=1)),
+        *((f"Clip {t.name or i}", _clip(t, units)) for i, t in enumerate(c.clip, start=1)),
         *((f"Support {name}", _support(t)) for name, t in c.support.items()),
         ("Reduction", _reduction(result, summary, units)),
         *_stages(summary),
@@ -203,20 +203,25 @@ def _friction(t: ContactTable | ConnectorTable, units: Units) -> str:
 
 def _connector(t: ConnectorTable, units: Units) -> str:
     ends = " to ".join(t.node_sets) if len(t.node_sets) == 2 else f"{t.node_sets[0]} to ground"
-    lower, upper = (tidy(x) if x is not None else "free" for x in (t.lower, t.upper))
-    unit = "rad" if (t.dof or "").startswith("r") else units.length
+    turns = (t.dof or "").startswith("r")
+    unit, force, per = units.length, units.force, units.stiffness
+    if turns:
+        unit, force = "rad", f"{units.force} {units.length}"
+        per = f"{force}/rad"
+    lower, upper = (f"{tidy(x)} {unit}" if x is not None else "free" for x in (t.lower, t.upper))
     along = f"along ({', '.join(tidy(x) for x in t.axis)})" if t.axis is not None else str(t.dof)
-    law = "hard" if t.stiffness == "hard" else f"stiffness {tidy(t.stiffness)} {units.stiffness}"
-    preload = f", preload {tidy(t.preload)} {units.force}" if t.preload else ""
+    law = "hard" if t.stiffness == "hard" else f"stiffness {tidy(t.stiffness)} {per}"
+    preload = f", preload {tidy(t.preload)} {force}" if t.preload else ""
     rubs = f", {_friction(t, units)}" if t.friction else ""
-    return f"{ends}, {along} from {lower} to {upper} {unit}, {law}{preload}{rubs}"
+    return f"{ends}, {along} from {lower} to {upper}, {law}{preload}{rubs}"
 
 
-def _clip(t: ClipTable) -> str:
+def _clip(t: ClipTable, units: Units) -> str:
     what = f"{t.use} of the library" if t.use else f"{t.type}"
     ends = " to ".join(t.node_sets or t.part_names)
     where = f"{ends}{'' if len(t.node_sets or t.part_names) == 2 else ' to ground'}"
-    given = [f"{key} {tidy(value)}" for key in ("stiffness", "pull_out") if isinstance(value := getattr(t, key), float)]
+    unit = {"stiffness": units.stiffness, "pull_out": units.force}
+    given = [f"{key} {tidy(value)} {unit[key]}" for key in unit if isinstance(value := getattr(t, key), float)]
     aged = [f"{100.0 * t.ageing:g} % left by age"] if t.ageing != 1.0 else []
     return ", ".join([f"{what}, {where}", *given, *aged])
 
