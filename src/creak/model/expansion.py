@@ -38,9 +38,9 @@ class ShellExpansion:
     flaw: str = ""
 
 
-def isotropic_expansion(alpha: float, reference: float | None = None, flaw: str = "") -> Expansion:
+def isotropic_expansion(alpha: float, flaw: str = "") -> Expansion:
     """alpha in all directions."""
-    return Expansion((alpha, alpha, alpha, 0.0, 0.0, 0.0), reference, flaw)
+    return Expansion((alpha, alpha, alpha, 0.0, 0.0, 0.0), flaw=flaw)
 
 
 def joined(expansions: Sequence[Expansion | None]) -> tuple[float | None, str]:

@@ -132,7 +132,7 @@ def loudness(pressure: ArrayLike, rate: float, field: str = "free") -> Loudness:
     return _over_time(powers, field)
 
 
-def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike, *, field: str = "free") -> FloatArray:
+def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike) -> FloatArray:
     """(n,) sone that a sound adds to a steady background, every 2 ms: N(t) of both together less N of the background.
 
     Powers of both add up in each third octave before the ear masks one by the other. No partial loudness: what is left
@@ -140,7 +140,7 @@ def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike, *, f
 
     Parameters
     ----------
-    pressure, rate, field : as `loudness`. background : (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz.
+    pressure, rate : as `loudness`, from the front. background : (28,) dB re 20 uPa, bands of 25 Hz to 12.5 kHz.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def added_loudness(pressure: ArrayLike, rate: float, background: ArrayLike, *, f
     steady = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * _checked_levels(background))
     powers, _ = band_powers(at_48k(pressure, rate), FILTERS, smoothing(), STEP, *counted(0, 0))
     lead = int(BEFORE * LEVEL_RATE)
-    total = _over_time(np.vstack([np.zeros((lead, BANDS.size)), powers]) + steady, field).total
+    total = _over_time(np.vstack([np.zeros((lead, BANDS.size)), powers]) + steady, "free").total
     first = lead // EVERY
     return np.asarray(np.maximum(total[first:] - total[first - 1], 0.0))
 
