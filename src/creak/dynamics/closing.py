@@ -33,13 +33,22 @@ def first_closing(gap, rate, step):  # type: ignore[no-untyped-def]
 
 @inner
 def dips(g0, d0, g1, d1):  # type: ignore[no-untyped-def]
-    """True where the cubic with values g and slopes d at 0 and 1 reaches zero between them."""
+    """True where the cubic with values g and slopes d at 0 and 1 reaches zero between them.
+
+    It lies above min(g) - 4/27 (what d0 falls and d1 rises). Its only minimum is where g' = 3 a x^2 + 2 b x + d0 rises
+    through zero, also between slopes of one sign; the root is taken in a form without cancellation.
+    """
     if g1 <= 0.0:
         return True
-    if d0 < 0.0 < d1:  # g' = 3 a x^2 + 2 b x + d0 changes sign: its root inside, in a form without cancellation
-        a, b = 2.0 * (g0 - g1) + d0 + d1, -3.0 * (g0 - g1) - 2.0 * d0 - d1
-        q = b + math.sqrt(max(b * b - 3.0 * a * d0, 0.0))
-        x = -d0 / q if q != 0.0 else 0.5
-        if g0 + x * (d0 + x * (b + x * a)) <= 0.0:
-            return True
-    return False
+    if min(g0, g1) > 4.0 / 27.0 * (max(-d0, 0.0) + max(d1, 0.0)):
+        return False
+    a, b = 2.0 * (g0 - g1) + d0 + d1, -3.0 * (g0 - g1) - 2.0 * d0 - d1
+    turns = b * b - 3.0 * a * d0
+    if turns < 0.0:
+        return False
+    root = math.sqrt(turns)
+    low, by = (-d0, b + root) if b > 0.0 else (root - b, 3.0 * a)
+    if by == 0.0:
+        return False
+    x = low / by
+    return 0.0 < x < 1.0 and g0 + x * (d0 + x * (b + x * a)) <= 0.0

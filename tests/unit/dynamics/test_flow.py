@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
+from itertools import product
 from typing import NamedTuple
 
 import numba
@@ -13,15 +15,18 @@ from benchmarks.random_contact import LIMIT, random_run
 from scipy.integrate import solve_ivp
 
 import creak
+from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh
 from creak.contact.gap_operator import GapOperator
 from creak.contact.laws.parameters import law_arrays
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.closing import closes_between
 from creak.dynamics.flow.kicks import share_out
 from creak.dynamics.flow.march import SAMPLES, form_of, simulate_flow
-from creak.dynamics.flow.model import filtered
+from creak.dynamics.flow.model import filtered, resting
+from creak.dynamics.flow.motion import band_energies
 from creak.dynamics.flow.propagator import propagator
-from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution, flow_steps
+from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution, flow_steps, straight
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
@@ -191,13 +196,44 @@ def test_a_touch_between_two_samples_is_found(depth, at):
     assert min(abs(0.5 * (e.t_start + e.t_end) - fine) for e in events) < 2e-4
 
 
-def test_bound_holds_between_samples():
-    """Random motion of forty modes: no gap that contact sees leaves the band about the cubic through its ends."""
+def test_a_touch_of_what_begins_to_ring_as_its_load_begins_to_rise_is_found():
+    """u = V t - V / w sin(w t) from rest under the force k V t, against V t: a gap of half of V / w closes at once."""
+    w, V = 2.0 * np.pi * 8e3, 0.3
+    system = system_of(np.eye(2), np.diag([w * w, 0.0]), velocity=np.array([0.0, V]))
+    gaps = channels([[1.0, -1.0]], 0.5 * V / w, 1e6)
+    (first, *_) = find_events(fly(system, gaps, 2e-3, 1e-4, [lambda t: w * w * V * t], [0]), gaps, f_max=5e3)
+    assert first.t_start == pytest.approx(np.arcsin(0.5) / w, rel=0.01)
+
+
+def test_a_cubic_that_dips_is_told_whatever_its_slopes_are():
+    """Its lowest value of 2,001 in the step, for slopes of either sign at either end."""
+    x, rng, told = np.linspace(0.0, 1.0, 2001), np.random.default_rng(3), []
+    for g0, d0, g1, d1 in rng.standard_normal((4000, 4)) * [0.3, 3.0, 0.3, 3.0]:
+        g = (
+            abs(g0) * (1 + 2 * x) * (1 - x) ** 2
+            + d0 * x * (1 - x) ** 2
+            + g1 * x * x * (3 - 2 * x)
+            + d1 * x * x * (x - 1)
+        )
+        found = closes_between(*(np.array([v]) for v in (abs(g0), d0, g1, d1)), 1.0)
+        if abs(g.min()) > 1e-5:
+            assert found == (g.min() < 0.0)
+            told.append((found, g1 > 0.0, d0 > 0.0, d1 > 0.0))
+    assert {x[2:] for x in told if x[0] and x[1]} == {(False, False), (False, True), (True, True)}
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.02, 0.3])
+def test_bound_holds_between_samples(damping):
+    """Random motion of forty modes under loads that are cubics: no gap that contact sees leaves the band about the cubic
+    through its ends, from rest either."""
     rng = np.random.default_rng(5)
     n, H = 40, 1e-3
     omega = 10.0 ** rng.uniform(1.0, 5.5, n)
     rows = rng.standard_normal((3, n))
     diagonal = diagonalise(system_of(np.eye(n), np.diag(omega**2)))
+    diagonal = replace(
+        diagonal, damping=Damping(0.0, 0.0, None, np.eye(n), 2.0 * damping * np.sqrt(diagonal.K.diagonal()))
+    )
     gaps = channels(rows, 0.0, 1.0)
     loads = Loads(H / 3 * np.arange(7), np.zeros((3, 7, 0)), np.zeros((7, 0)))
     form = form_of(diagonal, channel_matrices(diagonal, gaps), LinearTerms(diagonal, loads), gaps)
@@ -205,21 +241,33 @@ def test_bound_holds_between_samples():
     model = filtered(form, steps.mollifier, steps.h, np.zeros(3))
     assert steps.mollifier.min() < 1e-9
     w = np.sqrt(model.k)
-    a, b = rng.standard_normal(n) / w, rng.standard_normal(n)
-    energy = np.zeros(steps.reach.shape[1])
-    np.add.at(energy, steps.band, b**2 + (w * a) ** 2)
-    for level in range(steps.levels + 1):
-        h = H / 2**level
-        t = np.linspace(0.0, h, 2001)
-        x = t / h
-        U = a[:, None] * np.cos(np.outer(w, t)) + (b / w)[:, None] * np.sin(np.outer(w, t))
-        V = -(a * w)[:, None] * np.sin(np.outer(w, t)) + b[:, None] * np.cos(np.outer(w, t))
+    state, x = resting(model, loads), np.linspace(1e-12, 1.0, 301)
+    for start, loaded, level in product((0.0, 1.0), range(5), range(steps.levels + 1)):
+        h, D, energy = H / 2**level, np.zeros((4, n)), np.zeros(steps.reach.shape[1])
+        D[:loaded] = rng.standard_normal((loaded, n)) * w * H ** -np.arange(float(loaded))[:, None]
+        state.x[:] = start * rng.standard_normal((2, n)) / [w, np.ones(n)]
+        told_energies(model, steps.band, D, 0.0, state, energy)
+        U, V = np.empty((n, x.size)), np.empty((n, x.size))
+        for j, P in enumerate(propagator(model.m, model.c, model.k, h * part) for part in x):
+            U[:, j] = P[0] * state.x[0] + P[1] * state.x[1] + (P[5:9] * D).sum(axis=0)
+            V[:, j] = P[2] * state.x[0] + P[3] * state.x[1] + (P[4:8] * D).sum(axis=0)
         g, r = model.rows @ U, h * (model.rates @ V)
         cubic = np.outer(g[:, 0], (1 + 2 * x) * (1 - x) ** 2) + np.outer(r[:, 0], x * (1 - x) ** 2)
         cubic += np.outer(g[:, -1], x * x * (3 - 2 * x)) + np.outer(r[:, -1], x * x * (x - 1))
-        off = np.sqrt(energy) @ steps.reach[level]
-        assert (np.abs(g - cubic).max(axis=1) <= off * (1 + 1e-9)).all()
+        off = energy @ steps.reach[level] + 1e-9 * np.abs(g).max()
+        assert (np.abs(g - cubic).max(axis=1) <= off).all()
         assert steps.reach[level].max() <= steps.reach[0].max()
+        T = 0.5 * h
+        told_energies(model, steps.band, D, h, state, energy)
+        line = g[:, :1] + np.outer(r[:, 0], x)
+        off = energy @ straight(form, steps, T) + 1e-9 * np.abs(g).max()
+        assert (np.abs(g - line)[:, x <= 0.5].max(axis=1) <= off).all()
+
+
+@numba.njit
+def told_energies(model, band, D, T, state, out):
+    """`band_energies` as other compiled code calls it."""
+    band_energies(model, band, D, T, state, out)
 
 
 # --- choice of steps ------------------------------------------------------------------------------------------------

@@ -74,7 +74,7 @@ def open_block(block, model, slope, band, D, energy, course, h, time, used, at, 
     m = now.gap.size
     if block.mark[KNOWN] == 0:
         look_open(model, now)
-    band_energies(model, band, D, now, energy)
+    band_energies(model, band, D, h * block.length, now, energy)
     fewest, best, steps = 0.75 * m, -1, block.length
     for n in range(block.off.shape[0]):
         if block.length >> n > SHORT and not lasts:

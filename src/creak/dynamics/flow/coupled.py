@@ -96,16 +96,16 @@ def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps:
     own = C.diagonal()[alone]
     blocks = np.hstack([np.stack([0.0 * own, scale[alone], -(omega[alone] ** 2) / scale[alone], -own]), B])
     still = _inverse_blocks(blocks)
+    speed = np.concatenate([np.hypot(scale[alone], own) * (omega[alone] > 0.0), _block_norms(B)])
     model = flow_model(
         shared,
         ((0, 2 * n), (0, 2 * n), (0, 2 * n)),
         (rows, rates, rates),
         (loads @ push.T, loads @ basis, loads @ speeds),
-        np.ones(n),
-        np.zeros(n),
+        (np.ones(n), np.zeros(n), np.zeros(n)),
+        speed,
         (whole[n:], (omega / scale)[:, None] * whole[:n], still),
     )
-    speed = np.concatenate([np.hypot(scale[alone], own) * (omega[alone] > 0.0), _block_norms(B)])
 
     def flow(h: float) -> FloatArray:
         lone = _of_lone(own, scale[alone], omega[alone], h)

@@ -169,7 +169,7 @@ def advance(model, scheme, springs, desk, at, level, kicked, now, after, block):
     elif level > 0 and at % (parts >> (level - 1)) == 0:
         level -= 1
     if model.presses and level < levels:
-        band_energies(model, scheme.band, D, now, energy)
+        band_energies(model, scheme.band, D, 0.0, now, energy)
     while True:
         h = scheme.H / (1 << level)
         given = fly_on(model, P[level], gain, D, h, steady, now, after, kicked)

@@ -76,8 +76,11 @@ class FlowModel(NamedTuple):
     force: FloatArray
     """(n_instant, n_force)"""
     m: FloatArray
+    c: FloatArray
     k: FloatArray
-    """(n,) of single modes; 1 and 0 for pairs."""
+    """(n,) of single modes; 1, 0 and 0 for pairs."""
+    slow: FloatArray
+    """(n,) 1 / omega^2 of each pair, 0 where it does not oscillate."""
     massless: IntArray
     """Single modes whose m is 0."""
     kinetic: FloatArray
@@ -171,7 +174,9 @@ class FlowForm:
         """(k, n) how far a pair of energy 1/2 moves what is seen by these rows (k, n) on the modes."""
         moves = self.omega > 0.0
         if self.pairs is None:
-            return np.asarray(np.abs(rows) * np.where(moves, self.root / np.where(moves, self.omega, 1.0), 0.0))
+            return np.asarray(
+                np.abs(rows) * np.where(moves, self.root / np.sqrt(np.where(moves, self.omega2, 1.0)), 0.0)
+            )
         return np.asarray(np.hypot(*np.hsplit(rows @ self.pairs.basis, 2)) * moves)
 
     def rates(self, rows: FloatArray) -> FloatArray:
@@ -193,17 +198,17 @@ def single_modes(
     rows, loads, shared = driven(on, terms, gaps)
     n, heavy = m.size, m > 0.0
     mass = np.where(heavy, m, 1.0)
-    omega = np.sqrt(np.where(heavy, k / mass, 0.0))
+    omega, own = np.sqrt(np.where(heavy, k / mass, 0.0)), np.where(heavy, c / mass, 0.0)
+    speed = np.where(omega > 0.0, np.hypot(omega, 0.5 * own) + 0.5 * own, 0.0)
     slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
-    model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, m, k, (none,) * 3)
+    model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, (m, c, k), speed, (none,) * 3)
     root = np.where(heavy, 1.0 / np.sqrt(mass), 0.0)
 
     def start(u: FloatArray, v: FloatArray) -> FloatArray:
         return np.stack([u, v])
 
-    own = np.where(heavy, c / mass, 0.0)
     flow = partial(propagator, m, c, k)
-    return FlowForm(model, rows, omega, omega**2, own, root, flow, start, following(terms))
+    return FlowForm(model, rows, speed, omega**2, own, root, flow, start, following(terms))
 
 
 def following(terms: LinearTerms) -> FloatArray:
@@ -254,11 +259,11 @@ def flow_model(
     slices: tuple[tuple[int, int], tuple[int, int], tuple[int, int]],
     rows: Three,
     loads: Three,
-    m: FloatArray,
-    k: FloatArray,
+    single: Three,
+    omega: FloatArray,
     forms: Three,
 ) -> FlowModel:
-    """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v)."""
+    """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v), m, c, k, speeds."""
     (u0, u1), (v0, v1), (p0, p1) = slices
     arrays = zip(
         ("rows", "rates", "push", "lean", "thrown", "load", "load_u", "load_v", "kinetic", "strain", "still"),
@@ -266,8 +271,10 @@ def flow_model(
         strict=True,
     )
     own: Shared = {name: np.ascontiguousarray(A) for name, A in arrays}
+    own |= {name: np.ascontiguousarray(A, dtype=float) for name, A in zip("mck", single, strict=True)}
+    own |= {"slow": np.where(omega > 0.0, 1.0 / np.where(omega > 0.0, omega, 1.0) ** 2, 0.0)}
     return FlowModel(
-        u0=u0, u1=u1, v0=v0, v1=v1, p0=p0, p1=p1, m=m, k=k, massless=np.flatnonzero(m <= 0.0), **own, **shared
+        u0=u0, u1=u1, v0=v0, v1=v1, p0=p0, p1=p1, massless=np.flatnonzero(single[0] <= 0.0), **own, **shared
     )
 
 

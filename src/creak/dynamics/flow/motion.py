@@ -281,20 +281,38 @@ def quiet(after):  # type: ignore[no-untyped-def]
 
 
 @inner_fast
-def band_energies(model, band, D, x, out):  # type: ignore[no-untyped-def]
-    """sqrt(2 E) of the motion about its quasi-static place, by band."""
+def band_energies(model, band, D, T, x, out):  # type: ignore[no-untyped-def]
+    """sqrt(2 E) by band of the motion about the cubic p that the loads, cubics as well, make each pair follow.
+
+    m p'' + c p' + k p = D, or p' = A p + D, from the third derivative down: what no cubic has is the free motion about
+    p. The speed of a mode counts whole where that is more, since a part of it is not seen in the rates of gaps.
+    T: 0, or the time in which gaps are held against a straight line; p bends as well then.
+    """
     fill(out, 0.0)
-    a, b, D0, m, k, n = x.x[0], x.x[1], D[0], model.m, model.k, x.x.shape[1]
+    a, b, D0, D1, D2, D3, n = x.x[0], x.x[1], D[0], D[1], D[2], D[3], x.x.shape[1]
     if model.still.shape[0] == 0:
+        m, c, k = model.m, model.c, model.k
         for i in range(n):
             if k[i] > 0.0 and m[i] > 0.0:
-                y = a[i] - D0[i] / k[i]
-                out[band[i]] += m[i] * b[i] * b[i] + k[i] * y * y
+                p3 = D3[i] / k[i]
+                p2 = (D2[i] - c[i] * p3) / k[i]
+                p1 = (D1[i] - c[i] * p2 - m[i] * p3) / k[i]
+                y = abs(a[i] - (D0[i] - c[i] * p1 - m[i] * p2) / k[i])
+                w = max(abs(b[i]), abs(b[i] - p1))
+                if T > 0.0:
+                    y += (abs(p2) + T / 3.0 * abs(p3)) * model.slow[i]
+                out[band[i]] += m[i] * w * w + k[i] * y * y
     else:
         R = model.still
         for i in range(n):
-            y = a[i] - R[0, i] * D0[i] - R[1, i] * D0[n + i]
-            w = b[i] - R[2, i] * D0[i] - R[3, i] * D0[n + i]
-            out[band[i]] += y * y + w * w
+            p, q, bend = 0.0, 0.0, 0.0
+            for r in range(3, -1, -1):
+                da, db = D[r, i] - p, D[r, n + i] - q
+                p, q = R[0, i] * da + R[1, i] * db, R[2, i] * da + R[3, i] * db
+                if r > 1 and T > 0.0:
+                    bend += (1.0 if r == 2 else T / 3.0) * math.hypot(p, q)
+            moving = a[i] * a[i] + b[i] * b[i]
+            free = math.hypot(a[i] - p, b[i] - q) + bend * model.slow[i]
+            out[band[i]] += max(moving, free * free)
     for i in range(out.size):
         out[i] = math.sqrt(out[i])
