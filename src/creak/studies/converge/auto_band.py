@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.linalg.memory import OutOfMemory, fits
 from creak.linalg.modes import BAND, HALF_AGAIN
-from creak.progress import Progress
+from creak.progress import Progress, Sentence
 from creak.studies.converge.compared import assess
 from creak.studies.converge.repeats import outcome_of
 from creak.studies.converge.rubbing import FLOOR
@@ -111,10 +111,13 @@ def settle(
             more = _more_modes(at.reduction, reference, at, at.reduced, progress, store)
         except OutOfMemory as error:
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
-        again = march(more)
-        agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
         following = _raised(at.reduction)
         f_max = following.band.f_max
+        upto = "all modes that there are" if more.complete else f"modes up to {f_max:,.0f} Hz"
+        said = f'f_max = "auto", stage {len(stages) + 1}: the run again with {upto}, until more change nothing'
+        progress(Sentence(said), 1, 1)
+        again = march(more)
+        agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
         stage = _stage(f_max, more, again, more.wall_s - at.reduced.wall_s)
         moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
         structure = None

@@ -150,6 +150,17 @@ def test_where_the_unreduced_model_disagrees_there_are_more_modes(tmp_path, monk
     assert found.found.band.structure.spots == found.convergence.structure.spots
 
 
+def test_each_stage_is_announced(tmp_path, monkeypatch):
+    """So that runs that look the same are not taken for one that goes round in circles."""
+    check, _ = differing([0.1, 0.1, 0.001])
+    monkeypatch.setattr(beside, "events_beside", check)
+    told = list[str]()
+    found = run(bar(tmp_path, AUTO, n=40), progress=lambda stage, *_: told.append(str(stage)))
+    stages = found.summary["runs"]["reduced"]["stages"]
+    said = [t for t in told if t.startswith('f_max = "auto"')]
+    assert [f"{s['f_max']:,.0f} Hz" in t for s, t in zip(stages[1:], said, strict=True)] == [True] * (len(stages) - 1)
+
+
 def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, monkeypatch):
     check, calls = differing([0.1])
     monkeypatch.setattr(beside, "events_beside", check)
