@@ -21,30 +21,12 @@ if TYPE_CHECKING:
     from creak.studies.advise.facts import Facts, Option, SoundCost
 
 OPTION_HEAD = [
-    "",
-    "f_max, Hz",
-    "x exc.",
-    "retained + modes",
-    "unknowns",
-    "offline",
-    "a step",
-    "frequency",
-    "at most",
-    "force",
-    "impulse",
+    *("", "f_max, Hz", "x exc.", "retained + modes", "unknowns", "offline", "a step", "frequency", "at most"),
+    *("force", "impulse"),
 ]
 STEP_HEAD = [
-    "step, s",
-    "a period",
-    "steps",
-    "period error",
-    "damping",
-    "stiffness",
-    "bounce, s",
-    "in steps",
-    "reduced run",
-    "unreduced run",
-    "on the door",
+    *("step, s", "a period", "steps", "period error", "damping", "stiffness", "bounce, s", "in steps"),
+    *("reduced run", "unreduced run", "on the door"),
 ]
 
 

@@ -17,15 +17,8 @@ from creak.verify.slips import Slide, Slipping, deepest, slides_of
 STICK, STICK_SLIP, SLIDING = "stick", "stick-slip", "sliding"
 STATES = (STICK, STICK_SLIP, SLIDING)
 FIGURES = (
-    "slips",
-    "slip_rate",
-    "slip_time",
-    "slip_share",
-    "slip_path",
-    "slip_speed_rms",
-    "friction_energy",
-    "force_mean",
-    "force_rms",
+    *("slips", "slip_rate", "slip_time", "slip_share", "slip_path", "slip_speed_rms", "friction_energy"),
+    *("force_mean", "force_rms"),
 )
 """Of a place, as summary.json names them."""
 LASTING = 0.95

@@ -100,17 +100,8 @@ def material_table(found: LineFindings, file: str | None) -> Table | None:
     if not pairs:
         return None
     head = [
-        "material pair",
-        "lines",
-        "source",
-        "impulses, 1/mm",
-        "friction, static",
-        "kinetic",
-        "decay, mm/s",
-        "normal force, N",
-        "speed, mm/s",
-        "temperature, °C",
-        "humidity, %",
+        *("material pair", "lines", "source", "impulses, 1/mm", "friction, static", "kinetic", "decay, mm/s"),
+        *("normal force, N", "speed, mm/s", "temperature, °C", "humidity, %"),
     ]
     rows = []
     for name, p in pairs.items():

@@ -232,17 +232,8 @@ def _line_told(text: str, message: str) -> str:
 
 
 SIGNALS = (
-    "multisine",
-    "sine",
-    "step",
-    "table",
-    "record",
-    "smooth-step",
-    "periodic",
-    "psd",
-    "sweep",
-    "half-sine",
-    "trapezoid",
+    *("multisine", "sine", "step", "table", "record", "smooth-step", "periodic", "psd", "sweep"),
+    *("half-sine", "trapezoid"),
 )
 OTHER_MEMBER = ("literal_error", "float_type", "string_type", "model_type", "dict_type", "none_required")
 """Errors of union members that the value was not meant for."""

@@ -24,18 +24,8 @@ from creak.version import version
 CHECKS = ("nrmse_x", "nrmse_y", "nrmse_z", "nrmse_all", "worst_mac", *OF_EVENTS)
 SHARED = ("superelements_reused", "superelements_made", "reference_reused")
 PROVENANCE = (
-    "case_wall_s",
-    "units",
-    "creak",
-    "run_id",
-    "study_hash",
-    "deck_hash",
-    "date",
-    "host",
-    "python",
-    "numpy",
-    "scipy",
-    "threads",
+    *("case_wall_s", "units", "creak", "run_id", "study_hash", "deck_hash", "date", "host", "python", "numpy"),
+    *("scipy", "threads"),
 )
 FIGURES = (*(f"{run}.{key}" for run in RUNS for key in OF_RUNS), *CHECKS, *SHARED, *PROVENANCE)
 

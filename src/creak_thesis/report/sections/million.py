@@ -57,16 +57,8 @@ def _table(runs: list[dict[str, Any]]) -> Table:
             ]
         )
     head = [
-        "run",
-        "retained",
-        "modes",
-        "wall, s",
-        "CPU, s",
-        "wall, s",
-        "CPU, s",
-        "CPU ratio",
-        "steps in contact",
-        "events",
+        *("run", "retained", "modes", "wall, s", "CPU, s", "wall, s", "CPU, s", "CPU ratio"),
+        *("steps in contact", "events"),
     ]
     return Table(
         head,

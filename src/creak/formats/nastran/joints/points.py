@@ -23,18 +23,8 @@ _BY_PROPERTY = {
     "CMASS3": "PMASS",
 }
 SCALAR_ELEMENTS = (
-    "CELAS1",
-    "CELAS2",
-    "CELAS3",
-    "CELAS4",
-    "CDAMP1",
-    "CDAMP2",
-    "CDAMP3",
-    "CDAMP4",
-    "CMASS1",
-    "CMASS2",
-    "CMASS3",
-    "CMASS4",
+    *("CELAS1", "CELAS2", "CELAS3", "CELAS4", "CDAMP1", "CDAMP2", "CDAMP3", "CDAMP4", "CMASS1", "CMASS2"),
+    *("CMASS3", "CMASS4"),
 )
 
 

@@ -14,20 +14,8 @@ from creak.model.steps import EVERY_NODE
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
 _CHANGES = {
-    "K42GG",
-    "K2PP",
-    "M2PP",
-    "B2PP",
-    "TFL",
-    "DEFORM",
-    "AXISYMMETRIC",
-    "A2GG",
-    "MFLUID",
-    "RGYRO",
-    "BOLTLD",
-    "STATSUB",
-    "PRELOAD",
-    "TSTRU",
+    *("K42GG", "K2PP", "M2PP", "B2PP", "TFL", "DEFORM", "AXISYMMETRIC", "A2GG", "MFLUID", "RGYRO", "BOLTLD"),
+    *("STATSUB", "PRELOAD", "TSTRU"),
 }
 """Commands that change the structure and that creak does not follow."""
 _ALIKE = {"SPCF", "MPCF", "SPCD", "OLOAD", "CLOAD", "NLLOAD", "CMETHOD", "FMETHOD", "SMETHOD", "RMETHOD", "STEP"} | {

@@ -140,18 +140,7 @@ _RUN_CHANGES = {
 _FORMULATION = ("OFFDEF", "SHEARP", "QRSHEAR")
 """Keys of MDLPRM that change elements."""
 _PARAMS_CHANGE = {
-    "TSTATIC",
-    "CB1",
-    "CK1",
-    "CK3",
-    "CM1",
-    "CP1",
-    "CP2",
-    "CK41",
-    "CK42",
-    "FRQDEP",
-    "INREL",
-    "FOLLOWK",
+    *("TSTATIC", "CB1", "CK1", "CK3", "CM1", "CP1", "CP2", "CK41", "CK42", "FRQDEP", "INREL", "FOLLOWK"),
 }
 
 
