@@ -150,7 +150,7 @@ def _recorded(recording: Recording, high: float) -> list[ComparedSound]:
     found = []
     for piece, highest in pieces:
         loud, limit = loudness_of(piece), np.inf if highest is None else highest
-        heard = heard_with(piece, loud, window, None, 0, limit, SHARP, silent=False)
+        heard = heard_with(piece, loud, window, None, limit, SHARP, silent=False)
         figures = {key: getattr(heard, key) for key in LOUDNESS} | heard.quality.figures
         rest = heard.quality.missing, heard.third_octaves, *_over_time(loud, window[1])
         found.append(ComparedSound(recording.name, True, highest, figures, *rest))

@@ -72,8 +72,9 @@ def heard_of(
     highest: float = np.inf,
     sharp: float | None = None,
 ) -> Heard:
-    """One pressure (n,) at 48 kHz, over the window; silence was before it. Parameters as `heard_with`."""
-    return heard_with(pressure, loudness_of(pressure), window, background, start, highest, sharp)
+    """One pressure (n,) at 48 kHz over the window, sample `start` at t = 0, silence before. Parameters: `heard_with`."""
+    shown = window[0] + start / RATE, window[1] + start / RATE
+    return heard_with(pressure, loudness_of(pressure), shown, background, highest, sharp)
 
 
 def with_bar(
@@ -128,20 +129,18 @@ def loudness_of(pressure: FloatArray, rate: float = RATE) -> Loudness | None:
 def heard_with(
     pressure: FloatArray,
     found: Loudness | None,
-    window: tuple[float, float],
+    shown: tuple[float, float],
     background: FloatArray | None,
-    start: int = 0,
     highest: float = np.inf,
     sharp: float | None = None,
     *,
     silent: bool = True,
 ) -> Heard:
-    """The same of a pressure whose loudness is `found`.
+    """The same of a pressure whose loudness is `found`, over a stretch `shown`, s from its first sample.
 
-    Sample `start` is at t = 0; nothing is above `highest`, Hz. Without `sharp`, acum above which time counts as sharp,
+    Nothing is above `highest`, Hz. Without `sharp`, acum above which time counts as sharp,
     its `quality` is not looked at. `silent`: so it was before the first sample.
     """
-    shown = window[0] + start / RATE, window[1] + start / RATE
     levels, level = third_octave_levels(pressure, RATE, shown), a_weighted_level(pressure, RATE, shown)
     levels[highest <= LOWER_EDGES] = SILENCE  # what is left there is the skirt of the filter, not the sound
     energy = REFERENCE_PRESSURE**2 * 10.0 ** (0.1 * level) if pressure.any() else 0.0
