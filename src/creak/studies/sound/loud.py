@@ -72,7 +72,7 @@ def heard_of(
     highest: float = np.inf,
     sharp: float | None = None,
 ) -> Heard:
-    """One pressure (n,) at 48 kHz over the window, sample `start` at t = 0, silence before. Parameters: `heard_with`."""
+    """One pressure (n,) at 48 kHz over the window, sample `start` at t = 0, after silence; see `heard_with`."""
     shown = window[0] + start / RATE, window[1] + start / RATE
     return heard_with(pressure, loudness_of(pressure), shown, background, highest, sharp)
 
