@@ -11,6 +11,9 @@ from creak.model.constraints import KinematicCoupling, RigidLink
 from creak.model.materials import Discrete, Section, Structural, has_dashpot, rayleigh
 from creak.model.mesh import Model
 
+MOSTLY = 0.5
+"""Share of the elements from which on a structure counts as undamped although some of it is damped."""
+
 
 @dataclass(frozen=True)
 class Damping:
@@ -51,10 +54,6 @@ class Damping:
         extra = None if self.extra is None else V.T @ (self.extra @ V)
         shapes = None if self.modal_shapes is None else np.asarray(V.T @ self.modal_shapes)
         return replace(self, extra=extra, modal_shapes=shapes)
-
-
-MOSTLY = 0.5
-"""Share of the elements from which on a structure counts as undamped although some of it is damped."""
 
 
 def is_damped(model: Model) -> bool:

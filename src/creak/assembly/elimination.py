@@ -14,6 +14,8 @@ from creak.model.constraints import Constraint, Fixed
 from creak.model.dofs import dof_label, dof_labels
 
 Expression = dict[int, float]
+ROUND_OFF = 1e-12
+"""Terms of an equation that cancel to this share of their size are nothing."""
 
 
 @dataclass(frozen=True)
@@ -63,10 +65,6 @@ def _substituted(equation: LinearEquation, solved: dict[int, Expression]) -> Exp
         for independent, factor in solved.get(label, {label: 1.0}).items():
             terms[independent] = terms.get(independent, 0.0) + c * factor
     return {label: c for label, c in terms.items() if abs(c) > 1e-10 * scale}
-
-
-ROUND_OFF = 1e-12
-"""Terms of an equation that cancel to this share of their size are nothing."""
 
 
 def through(equation: LinearEquation, R: Matrix, place: Mapping[int, int]) -> tuple[list[int], list[float]]:

@@ -34,6 +34,9 @@ WHOLE = ("channel", "label", "nodes_idx")
 """Fields of channels that are whole numbers."""
 SHOWN = 5
 """Nodes that a note names."""
+Arrays = dict[str, FloatArray]
+Keep = Callable[[Sequence[FloatArray | IntArray], Callable[[], Arrays]], Arrays]
+"""All that a search depends on, and the search -> what it finds, or what an earlier one has found."""
 
 
 @dataclass(frozen=True)
@@ -88,9 +91,6 @@ class Channels:
     """(m,) what turns the study's numbers into those of a channel: the area, or 1 for node-to-surface."""
 
 
-Arrays = dict[str, FloatArray]
-Keep = Callable[[Sequence[FloatArray | IntArray], Callable[[], Arrays]], Arrays]
-"""All that a search depends on, and the search -> what it finds, or what an earlier one has found."""
 Wall = tuple[ChannelRows, Channels]
 """Channels to one wall of the main surface, before the study's numbers are laid over them."""
 

@@ -17,6 +17,8 @@ of the initial energy: the scheme's own dissipation, negative when energy was cr
 
 ROUND_OFF = 1e-9
 """Share of `History.energy_held` that is nothing."""
+GROWS = "look for loads that grow without bound, and for damping or springs below zero that give energy"
+"""What to do where creak chose the steps."""
 
 
 def split_columns(table: FloatArray, m: int, f2: int) -> tuple[FloatArray, ...]:
@@ -111,10 +113,6 @@ class History:
     def energy_dissipated_by_scheme(self) -> float:
         """The scheme's own dissipation at the end, as a fraction of `energy_scale`."""
         return float(self.energy[-1, ENERGIES.index("scheme")] / self.energy_scale)
-
-
-GROWS = "look for loads that grow without bound, and for damping or springs below zero that give energy"
-"""What to do where creak chose the steps."""
 
 
 class Stopped(NumericalError):

@@ -9,6 +9,9 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file, write_bytes
 
+STEPS = 8
+"""Neighbouring floating-point numbers that `inverted` tries to either side."""
+
 
 def write_checked(path: str | Path, text: str, lost: Callable[[Path], str], *, kind: str, source: str) -> None:
     """Write a deck; the file appears only if nothing of the model is lost.
@@ -40,10 +43,6 @@ def _said(lost: Callable[[Path], str], path: Path) -> str:
         return lost(path)
     except InputError as error:
         return f"{error.what} {error.expected}".strip()
-
-
-STEPS = 8
-"""Neighbouring floating-point numbers that `inverted` tries to either side."""
 
 
 def inverted(function: Callable[[float], float], wanted: float, guess: float) -> float:

@@ -31,6 +31,14 @@ from creak.studies.warned import plain_notes, warnings_of
 from creak.verify.mode_fit import ModePair
 from creak.version import version
 
+MOST_NODES = 8000
+"""Of the model that are drawn: each pair takes 8 bytes for each."""
+MOST_PAIRS = 40
+LINES, BESIDE = "lines of the test", "the test beside the model"
+APART = 1.15
+"""Of the model's width: how far to the right the test is drawn once more."""
+COLOUR = "#d55e00"
+
 
 def write_update(found: ModelUpdate, path: Path) -> None:
     """Write the page of a changed study: its modes beside the test, and what was changed."""
@@ -112,15 +120,6 @@ def write_records(found: RecordComparison, path: Path) -> None:
         )
     )
     write_text(path, text)
-
-
-MOST_NODES = 8000
-"""Of the model that are drawn: each pair takes 8 bytes for each."""
-MOST_PAIRS = 40
-LINES, BESIDE = "lines of the test", "the test beside the model"
-APART = 1.15
-"""Of the model's width: how far to the right the test is drawn once more."""
-COLOUR = "#d55e00"
 
 
 def correlated_scene(found: Correlation) -> tuple[dict[str, Any] | None, list[dict[str, Any]]]:

@@ -8,6 +8,9 @@ import numpy as np
 
 from creak.arrays import ComplexArray, FloatArray
 
+NUMBERS = 2**22
+"""Of series that are gone through at a time."""
+
 
 def spectrum(x: FloatArray, step: float, f_max: float) -> tuple[FloatArray, ComplexArray]:
     """One-sided complex amplitudes of x (n_time, ...) over exactly its span, up to `f_max` Hz.
@@ -44,10 +47,6 @@ def _butterworth(edge: float) -> FloatArray:
     from scipy.signal import butter
 
     return np.asarray(butter(4, edge, output="sos"))
-
-
-NUMBERS = 2**22
-"""Of series that are gone through at a time."""
 
 
 def largest(samples: FloatArray) -> FloatArray:

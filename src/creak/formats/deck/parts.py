@@ -15,6 +15,9 @@ from creak.model.constraints import Constraint
 from creak.model.materials import NodalMatrices, Structural
 from creak.model.mesh import Part
 
+NO_LINKS = np.zeros((0, 2), dtype=np.int64)
+NameOf = Callable[[Group, int], str | None]
+
 
 def stars(table: IntArray) -> tuple[IntArray, IntArray]:
     """Pairs (first, other) of the nodes in each row; -1 is no node."""
@@ -45,9 +48,6 @@ def number_pieces(members: IntArray, start: IntArray, end: IntArray, order: IntA
     rank[np.argsort(at)] = np.arange(groups.size)
     of_node[members] = n + rank[np.searchsorted(groups, label[members])]
     return n + groups.size
-
-
-NO_LINKS = np.zeros((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -127,9 +127,6 @@ def _loose_groups(
     by_group = np.argsort(trial, kind="stable")
     bounds = np.searchsorted(trial[by_group], np.arange(base, total + 1))
     return [(by_group[bounds[k] : bounds[k + 1]], parts) for k, parts in enumerate(near)]
-
-
-NameOf = Callable[[Group, int], str | None]
 
 
 def flat_parts(

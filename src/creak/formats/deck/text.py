@@ -12,6 +12,10 @@ from creak.formats.deck.command_files import file_meant, plain_file
 
 DEPTH = 50
 """Files that may stand open inside one another."""
+MOST_FILES = 10_000
+"""INCLUDE lines followed in a deck."""
+MOST_AGAIN = 1 << 30
+"""Bytes of files that were included before."""
 
 
 @dataclass(frozen=True)
@@ -89,12 +93,6 @@ def refuse_loop(path: Path, above: Sequence[Path], included_at: str, line: str) 
 def plain_name(name: str) -> str:
     """A name of comments or titles as a study can write it."""
     return re.sub(r"\s+", "_", name.upper())
-
-
-MOST_FILES = 10_000
-"""INCLUDE lines followed in a deck."""
-MOST_AGAIN = 1 << 30
-"""Bytes of files that were included before."""
 
 
 class IncludeBudget:

@@ -23,6 +23,12 @@ MISFIT = 1e-4
 """Boundary shapes that miss rigid motion by more cannot carry the part's mass."""
 RESIDUAL = 1e-3
 """Residual of a fixed-interface mode; its frequency is off by the square."""
+Line = tuple[bool, str]
+"""(is a warning, sentence)"""
+ROUND_OFF = 1e-9
+"""Of the terms of an energy, which they lose to each other: smaller energies are none."""
+MOTIONS = 3
+"""Random motions that are looked at."""
 
 
 @dataclass(frozen=True)
@@ -40,10 +46,6 @@ def findings(
     lines = [*_range(free, fixed.first_left_out, f_excitation), *_cut(fixed.first_left_out, f_excitation)]
     lines += [*_mass(rigid), *_ground(rigid), *_energy(energy), *_free(free, f_excitation), *_fixed(fixed)]
     return Findings(tuple(t for bad, t in lines if bad), tuple(t for bad, t in lines if not bad))
-
-
-Line = tuple[bool, str]
-"""(is a warning, sentence)"""
 
 
 def hz(f: float) -> str:
@@ -155,12 +157,6 @@ def _free(free: FreeModes, f_excitation: float | None) -> Iterable[Line]:
 def _fixed(fixed: FixedModes) -> Iterable[Line]:
     if fixed.residual > RESIDUAL:
         yield True, f"a fixed-interface mode is no mode of the full part: its residual is {fixed.residual:.1e}"
-
-
-ROUND_OFF = 1e-9
-"""Of the terms of an energy, which they lose to each other: smaller energies are none."""
-MOTIONS = 3
-"""Random motions that are looked at."""
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,14 @@ from creak.report.words.text import number
 from creak.studies.run.compared import main_of
 from creak.verify.rubbing import SLIDING, STICK_SLIP
 
+MOST = 12
+"""Places on the terminal."""
+OF_STATE = {STICK_SLIP: ("slips", "slip_share", "friction_energy"), SLIDING: ("slip_share", "friction_energy")}
+"""What a place does by friction -> figures of it that count for its bar."""
+HEARD = (("N5, sone", "n5"), ("Nmax, sone", "n_max"), ("dB(A)", "level"))
+WIDTH, LINES = 80, 8
+"""Columns and lines of the terminal's answer."""
+
 
 def run_rows(summary: dict[str, Any]) -> list[list[str]]:
     """Header and one row per figure, one column per run."""
@@ -41,10 +49,6 @@ def run_rows(summary: dict[str, Any]) -> list[list[str]]:
     return [["", *runs], *([name, *(text(r) for r in runs.values())] for name, text in figures)]
 
 
-MOST = 12
-"""Places on the terminal."""
-
-
 def place_table(summary: dict[str, Any]) -> list[list[str]]:
     """Header and a row for each place of the main run, as it ranks them."""
     run = main_of(summary)
@@ -63,10 +67,6 @@ def place_table(summary: dict[str, Any]) -> list[list[str]]:
     if any(place_settled(p) is not None for p in places):
         columns.append(("within, %", lambda p: _percent(place_settled(p), ".2g", 100.0)))
     return [[name for name, _ in columns], *([text(p) for _, text in columns] for p in places[:MOST])]
-
-
-OF_STATE = {STICK_SLIP: ("slips", "slip_share", "friction_energy"), SLIDING: ("slip_share", "friction_energy")}
-"""What a place does by friction -> figures of it that count for its bar."""
 
 
 def place_settled(place: dict[str, Any]) -> float | None:
@@ -91,9 +91,6 @@ def cause_lines(summary: dict[str, Any]) -> list[str]:
             *(f"{p['name']}: would help: {text}" for text in p["cause"].get("changes_words", [])),
         )
     ]
-
-
-HEARD = (("N5, sone", "n5"), ("Nmax, sone", "n_max"), ("dB(A)", "level"))
 
 
 def verification_rows(summary: dict[str, Any]) -> list[list[str]]:
@@ -151,10 +148,6 @@ def _percent(value: float | None, form: str, most: float) -> str:
     """Per cent, with few digits beyond `most` of them."""
     per_cent = None if value is None else 100.0 * value
     return _figure(per_cent, form if per_cent is None or abs(per_cent) < most else ".3g")
-
-
-WIDTH, LINES = 80, 8
-"""Columns and lines of the terminal's answer."""
 
 
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:

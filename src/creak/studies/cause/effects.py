@@ -37,6 +37,20 @@ MOST_PLACES = 3
 KEPT = 3
 """Changes that are told of each."""
 IMPULSE = "N s"
+MODES = 8
+"""Modes told one by one."""
+TOLD = 3
+"""Modes in a sentence."""
+COINCIDES = -20.0
+"""dB of the excitation's spectrum at a mode from which they coincide."""
+LINES = 1.5
+"""Lines of the spectrum to both sides of a mode that count as at it, where its half bandwidth is less."""
+BY = {EXCITATION: "excitation", CONTACT: "earlier contact"}
+"""Kind of a source -> its word."""
+ACCELERATION = 2
+NOTHING = 1e-3
+"""Share of the largest source's closing from which another one is told, and of the largest mode's from which that with
+the supports is."""
 
 
 def find_changes(
@@ -167,22 +181,6 @@ def causes_of(
     if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):
         return out, [f"what changes do to N5 is told of what the modes tell, up to {told:.0f} Hz"]
     return out, []
-
-
-MODES = 8
-"""Modes told one by one."""
-TOLD = 3
-"""Modes in a sentence."""
-COINCIDES = -20.0
-"""dB of the excitation's spectrum at a mode from which they coincide."""
-LINES = 1.5
-"""Lines of the spectrum to both sides of a mode that count as at it, where its half bandwidth is less."""
-BY = {EXCITATION: "excitation", CONTACT: "earlier contact"}
-"""Kind of a source -> its word."""
-ACCELERATION = 2
-NOTHING = 1e-3
-"""Share of the largest source's closing from which another one is told, and of the largest mode's from which that with
-the supports is."""
 
 
 def cause_dict(cause: Cause, loads: Loads, gaps: GapOperator, length: str) -> dict[str, Any]:

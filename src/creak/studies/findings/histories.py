@@ -31,6 +31,8 @@ UNASKED = 32_000_000
 """Bytes that the motion of all nodes may take where the study does not ask for it; fewer instants then."""
 MARGIN = 4
 """Instants before and after a touch that are stored with it."""
+MOST_PLACES = 12
+"""Places, the first ones, that are followed."""
 
 
 def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRecord:
@@ -90,10 +92,6 @@ def _field(run: Run, nodes: Nodes, marching: Marching) -> Field | None:
     labels = run.system.labels
     blocks = ((here, by_node(u, labels, nodes.count)) for here, u in recovered(run.system, q, s))
     return Field(time, blocks, nodes.ids.astype(np.int64), nodes.coords)
-
-
-MOST_PLACES = 12
-"""Places, the first ones, that are followed."""
 
 
 @dataclass(frozen=True)

@@ -25,6 +25,10 @@ from creak.studies.solved import solved
 OWN_MODES_LIMIT = 40_000
 """Parts with more dofs are not solved again for their own free modes: a factorisation of the part, and as long a search
 as a small reduction."""
+SOFTER = 0.01
+"""Share by which a frequency may lie below that of the unreduced model: those of both have far smaller errors."""
+LOW = 1e-3
+"""Of the highest frequency that is compared, up to which frequencies may be round-off."""
 
 
 def checked(
@@ -77,12 +81,6 @@ def check(reduced: Reduced, nodes: Nodes, excited: float) -> Health:
     part = reduced.substructure.part
     own_modes = part.n <= OWN_MODES_LIMIT and reduced.inside.in_one()  # they take a factor of the part
     return health(part, reduced.system, reduced.inside, nodes, f_excitation=excited or None, own_modes=own_modes)
-
-
-SOFTER = 0.01
-"""Share by which a frequency may lie below that of the unreduced model: those of both have far smaller errors."""
-LOW = 1e-3
-"""Of the highest frequency that is compared, up to which frequencies may be round-off."""
 
 
 def require_no_softer(reduced: FloatArray, unreduced: FloatArray) -> None:

@@ -19,6 +19,12 @@ DIRECTIONS = np.array([[x, y, z] for x in (-1, 0, 1) for y in (-1, 0, 1) for z i
 """One of each two opposite: a part is followed at the nodes that lie farthest along them."""
 FLAT = 1e-6
 """Share of the largest moment of the nodes' places below which they do not tell a rotation."""
+SHARE = 0.5
+"""Slip of this share of an element still leaves a point over or beside the facet that it was paired with."""
+SHOWN = 5
+"""Channels that a warning names."""
+TURN = np.radians(10.0)
+"""rad: a rotation theta taken as small lengthens an arm by theta^2 / 2, here by 1.5 %."""
 
 
 def watched(model: Model, contacts: GapOperator, gaps: GapOperator) -> Watched:
@@ -77,14 +83,6 @@ def motion_warnings(gaps: GapOperator, history: History, unit: str) -> list[str]
         return []
     slips = slip_warnings(gaps, seen.slip, unit, seen.slip_at)
     return [*slips, *turn_warnings(seen.turn_names, seen.turn, seen.turn_at)]
-
-
-SHARE = 0.5
-"""Slip of this share of an element still leaves a point over or beside the facet that it was paired with."""
-SHOWN = 5
-"""Channels that a warning names."""
-TURN = np.radians(10.0)
-"""rad: a rotation theta taken as small lengthens an arm by theta^2 / 2, here by 1.5 %."""
 
 
 def slip_warnings(gaps: GapOperator, slip_max: FloatArray, unit: str, at: FloatArray | None = None) -> list[str]:

@@ -37,6 +37,8 @@ DEAR = 50.0
 ENDING = ".checkpoint.h5"
 ASKS = (signal.SIGINT, signal.SIGTERM)
 """Ctrl-C, and what batch systems send before they kill."""
+T = TypeVar("T")
+KIND, VERSION = "checkpoint", 2
 
 
 @dataclass(frozen=True)
@@ -199,10 +201,6 @@ class Checkpoint:
 
 def _time(held: Kept) -> str:
     return f"{held.saved.log.time:.4g}"
-
-
-T = TypeVar("T")
-KIND, VERSION = "checkpoint", 2
 
 
 def write_checkpoint(path: Path, made_from: str, held: Any) -> None:

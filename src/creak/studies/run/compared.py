@@ -16,6 +16,8 @@ from creak.verify.matching import EventMatch, match_events
 from creak.verify.slips import SlipEvent, Squeak
 from creak.verify.statistics import EventStatistics, compare_statistics
 
+T = TypeVar("T")
+
 
 @dataclass(frozen=True, kw_only=True)
 class RunBase:
@@ -40,7 +42,6 @@ class RunBase:
 
 
 R = TypeVar("R", bound=RunBase)
-T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)

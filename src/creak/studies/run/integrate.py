@@ -28,6 +28,8 @@ from creak.studies.prepare.marching import Marching
 from creak.verify.events import Event
 
 Report = Callable[[int, int], None]
+SHARE = 0.1
+"""Longest step as a share of the shortest event."""
 
 
 def integrate(
@@ -143,10 +145,6 @@ def linear_gaps(
         substeps=table.substeps,
         progress=progress,
     ).gap
-
-
-SHARE = 0.1
-"""Longest step as a share of the shortest event."""
 
 
 def limited(

@@ -25,6 +25,11 @@ from creak.verify.figures import TIMES, change
 from creak.verify.unreduced import MOVED, RubSpot, Structure
 
 FAILED = Structure(why_not="they could not be made")
+FALLS = 2.0
+"""Times what half a contact step changes: all that smaller ones would."""
+FLIGHT = 5e-3
+"""What the flight steps between the touches of an event change, which are not halved: .4 to .7 % of the impulse of
+blows of several touches (two strips)."""
 
 
 def beside_unreduced(
@@ -89,13 +94,6 @@ def _checked(
         of_steps = attempted("bars of the unreduced run", lambda: bars_of_steps(run, of), of_steps, notes)
     wall_s = events.wall_s + clock.perf_counter() - started
     return replace(events, rubs=rubs, of_steps=of_steps, solves=events.solves + solves, wall_s=wall_s)
-
-
-FALLS = 2.0
-"""Times what half a contact step changes: all that smaller ones would."""
-FLIGHT = 5e-3
-"""What the flight steps between the touches of an event change, which are not halved: .4 to .7 % of the impulse of
-blows of several touches (two strips)."""
 
 
 def bars_of_steps(run: ReducedRun, of: Handover) -> dict[str, float]:

@@ -21,6 +21,11 @@ _PAIR = (
     "TYPE, INTERACTION, SMALL SLIDING, ADJUST, CPSET, MECHANICAL CONSTRAINT, HCRIT, EXTENSION ZONE, SMOOTH,"
     "SUPPLEMENTARY CONSTRAINTS, TRACKING, WEIGHT"
 )
+GAPS, GAPS_OF = "CONTACT INITIALIZATION DATA", "CONTACT INITIALIZATION ASSIGNMENT"
+LAWS_OF, TOGETHER, APART = "CONTACT PROPERTY ASSIGNMENT", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS"
+UNUSED = ("CONTACT INTERFERENCE", "CHANGE FRICTION", "SURFACE PROPERTY ASSIGNMENT")
+"""What bears on gaps and friction, of any contact."""
+Two = frozenset[str]
 
 
 def read_pairs(
@@ -177,13 +182,6 @@ def clear(
         raise block.error(f"clearance of {least:g}", expected="zero or more", fix="creak has no press fits.")
     for i in chosen:
         pairs[i] = replace(pairs[i], clearance=value)
-
-
-GAPS, GAPS_OF = "CONTACT INITIALIZATION DATA", "CONTACT INITIALIZATION ASSIGNMENT"
-LAWS_OF, TOGETHER, APART = "CONTACT PROPERTY ASSIGNMENT", "CONTACT INCLUSIONS", "CONTACT EXCLUSIONS"
-UNUSED = ("CONTACT INTERFERENCE", "CHANGE FRICTION", "SURFACE PROPERTY ASSIGNMENT")
-"""What bears on gaps and friction, of any contact."""
-Two = frozenset[str]
 
 
 def described_contact(deck: Outline, surfaces: Collection[str], nodes: Registry) -> DeckContact | None:

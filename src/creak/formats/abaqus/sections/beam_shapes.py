@@ -19,6 +19,20 @@ from creak.formats.deck.cross_section import (
     tube,
 )
 
+OF_NODE = {"I": 0, "TRAPEZOID": 3}
+"""Which dimension is the height of the node above the bottom, and may be anything."""
+WALL = 3
+"""Numbers of each further wall of an ARBITRARY section; the first one has their count and a point besides."""
+WIDTHS: dict[str, Callable[[Sequence[float]], tuple[float, float]]] = {
+    "RECT": lambda size: (size[0], size[1]),
+    "CIRC": lambda size: (2.0 * size[0], 2.0 * size[0]),
+    "PIPE": lambda size: (2.0 * size[0], 2.0 * size[0]),
+    "BOX": lambda size: (size[0], size[1]),
+}
+"""Extent along axes 1 and 2 of the shapes that CalculiX knows."""
+CLOSED = 1e-9
+"""Share of the length of the walls within which the last point is the first."""
+
 
 def _rect(size: Sequence[float]) -> CrossSection:
     a, b = size
@@ -107,10 +121,6 @@ SHAPES: dict[str, tuple[int, Callable[[Sequence[float]], CrossSection]]] = {
     "TRAPEZOID": (4, _trapezoid),
 }
 """Name -> number of dimensions, properties from them."""
-OF_NODE = {"I": 0, "TRAPEZOID": 3}
-"""Which dimension is the height of the node above the bottom, and may be anything."""
-WALL = 3
-"""Numbers of each further wall of an ARBITRARY section; the first one has their count and a point besides."""
 
 
 def arbitrary(size: Sequence[float]) -> CrossSection:
@@ -129,19 +139,6 @@ def shape_of(profile: str, size: Sequence[float]) -> CrossSection | None:
     if profile == "ARBITRARY":
         return arbitrary(size)
     return SHAPES[profile][1](size) if profile in SHAPES else None
-
-
-WIDTHS: dict[str, Callable[[Sequence[float]], tuple[float, float]]] = {
-    "RECT": lambda size: (size[0], size[1]),
-    "CIRC": lambda size: (2.0 * size[0], 2.0 * size[0]),
-    "PIPE": lambda size: (2.0 * size[0], 2.0 * size[0]),
-    "BOX": lambda size: (size[0], size[1]),
-}
-"""Extent along axes 1 and 2 of the shapes that CalculiX knows."""
-
-
-CLOSED = 1e-9
-"""Share of the length of the walls within which the last point is the first."""
 
 
 def thin_walled(points: Sequence[tuple[float, float]], walls: Sequence[float], shear_factor: float) -> CrossSection:

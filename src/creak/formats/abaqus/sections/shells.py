@@ -26,6 +26,10 @@ Materials = dict[str, RawMaterial]
 
 _OFFSETS = {"SPOS": 0.5, "SNEG": -0.5, "MID": 0.0, "MIDDLE": 0.0}
 """Height of the nodes above the middle surface over the thickness."""
+RIGID_THICKNESS = 1e-6
+"""Thickness of rigid elements for contact, in lengths of their edges."""
+RIGID_STRENGTH = 0.05
+"""Thickness in lengths of their edges of the shell that is as stiff against contact as rigid elements."""
 
 
 def read_shell_section(scope: Scope, block: Block, materials: Materials) -> ShellSection | GeneralShell:
@@ -145,12 +149,6 @@ def _with_shear(block: Block, section: ShellSection | GeneralShell) -> ShellSect
             section = homogeneous_shell(section.name, section.material, section.thickness)
         section = replace(section, S=S, own_shear=True)
     return section
-
-
-RIGID_THICKNESS = 1e-6
-"""Thickness of rigid elements for contact, in lengths of their edges."""
-RIGID_STRENGTH = 0.05
-"""Thickness in lengths of their edges of the shell that is as stiff against contact as rigid elements."""
 
 
 def read_membrane_section(scope: Scope, block: Block, materials: Materials) -> GeneralShell:

@@ -23,6 +23,11 @@ _DOF_SETS = {
     "SUPORT": "SUPORT",
     "SUPORT1": "SUPORT",
 }
+CARDS = ("BSURF", "BCPROP", "BCPROPS", "BSURFS")
+Faces = dict[int, list[set[int]]]
+"""Solid -> rows of some grids of each of its faces."""
+Region = tuple[list[int], Faces]
+"""Elements, of solids all free faces; and single faces."""
 
 
 def node_sets(deck: Deck, names: dict[int, str]) -> dict[str, IntArray]:
@@ -93,13 +98,6 @@ def element_sets(
         if identifier in set_names and found[f"SET_{identifier}"]:
             found[plain_name(set_names[identifier])] = found[f"SET_{identifier}"]
     return {name: np.array(rows, dtype=np.int64).reshape(-1, 2) for name, rows in found.items() if rows}
-
-
-CARDS = ("BSURF", "BCPROP", "BCPROPS", "BSURFS")
-Faces = dict[int, list[set[int]]]
-"""Solid -> rows of some grids of each of its faces."""
-Region = tuple[list[int], Faces]
-"""Elements, of solids all free faces; and single faces."""
 
 
 def region(deck: Deck, identifier: int) -> Region:
