@@ -89,7 +89,7 @@ def run(
     Parameters
     ----------
     study : a Study, the path of a study file, or of a deck whose own step (Abaqus *DYNAMIC; Nastran SOL 109, 112) is
-        run unreduced.
+        run, unreduced but where it is one in modes.
     converge : repeat the run to see how far its figures have settled; None: where no scheme is forced, the model is
         reduced and the accuracy is not "quick", at about five times the cost of the run (with a forced one 15 times).
     superelements : folder of saved ones; default: superelements/ beside the study. Those that still fit are used.

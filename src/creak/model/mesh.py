@@ -147,8 +147,8 @@ class Unread:
     """Whether it is damping alone, on which no stiffness or mass depends."""
     used: bool = False
     """It was used: `why` says what became of it."""
-    loss: float = 0.0
-    """Structural damping, twice the share of critical that does the same at resonance; 0: it is none."""
+    share: float = 0.0
+    """Of critical damping in every mode, which does the same at resonance; 0: it is not known."""
 
     @property
     def word(self) -> str:

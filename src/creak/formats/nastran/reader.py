@@ -19,6 +19,8 @@ from creak.formats.nastran.joints.glue import read_glue
 from creak.formats.nastran.joints.points import read_points
 from creak.formats.nastran.joints.rigid import read_rigid
 from creak.formats.nastran.joints.shell_to_solid import read_shell_to_solid
+from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
+from creak.formats.nastran.loads.modal_damping import list_damping
 from creak.formats.nastran.loads.static_loads import named_loads, temperatures
 from creak.formats.nastran.loads.supports import read_initial_velocity, read_supports, support_sets
 from creak.formats.nastran.loads.transient import cards_of, read_transient
@@ -98,6 +100,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     run = read_transient(deck, fixed) if own_run else None
     stops = list_gaps(deck) if run is None else ()
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
+    used |= {DAMPING} if run is None and list_damping(deck) else set()
     n = len(deck.grids.ids)
     ground = set(range(n_own, n))
     parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], ground, deck.property_name)

@@ -204,14 +204,13 @@ def _damping(model: Model) -> list[str]:
     bare = undamped_words(model)
     if is_damped(model) and not unread and not bare:
         return []
-    losses = {u.loss: u.keyword for u in model.unread if u.loss}
-    if len(losses) == 1 and (bare or not is_damped(model)):
-        ((loss, keyword),) = losses.items()
+    shares = {u.share: u.keyword for u in model.unread if u.share}
+    if len(shares) == 1 and (bare or not is_damped(model)):
+        ((share, keyword),) = shares.items()
         return [
-            f"# Damping: half of {keyword} = {loss:g} of the deck, which acts over frequency alone: at resonance this "
-            "does the same.",
+            f"# Damping: {keyword} of the deck, as the share of critical that does the same at resonance.",
             "[damping]",
-            key_line("modal", loss / 2.0, "fraction of critical of every mode"),
+            key_line("modal", share, "fraction of critical of every mode"),
         ]
     none = f"{bare} of the deck have none" if bare else "the deck has none"
     none += ". Without any no vibration dies out, and each blow decides over all that follow."

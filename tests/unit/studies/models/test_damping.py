@@ -102,7 +102,7 @@ def test_structural_damping_of_the_deck_goes_into_its_first_study(tmp_path):
     write_strips(tmp_path, deck)
     model = read_deck(tmp_path / "strips.inp")
     text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
-    assert "# Damping: half of *DAMPING, STRUCTURAL = 0.06 of the deck" in text
+    assert "# Damping: *DAMPING, STRUCTURAL of the deck, as the share of critical" in text
     assert "modal = 0.03 " in text
 
 

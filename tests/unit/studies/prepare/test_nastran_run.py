@@ -246,6 +246,41 @@ def test_a_gap_closes(tmp_path):
     assert event.t_end - event.t_start == pytest.approx(math.pi / w, rel=1e-5)
 
 
+@pytest.mark.parametrize(
+    "table",
+    [
+        "TABDMP1,9,CRIT\n,0.,.05,99.,.05,ENDT\n",
+        "TABDMP1,9\n,0.,.1,99.,.1,ENDT\n",
+        "TABDMP1,9,G\n,0.,.1,ENDT\n",
+        "TABDMP1,9,Q\n,0.,10.,99.,10.,ENDT\n",
+    ],
+)
+def test_one_damping_of_all_modes(tmp_path, table):
+    """SOL 112 with SDAMPING: u = F/k (1 - exp(-zeta w t) (cos w_d t + zeta w / w_d sin w_d t)), zeta = .05 = g / 2 = 1 / 2Q."""
+    path = deck(tmp_path, BULK + constant() + table, "DLOAD = 7\nSDAMPING = 9\n", "112")
+    history = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None).runs["reduced"].history
+    t, zeta = history.time[history.output_index], 0.05
+    wd = W * math.sqrt(1.0 - zeta**2)
+    exact = 50.0 / K * (1.0 - np.exp(-zeta * W * t) * (np.cos(wd * t) + zeta * W / wd * np.sin(wd * t)))
+    np.testing.assert_allclose(history.displacement[:, 2], exact, atol=1e-9 * 50.0 / K)
+    (found,) = [u for u in read_nastran(path).unread if u.keyword == "TABDMP1"]
+    assert found.share == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(
+    ("table", "solution"),
+    [
+        ("TABDMP1,9,CRIT\n,0.,.05,99.,.02,ENDT\n", "112"),
+        ("TABDMP1,9,CRIT\n,0.,2.,ENDT\n", "112"),
+        ("TABDMP1,9,CRIT\n,0.,.05,ENDT\n", "109"),
+    ],
+)
+def test_other_modal_damping_stops_the_run(tmp_path, table, solution):
+    path = deck(tmp_path, BULK + constant() + table, "DLOAD = 7\nSDAMPING = 9\n", solution)
+    with pytest.raises(InputError, match="TABDMP1 is not read by creak"):
+        set_up_deck(path, units="m-kg-s")
+
+
 def test_a_mass_slides_on_an_oblique_gap(tmp_path):
     """1 N holds a mass against a gap along (1, 0, 1) and 1 N pushes it across it, with friction .3 of the gap's 1e6 N/m.
 

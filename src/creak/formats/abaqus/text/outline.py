@@ -75,10 +75,10 @@ class Outline:
         what: str = "",
         damps: bool = False,
         used: bool = False,
-        loss: float = 0.0,
+        share: float = 0.0,
     ) -> None:
         """List something that creak does not use, or what it made of it, once however often it is looked at."""
-        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used, loss))
+        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used, share))
 
 
 def outline(blocks: Iterable[Block]) -> Outline:

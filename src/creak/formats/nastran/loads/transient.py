@@ -10,6 +10,8 @@ import numpy as np
 from creak.errors import InputError
 from creak.formats.deck.refusals import referred
 from creak.formats.nastran.joints.gaps import read_gaps
+from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
+from creak.formats.nastran.loads.modal_damping import damping_table, share_of
 from creak.formats.nastran.loads.sets import READ, LoadSet, load_set
 from creak.formats.nastran.loads.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.loads.static_loads import by_value, subcase_loads
@@ -18,7 +20,7 @@ from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, unique_cards
 from creak.model.constraints import Fixed, without
 from creak.model.mesh import Unread
-from creak.model.steps import Amplitude, DeckRun, DynamicStep, PointLoad, Prescribed
+from creak.model.steps import Amplitude, DeckRun, DynamicStep, InModes, PointLoad, Prescribed
 
 SOLUTIONS = {"109": "", "SEDTRAN": "", "112": "modal", "SEMTRAN": "modal", "129": "nonlinear"}
 KINDS = {
@@ -43,7 +45,8 @@ CARDS = {"TSTEP", "TSTEPNL", "TLOAD1", "TLOAD2", "DLOAD", "CGAP", "PGAP", *READ,
 
 def cards_of(run: DeckRun) -> set[str]:
     """What is read for a run."""
-    return CARDS | (OF_STATIC if run.static is not None else set())
+    in_modes = {DAMPING} if run.step.modes is not None else set()
+    return CARDS | in_modes | (OF_STATIC if run.static is not None else set())
 
 
 WITH_STOPS = -0.05
@@ -64,7 +67,8 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     """The run: TSTEP of one length, TLOAD1 and TLOAD2 with DLOAD, gaps as stops; what SPCD moves is not held.
     It starts from the loads of a static subcase before it.
 
-    SOL 112 is run in all dofs instead of modes; SOL 129, with TSTEPNL, linear but for its gaps. creak integrates by HHT
+    SOL 112 is run in all dofs instead of modes, but with one damping of all modes (SDAMPING), which makes it a step in
+    modes; SOL 129, with TSTEPNL, linear but for its gaps. creak integrates by HHT
     with alpha = 0 (with gaps -0.05) where Nastran has Newmark's method with beta = 1/3; both are of second order in the
     step.
 
@@ -95,7 +99,8 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         amplitude = amplitude_of(deck, term.card, dt, count, _kind(term.card))
         amplitudes[amplitude.name] = amplitude
         _excite(deck, term, amplitude.name, moved, loads)
-    stops = read_gaps(deck)
+    stops, table = read_gaps(deck), damping_table(deck)
+    share = share_of(table) if table is not None and SOLUTIONS[case.solution] == "modal" else None
     static = None if case.static is None else subcase_loads(deck, case.static)
     held = moved if static is None else [*moved, *static.moved]
     step = DynamicStep(
@@ -111,6 +116,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         loads=tuple(loads),
         output_sets=case.output,
         places={"time": where, "dynamic": where},
+        modes=None if share is None else InModes(((1, 1, share),)),
     )
     return DeckRun(step, amplitudes, {}, (), stops=stops, static=static)
 

@@ -100,7 +100,7 @@ def damping(deck: Deck, card: Card, loss: float = 0.0) -> tuple[float, float]:
                 f"Nastran's transient solutions use it with PARAM,{at} alone, and so does creak: give that, or "
                 f"[damping] in the study (modal = {value / 2.0:g} does the same at resonance)"
             )
-            deck.note(by, why, changes=False, what=what, damps=True, loss=value)
+            deck.note(by, why, changes=False, what=what, damps=True, share=0.5 * value)
     return deck.param("ALPHA1", 0.0), beta
 
 

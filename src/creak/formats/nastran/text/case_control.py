@@ -90,6 +90,8 @@ class CaseControl:
     """TEMPERATURE(INITIAL)"""
     static: StaticCase | None = None
     """Of the deck's own run; None: it starts without strain."""
+    damping_table: str = ""
+    """SDAMPING"""
 
 
 _OF_MODEL = {*_STRUCTURE, "METHOD", "IC", "STATSUB", "SUBCASE"}
@@ -156,6 +158,7 @@ def read_case_control(executive: list[Line], case: list[Line], own_run: bool = F
         (case or executive)[0].where if case or executive else "",
         _initial_temperature(above, subcases),
         static,
+        _value(commands, "SDAMPING"),
     )
 
 

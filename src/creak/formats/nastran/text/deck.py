@@ -87,10 +87,10 @@ class Deck:
         what: str = "",
         damps: bool = False,
         used: bool = False,
-        loss: float = 0.0,
+        share: float = 0.0,
     ) -> None:
         """List something that creak does not use, or what it made of it."""
-        entry = Unread(what or card.name, card.where, changes, why, damps, used, loss)
+        entry = Unread(what or card.name, card.where, changes, why, damps, used, share)
         if (entry.keyword, why) not in self.noted:
             self.noted.add((entry.keyword, why))
             self.unread.append(entry)

@@ -209,7 +209,7 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
     if own_run and case.solution in SEQUENTIAL and CARDS.meaning(name).why in _RUN_CHANGES:
         return Meaning("changes", _RUN_CHANGES[CARDS.meaning(name).why])
     if own_run and name in ("EIGRL", "EIGR"):
-        return Meaning("harmless", "creak runs in all dofs, not in modes")
+        return Meaning("harmless", "creak runs in all dofs, or in as many modes as the answer takes")
     if name in ("SUPORT", "SUPORT1"):
         why = (
             "it holds nothing in a dynamic analysis: creak finds rigid motion by itself (its grids are the set SUPORT)"
