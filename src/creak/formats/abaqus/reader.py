@@ -17,6 +17,7 @@ from creak.formats.abaqus.joints.links import read_links
 from creak.formats.abaqus.joints.rigid import joint_constraints
 from creak.formats.abaqus.joints.ties import read_ties
 from creak.formats.abaqus.loads.boundary import read_boundaries, read_initial_velocity
+from creak.formats.abaqus.loads.modal_steps import list_damping
 from creak.formats.abaqus.loads.pressures import Bodies
 from creak.formats.abaqus.loads.prestress import held_in_modes, list_prestress, read_static
 from creak.formats.abaqus.loads.steps import read_run
@@ -128,6 +129,8 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
     if own_step:
         bodies = Bodies(nodes.coords, elements, element_names, with_short_names(surfaces, deck.instances))
         run = replace(read_run(deck, node_names, bodies, place.transforms), stops=stops)
+    if run is None:
+        list_damping(deck)
     static = list_prestress(deck) if run is None else None
     held = held_in_modes(deck, static)
     fixed = read_boundaries(deck, node_names, held) if run is None else list(run.step.fixed)

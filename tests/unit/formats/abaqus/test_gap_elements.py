@@ -133,6 +133,8 @@ def test_gaps_that_are_no_stops_are_named(tmp_path, gap, kind, words):
         ("", "", "1 element of type GAPUNI has no section"),
         ("*GAP, ELSET=BUMP\n0.5\n", "*NODE\n4, 0., 0., 0.\n" + ELEMENT.format("GAPUNI").replace("2", "4"), "coincide"),
         ("*GAP, ELSET=M\n0.5\n", "", "holds element 1 of type MASS"),
+        ("*GAP, ELSET=BUMP\n0.5, 0., 0., 1., 0.\n", "", "contact area is 0."),
+        ("*GAP, ELSET=BUMP\nwide\n", "", "clearance or direction of the gap is 'wide'"),
     ],
 )
 def test_mistakes_are_named(tmp_path, gap, elements, words):

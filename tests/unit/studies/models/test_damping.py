@@ -106,6 +106,19 @@ def test_structural_damping_of_the_deck_goes_into_its_first_study(tmp_path):
     assert "modal = 0.03 " in text
 
 
+@pytest.mark.parametrize(
+    ("lines", "share"), [("1, 9, 0.03", 0.03), ("1, 4, 0.03\n5, 9, 0.01", 0.02), ("1, 9, 3.", 0.02)]
+)
+def test_modal_damping_of_a_step_goes_into_the_first_study(tmp_path, lines, share):
+    """Where all modes have the same; else the usual share is left."""
+    step = f"*STEP\n*STEADY STATE DYNAMICS\n1., 100.\n*MODAL DAMPING\n{lines}\n*END STEP\n"
+    write_strips(tmp_path, UNDAMPED + step)
+    model = read_deck(tmp_path / "strips.inp")
+    text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
+    assert f"modal = {share} " in text
+    assert ("# Damping: *MODAL DAMPING of the deck" in text) is (share == 0.03)
+
+
 def test_elements_of_a_rigid_body_need_no_damping(tmp_path):
     """The undamped upper strip hangs on a reference node; the lower one is damped."""
     steel = re.search(r"\*MATERIAL, NAME=STEEL\n(?:(?!\*SHELL).*\n)*", two_strips()).group()

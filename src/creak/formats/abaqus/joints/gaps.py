@@ -13,7 +13,7 @@ from creak.formats.abaqus.joints.interactions import law_of_gap
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import floats, to_float
+from creak.formats.abaqus.text.numbers import floats, positive
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.formats.deck.stops import Gap, in_a_study, stops_of
 from creak.model.mesh import Unread
@@ -85,5 +85,5 @@ def _data(block: Block) -> tuple[float, FloatArray, float]:
         return 0.0, np.zeros(3), 1.0
     fields, where = rows[0]
     clearance, *direction = floats(fields, where, "clearance or direction of the gap", 4)
-    area = to_float(fields[4], where, "contact area") if len(fields) > 4 and fields[4] else 1.0
+    area = positive(fields[4], where, "contact area") if len(fields) > 4 and fields[4] else 1.0
     return clearance, np.array(direction), area

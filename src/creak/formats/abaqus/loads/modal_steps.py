@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -52,6 +53,18 @@ def in_modes(deck: Outline, step: StepBlocks) -> InModes:
         if block.name == "MODAL DAMPING":
             damping = _damping(deck, block, damping)
     return damping
+
+
+def list_damping(deck: Outline) -> None:
+    """List the *MODAL DAMPING of steps that gives all modes one share, which a study may give instead."""
+    blocks = [b for step in deck.steps for b in step.blocks if b.name == "MODAL DAMPING"]
+    for block in blocks:
+        shares = set[float]()
+        with suppress(InputError):  # of a step that is not run
+            shares = {share for _, _, share in _damping(replace(deck, unread={}), block, InModes()).by_number}
+        if len(shares) == 1 and (share := shares.pop()) > 0.0:
+            why = f"modes have no damping; in a study [damping] modal = {share:g} does the same"
+            deck.note(block, why, changes=False, damps=True, share=share)
 
 
 def _all_up_to_one(block: Block) -> bool:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
+from creak.errors import InputError
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, unique_cards
 
@@ -36,8 +39,10 @@ def share_of(table: Card) -> float | None:
 
 def list_damping(deck: Deck) -> bool:
     """List the share that a study may give instead; False: no table gives one."""
-    table = damping_table(deck)
-    share = None if table is None else share_of(table)
+    table, share = None, None
+    with suppress(InputError):  # of an analysis that is not run
+        table = damping_table(deck)
+        share = None if table is None else share_of(table)
     if table is None or share is None:
         return False
     why = f"modes have no damping; in a study [damping] modal = {share:g} does the same"
