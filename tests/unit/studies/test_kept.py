@@ -14,7 +14,6 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError
 from creak.formats.stored.superelement import read_superelement_file
 from creak.later import is_made
-from creak.signals.spectra import largest
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reduced import reduce_model
@@ -105,7 +104,7 @@ def test_the_pre_check_is_that_of_the_whole_with_its_damping(here, change):
     setup = set_up(with_changes(read_study(here / "study.toml"), change))
     whole = build_reference(setup.structure, setup.band, silent)
     system = in_modes(whole, setup.reduction)
-    direct = -largest(-linear_gaps(setup.marching, setup.contacts, system))
+    direct = linear_gaps(setup.marching, setup.contacts, system).lowest
     np.testing.assert_allclose(
         with_linear_gaps(setup.study.config.precheck, setup.reduction, setup.marching, whole, silent).linear_gaps,
         direct,

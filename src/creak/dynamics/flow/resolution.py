@@ -96,9 +96,9 @@ def flow_steps(form: FlowForm, laws: LawArrays, H: float, resolution: Resolution
             expected="contact that can be resolved in time",
             fix='Give a stiffness that the material can have, or stiffness = "hard".',
         )
-    band, top = _bands(form.omega)
+    band, top = bands(form.omega)
     seen = _seen(form, mollifier, math.ldexp(H, -levels))
-    reach = np.stack([_reach(form, band, top, math.ldexp(H, -n), *seen) for n in range(levels + 1)])
+    reach = np.stack([bound_of(form, band, top, math.ldexp(H, -n), *seen) for n in range(levels + 1)])
     return FlowSteps(H, levels, laws, mollifier, band, fastest, np.ascontiguousarray(reach))
 
 
@@ -147,7 +147,7 @@ def with_hard(form: FlowForm, laws: LawArrays, H: float, by: float) -> LawArrays
     return laws._replace(stiffness=stiffness, damping=np.where(hard, 0.0, laws.damping))
 
 
-def _bands(omega: FloatArray) -> tuple[IntArray, int]:
+def bands(omega: FloatArray) -> tuple[IntArray, int]:
     """Band of each mode by its frequency, and their number; the first holds what does not oscillate."""
     moving = omega > 0.0
     band = np.zeros(omega.size, dtype=np.int64)
@@ -157,7 +157,9 @@ def _bands(omega: FloatArray) -> tuple[IntArray, int]:
     return band, int(band.max(initial=0)) + 1
 
 
-def _reach(form: FlowForm, band: IntArray, count: int, h: float, far: FloatArray, slow: FloatArray) -> FloatArray:
+def bound_of(
+    form: FlowForm, band: IntArray, count: int, h: float, far: FloatArray, slow: FloatArray | float = 0.0
+) -> FloatArray:
     """(n_band, m) bound of |gap - cubic| / sqrt(2 E) of each band in a step h; far, slow (m, n): `_seen`.
 
     A pair of energy E moves a gap g within A = sqrt(2 E) far. The cubic through values and slopes at both ends is off

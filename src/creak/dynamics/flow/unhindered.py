@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -10,12 +11,14 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import channel_matrices
+from creak.dynamics.flow.lowest import Lowest, Pieces, driven
 from creak.dynamics.flow.march import SAMPLES, form_of
 from creak.dynamics.flow.model import FlowModel, amplitudes, at_start
-from creak.dynamics.flow.propagator import Q0, SINGLE, UU, UV, VU, VV
+from creak.dynamics.flow.propagator import UU, UV, VU, VV
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.threads import one_blas_thread
+from creak.signals.spectra import largest
 
 CHUNK = 1_000
 """Flight steps whose loads and motion are held at once."""
@@ -24,14 +27,33 @@ CUBIC = np.array([[6.0, 0.0, 0.0, 0.0], [-11.0, 18.0, -9.0, 2.0], [12.0, -30.0, 
 `motion.cubic_through` of many at once."""
 
 
+@dataclass(frozen=True)
+class Silent:
+    """Gaps of a run without contact."""
+
+    at: FloatArray
+    """(n_step + 1, m) at the ends of its flight steps."""
+    lowest: FloatArray
+    """(m,) in the window, between these too."""
+
+
 @one_blas_thread()
 def gaps_without_contact(
-    system: System, gaps: GapOperator, loads: Loads, progress: Callable[[int, int], object] | None = None
-) -> FloatArray:
-    """(n_step + 1, m) gaps of a System with diagonal M, C, K at the ends of its flight steps, contact left out.
+    system: System,
+    gaps: GapOperator,
+    loads: Loads,
+    progress: Callable[[int, int], object] | None = None,
+    window: tuple[float, float] = (0.0, np.inf),
+) -> Silent:
+    """Gaps of a System with diagonal M, C, K, contact left out.
 
     The motion is that of `simulate_flow`: a flight step is `SAMPLES` samples of the loads, which follow a cubic over
-    it; so each pair goes on by its propagator z <- P z + Q D, D the four coefficients of its load.
+    it; so each pair goes on by its propagator z <- P z + Q D, D the four coefficients of its load. Where a mode is too
+    fast for the ends of the steps to tell how far a gap closes, they are halved (`flow.lowest`).
+
+    Parameters
+    ----------
+    window : in which the lowest gaps are looked for, s.
 
     Raises
     ------
@@ -40,23 +62,52 @@ def gaps_without_contact(
     terms = LinearTerms(system, loads)
     form = form_of(system, channel_matrices(system, gaps), terms, gaps)
     model, n_step, h = form.model, loads.n_step // SAMPLES, SAMPLES * loads.step
-    P, n, m = form.flow(h), form.model.m.size, gaps.m
-    to = model.rows[:m]
-    a, b = at_start(form, model, terms)
-    found = np.empty((n_step + 1, m))
-    found[0] = to @ np.concatenate([a, b])[model.u0 : model.u1]
-    uu, uv, vu, vv = P[UU], P[UV], P[VU], P[VV]
+    P, to, at = form.flow(h), form.model.rows[: gaps.m], np.empty((n_step + 1, gaps.m))
+    begins = [np.concatenate(at_start(form, model, terms))]
+    at[0] = to @ begins[0][model.u0 : model.u1]
     for first in range(0, n_step, CHUNK):
         last = min(first + CHUNK, n_step)
-        to_a, to_b = _driven(P, _loads(model, first, last, h / SAMPLES), n)
-        course = np.empty((last - first, 2 * n))
-        for k in range(last - first):
-            a, b = uu * a + uv * b + to_a[k], vu * a + vv * b + to_b[k]
-            course[k, :n], course[k, n:] = a, b
-        found[first + 1 : last + 1] = course[:, model.u0 : model.u1] @ to.T
+        z = _course(P, begins[-1], _loads(model, first, last, h / SAMPLES))
+        at[first + 1 : last + 1] = z[1:, model.u0 : model.u1] @ to.T
+        begins.append(z[-1])
         if progress is not None:
-            progress(last, n_step)
-    return found + gaps.gap0 + loads.support[0, : SAMPLES * n_step + 1 : SAMPLES] @ model.rows_s[:m].T
+            progress(last, 2 * n_step)
+    at += gaps.gap0 + loads.support[0, : SAMPLES * n_step + 1 : SAMPLES] @ model.rows_s[: gaps.m].T
+    inside = (loads.time[::SAMPLES] >= window[0]) & (loads.time[::SAMPLES] <= window[1])
+    lowest = Lowest(form, gaps.gap0, -largest(-at[inside[: n_step + 1]]))
+    for begin, first in zip(begins, range(0, n_step, CHUNK), strict=False):
+        last = min(first + CHUNK, n_step)
+        D = _loads(model, first, last, h / SAMPLES)
+        steps = Pieces(_course(P, begin, D)[:-1], D, _supports(loads, first, last, h))
+        lowest.look(steps.some(inside[first:last] & inside[first + 1 : last + 1]), h)
+        if progress is not None:
+            progress(n_step + last, 2 * n_step)
+    return Silent(at, lowest.found)
+
+
+def _course(P: FloatArray, begin: FloatArray, D: FloatArray) -> FloatArray:
+    """(n_step + 1, 2 n) pairs at the ends of flight steps."""
+    n = begin.size // 2
+    uu, uv, vu, vv = P[UU], P[UV], P[VU], P[VV]
+    to_a, to_b = driven(P, D, n)
+    z = np.empty((len(D) + 1, 2 * n))
+    z[0], a, b = begin, begin[:n], begin[n:]
+    for k in range(len(D)):
+        a, b = uu * a + uv * b + to_a[k], vu * a + vv * b + to_b[k]
+        z[k + 1, :n], z[k + 1, n:] = a, b
+    return z
+
+
+def _supports(loads: Loads, first: int, last: int, T: float) -> FloatArray:
+    """(n_step, 6, n_support) value and derivatives of the supports at the beginning of flight steps, T long:
+    `motion.quintic_through` of many at once."""
+    (p0, v0, a0), (p1, v1, a1) = (
+        loads.support[:, SAMPLES * (first + k) : SAMPLES * (last + k - 1) + 1 : SAMPLES] for k in (0, 1)
+    )
+    way, turn, bend = p1 - p0 - T * (v0 + 0.5 * T * a0), T * (v1 - v0 - T * a0), T * T * (a1 - a0)
+    third = 6.0 * (10.0 * way - 4.0 * turn + 0.5 * bend) / T**3
+    fourth = 24.0 * (-15.0 * way + 7.0 * turn - bend) / T**4
+    return np.stack([p0, v0, a0, third, fourth, 120.0 * (6.0 * way - 3.0 * turn + 0.5 * bend) / T**5], axis=1)
 
 
 def _loads(model: FlowModel, first: int, last: int, third: float) -> FloatArray:
@@ -66,16 +117,3 @@ def _loads(model: FlowModel, first: int, last: int, third: float) -> FloatArray:
     size = 6.0 * third ** np.arange(4.0)
     drive = np.einsum("rj,jxk->krx", CUBIC / size[:, None], samples)
     return np.asarray(drive @ model.load)
-
-
-def _driven(P: FloatArray, D: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
-    """(n_step, n) what the loads add to both members of each pair over a step; both of pairs are loaded."""
-    if P.shape[0] == SINGLE:
-        return _times(D, P[Q0 + 1 : Q0 + 5]), _times(D, P[Q0 : Q0 + 4])
-    by, own, other = P[4:20].reshape(4, 4, n), D[:, :, :n], D[:, :, n:]
-    return _times(own, by[:, 0]) + _times(other, by[:, 1]), _times(own, by[:, 2]) + _times(other, by[:, 3])
-
-
-def _times(D: FloatArray, by: FloatArray) -> FloatArray:
-    """(n_step, n) sum over the four coefficients."""
-    return np.asarray(np.einsum("krn,rn->kn", D, by))

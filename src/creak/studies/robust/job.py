@@ -43,12 +43,10 @@ from creak.studies.robust.shared_model import (
 )
 from creak.studies.tasks.queue import Runner
 from creak.studies.warned import Warned
-from creak.version import version
+from creak.version import edition
 
 LOG = "draws"
 """Stem of the file of finished draws."""
-EDITION = 4
-"""Of what is kept of a draw and how it is drawn: with another one draws are not taken from before."""
 
 
 @dataclass(frozen=True)
@@ -202,8 +200,7 @@ def _made_from(setup: Setup, design: Design) -> dict[str, Any]:
     study = setup.study
     told = study.config.model_dump_json(by_alias=True, exclude={"title": True, "scatter": {"target"}})
     return {
-        "creak": version(),
-        "edition": EDITION,
+        "creak": edition(),
         "study": digest(told),
         "deck": setup.digests[0],
         "files": setup.digests[1],

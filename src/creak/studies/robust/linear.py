@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.contact.gap_operator import GapOperator
+from creak.assembly.system import System
+from creak.contact.gap_operator import GapOperator, join
+from creak.dynamics.flow.unhindered import gaps_without_contact
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.signals.spectra import largest
@@ -64,6 +66,23 @@ class Linear:
         return found
 
 
+def own_linear(
+    system: System, gaps: GapOperator, dropped: GapOperator, loads: Loads, window: tuple[float, float]
+) -> Linear:
+    """How far gaps close in the study's own load without contact, between the steps too.
+
+    Parameters
+    ----------
+    dropped : channels that the pre-check dropped.
+    """
+    every = join([gaps.without_force(), dropped])
+    whole = gaps_without_contact(system, every, loads).lowest
+    spans = window[0] <= loads.time[0] and window[1] >= loads.time[-1]
+    inside = whole if spans else gaps_without_contact(system, every, loads, window=window).lowest
+    closing = [np.minimum(low[: gaps.m] - gaps.gap0, 0.0) for low in (inside, whole)]
+    return Linear(closing[0], closing[1], np.stack([dropped.gap0, whole[gaps.m :] - dropped.gap0]))
+
+
 def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], rest: FloatArray) -> Linear:
     """Of a run in which nothing touched, or could not, how far gaps closed.
 
@@ -72,7 +91,8 @@ def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], 
     rest : (k,) gaps at rest of the channels that the pre-check dropped.
     """
     inside = (history.time >= window[0]) & (history.time <= window[1])
-    closing = [np.minimum(-largest(-g) - gaps.gap0, 0.0) for g in (history.gap[inside], history.gap)]
+    spans = [(history.time[i], history.gap[i]) for i in (inside, slice(None))]
+    closing = [np.minimum(-largest(-gap, time) - gaps.gap0, 0.0) for time, gap in spans]
     return Linear(closing[0], closing[1], dropped_of(history, rest))
 
 

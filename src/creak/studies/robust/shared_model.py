@@ -29,7 +29,7 @@ from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import silent_channels
 from creak.studies.robust.changes import at_start, with_damping
 from creak.studies.robust.draws import Draw, Drawn
-from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, pressed
+from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, own_linear, pressed
 from creak.studies.robust.plain import Plain, plain_of
 from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import with_linear_gaps
@@ -178,8 +178,7 @@ def shared_model(
     base = FlowRun(system, gaps, setup.loads, OutputRequest(NOTHING, every, watched=dropped), resolution)
     window = setup.marching.window
     unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution=resolution, solver=base.solver)
-    seen = march_chunks(unhindered(OutputRequest(NOTHING, every, watched=dropped)), None)
-    linear = linear_of(seen, gaps, window, dropped.silent.gap0)
+    linear = own_linear(system, gaps, dropped.silent, setup.loads, window)
     silent = unhindered(OutputRequest(NOTHING, every))
     notes = [*reduced.notes, *notes]
     return SharedModel(before, reference, gaps, system, base, silent, window, linear, tuple(notes), lowest, plain)
@@ -248,8 +247,9 @@ def march_draws(
         impulse[at] = history.weights[inside] @ history.force[inside]
         closed = closes(dropped_of(history, model.linear.dropped[0]))
         state = LEFT_OUT if closed else CREATED if reasons_against(history) else 0.0
-        untouched = not history.force.any()
-        known = _linear(model, variant, history) if untouched else _foretold(model, variant)
+        known = _foretold(model, variant)
+        if known is None and not history.force.any():
+            known = _linear(model, variant, history)
         return Seen(state, figures, _slack(model, variant, places, known), impulse)
 
     return march_many(model.base, (variant_of(model, draw) for draw in draws), look, threads)

@@ -17,13 +17,14 @@ from creak.dynamics.flight.stepper import FlightStepper
 from creak.dynamics.flow.coupled import MOST, can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow, with_springs
 from creak.dynamics.flow.resolution import SETTLED
-from creak.dynamics.flow.unhindered import gaps_without_contact
+from creak.dynamics.flow.unhindered import Silent, gaps_without_contact
 from creak.dynamics.history import History
 from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, march, simulate
 from creak.reduction.diagonal import in_own_modes
+from creak.signals.spectra import largest
 from creak.studies.prepare.marching import Marching
 from creak.verify.events import Event
 
@@ -126,17 +127,15 @@ def simulate_settled(
     return march(FlightStepper(system, springs, refined(loads, parts), IN_CONTACT, parts), asked, progress)
 
 
-def linear_gaps(
-    marching: Marching, contacts: GapOperator, system: System, progress: Report | None = None
-) -> FloatArray:
-    """(n_time, m) gaps of the contacts' channels without any force, on a small System."""
+def linear_gaps(marching: Marching, contacts: GapOperator, system: System, progress: Report | None = None) -> Silent:
+    """Gaps of the contacts' channels without any force, on a small System."""
     silent, nothing = contacts.without_force(), np.zeros(0, dtype=np.int64)
     table, loads = marching.table, marching.loads
     every = loads.n_step // table.substeps
     flows = flowing(system)[0] if table.exact else None
     if flows is not None:
         return gaps_without_contact(flows, silent, loads, progress)
-    return simulate(
+    gap = simulate(
         system,
         silent,
         loads,
@@ -145,6 +144,7 @@ def linear_gaps(
         substeps=table.substeps,
         progress=progress,
     ).gap
+    return Silent(gap, -largest(-gap))
 
 
 def limited(

@@ -22,7 +22,6 @@ from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
-from creak.signals.spectra import largest
 from creak.studies.file.config import PrecheckTable
 from creak.studies.models.dof_names import dof_name
 from creak.studies.models.of_parts import reference_that_fits
@@ -95,11 +94,11 @@ def with_linear_gaps(
 
     def run() -> dict[str, FloatArray]:
         system = linear_system(reduction, reference)
-        gap = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
-        lowest, on = -largest(contacts.gap0 - gap), growth(marching.ends, gap, repeats)
+        silent = linear_gaps(marching, contacts, system, lambda done, total: progress("linear pre-check", done, total))
+        lowest, on = silent.lowest - contacts.gap0, growth(marching.ends, silent.at, repeats)
         if on is not None:
             lowest = np.minimum(lowest, on.in_the_end - contacts.gap0)
-        return {"closes": lowest, "closed": closed_in(gap)}
+        return {"closes": lowest, "closed": closed_in(silent.at)}
 
     made_from: list[str] = []
     if reference.store is not None:

@@ -13,7 +13,6 @@ import creak
 from creak.dynamics.history import ENERGIES
 from creak.report.tables.robust import write_draws
 from creak.studies.robust import shared_model
-from creak.studies.robust.job import EDITION
 from creak.studies.robust.shared_model import CREATED, FORETOLD
 from creak.verify import reliability
 
@@ -70,7 +69,7 @@ def test_draws_that_create_energy_are_marked_and_told(tmp_path, monkeypatch):
 def test_draws_of_another_edition_are_not_taken(tmp_path, monkeypatch):
     """What they keep means something else."""
     path = beam(tmp_path)
-    monkeypatch.setattr("creak.studies.robust.job.EDITION", EDITION - 1)
+    monkeypatch.setattr("creak.studies.robust.job.edition", lambda: "0.0")
     creak.robust(path, 4, out=tmp_path, indices=False, threads=1)
     monkeypatch.undo()
     assert creak.robust(path, 4, out=tmp_path, indices=False, threads=1).draws.taken == 0
