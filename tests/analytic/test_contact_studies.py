@@ -315,11 +315,14 @@ def test_what_friction_holds_rests(tmp_path):
 
 
 def rigid_blow(mass, springs, beta, speed, end) -> float:
-    """Impulse of a chain thrown at a wall, by leapfrog with a contact spring of 1e4 times its first one: within .3 %."""
-    n, hard = mass.size, 1e4 * springs[0]
+    """Impulse of a chain thrown at a wall, by leapfrog with a contact spring of 1e5 times its first one: within .15 %.
+
+    A spring of 1e6 times and steps of a fourth change it by so much.
+    """
+    n, hard = mass.size, 1e5 * springs[0]
     K = np.diag(np.append(springs, 0.0)) + np.diag(np.append(0.0, springs))
     K -= np.diag(springs, 1) + np.diag(springs, -1)
-    h = 0.2 * np.sqrt(mass[0] / hard)
+    h = 0.05 * np.sqrt(mass[0] / hard)
     M, x, v, impulse = mass, np.zeros(n), np.full(n, -speed), 0.0
     step, damp = h * K / M[:, None], h * beta * K / M[:, None]
     for _ in range(int(end / h)):
@@ -339,7 +342,7 @@ def rigid_blow(mass, springs, beta, speed, end) -> float:
     ],
 )
 def test_bars_of_hard_contact_reach_a_rigid_one(tmp_path, mass, springs):
-    """Two of the chains whose impulse with a spring in place of hard contact is farthest off: 4 %."""
+    """Two chains whose impulse hangs much on the spring in place of hard contact: 3 and 4 % from 1e3 to 1e5 times one."""
     beta, speed = 1e-4, 0.1
     lines = ["*NODE, NSET=CHAIN", *(f"{i + 1}, 0., 0., {0.001 + 0.0005 + 0.1 * i}" for i in range(len(mass)))]
     lines += ["*NSET, NSET=P1", "1"]
