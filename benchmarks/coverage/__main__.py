@@ -34,7 +34,7 @@ def main() -> None:
     given = options.parse_args()
     given.out.mkdir(parents=True, exist_ok=True)
     if given.few:
-        auto_band.SMALL = 0.0
+        auto_band.SMALL = auto_band.WORTH = 0.0
     if given.only is not None:
         print(json.dumps(row(given.only, given.out / f"seed_{given.only}"), indent=1))
         return

@@ -109,6 +109,7 @@ def figures(folder):
 def test_a_run_has_its_parts_reduced_by_workers(creak, study, tmp_path, here, monkeypatch):
     """Each f_max that "auto" tries is a job for each part; what comes out is what one process finds."""
     monkeypatch.setattr(auto_band, "SMALL", 0.0)
+    monkeypatch.setattr(auto_band, "WORTH", 0.0)
     text = study.read_text().replace("f_max = 3000", 'f_max = "auto"').replace("step = 5e-4\n", "")
     study.write_text(text + '[reference]\nrun = "none"\n')
     alone = creak("run", study, "--out", tmp_path / "one", "--no-keep", "--no-converge", "--quiet")

@@ -58,6 +58,8 @@ SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S, STEP_S = 1.4e-7, 5e-10, 5e-6, 1e-9, 3
 in it, and for what a contact step of the unreduced model takes beside its solution: one core (door at 40 mm)."""
 SMALL = 10.0
 """s (`_reckoned`) that all modes of a small model may take."""
+WORTH = 1.0
+"""Times what the stages have taken, that all modes may take from then on."""
 SOLUTIONS, SHORTER = 10.0, 4.0
 """Eigenproblems until all modes are there, and times as many instants with them."""
 ROOM = 0.4
@@ -87,7 +89,8 @@ def settle(
 
     The run with more modes of one stage is the run of the next: each model is run once. Modes that are known stay. The
     unreduced model is asked where more modes change nothing any more: it knows of all that are left out. Of a model
-    that is small (`_is_small`) all modes are taken at once: nothing is left out then.
+    that is small (`SMALL`) all modes are taken at once: nothing is left out then. So they are once the stages have
+    taken as long as all modes would.
 
     Parameters
     ----------
@@ -99,14 +102,18 @@ def settle(
     """
     v, at = first.scope.verification, first
     stages = [_stage(first.reduction.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
-    reckoned, moved = [_reckoned(reference, first.reduced, first.run)], False
-    if at.run.stopped is None and _is_small(reference, at.run):
-        at = _with_all_modes(at, reference, march, progress, store)
-        if at is not first:
-            same = at.run.stopped is None and tell_the_same(v, at.scope.window, first.run, at.run)
-            making = at.reduced.wall_s - first.reduced.wall_s
-            stages = [replace(stages[0], same=same), _stage(at.reduction.band.f_max, at.reduced, at.run, making)]
+    reckoned, moved, tried = [_reckoned(reference, first.reduced, first.run)], False, False
     while not at.reduced.complete and at.run.stopped is None:
+        spent = sum(reckoned) if len(stages) > 1 else 0.0
+        if not tried and _of_all_modes(reference, at.run) <= max(SMALL, WORTH * spent):
+            tried, before = True, at
+            at = _with_all_modes(at, reference, march, progress, store)
+            if at is not before:
+                same = at.run.stopped is None and tell_the_same(v, at.scope.window, before.run, at.run)
+                making = at.reduced.wall_s - before.reduced.wall_s
+                last = _stage(at.reduction.band.f_max, at.reduced, at.run, making)
+                stages[-1:] = [replace(stages[-1], same=same), last]
+                continue
         try:
             more = _more_modes(at.reduction, reference, at, at.reduced, progress, store)
         except OutOfMemory as error:
@@ -146,10 +153,10 @@ def settle(
     return replace(at, stages=tuple(stages))
 
 
-def _is_small(reference: ReferenceModel, run: Run) -> bool:
-    """Would all modes, and the run with them, take less than spot checks may? That has shorter steps near contact."""
+def _of_all_modes(reference: ReferenceModel, run: Run) -> float:
+    """s that all modes take, and the run with them, which has shorter steps near contact."""
     modes = SOLUTIONS * DIAGONAL_S * float(reference.free_dof) ** 3
-    return modes + SHORTER * _marched(run, reference.free_dof) <= SMALL
+    return modes + SHORTER * _marched(run, reference.free_dof)
 
 
 def _with_all_modes(

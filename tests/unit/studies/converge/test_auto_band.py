@@ -36,6 +36,7 @@ def patient(monkeypatch):
     """Stages are looked at on models that are small."""
     monkeypatch.setattr(auto_band, "PATIENCE", 600.0)
     monkeypatch.setattr(auto_band, "SMALL", 0.0)
+    monkeypatch.setattr(auto_band, "WORTH", 0.0)
 
 
 def blow(found):
@@ -59,6 +60,18 @@ def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
     assert told["modes"] == stages[-2]["modes"]
     assert found.summary["convergence"]["runs"][MORE_MODES]["modes"] == stages[-1]["modes"]
     assert "(auto)" in found.page(0.0)
+
+
+def test_all_modes_are_taken_once_the_stages_took_as_long(tmp_path, monkeypatch):
+    """A second stage, and then all modes in place of a third: of a bar they cost next to nothing."""
+    monkeypatch.setattr(auto_band, "WORTH", 100.0)
+    found = run(bar(tmp_path, AUTO))
+    lasts, impulse = blow(found)
+    assert (lasts, impulse) == (pytest.approx(LASTS, rel=0.05), pytest.approx(IMPULSE, rel=0.02))
+    stages = found.summary["runs"]["reduced"]["stages"]
+    assert (len(stages), stages[-1]["same"]) == (3, None)
+    assert found.found.reduced.complete
+    assert stages[0]["modes"] < stages[1]["modes"] < stages[2]["modes"] == found.summary["runs"]["reduced"]["modes"]
 
 
 def test_a_small_model_has_all_modes_at_once(tmp_path, monkeypatch):
