@@ -22,6 +22,8 @@ exp(-2 pi 6 sin(pi / 8)) = 5e-7 over them."""
 
 LONGEST = 2.5
 """Periods of f_max: contact that is lost for longer makes another event, however long it lasts before and after."""
+ROUND_OFF = 1e-9
+"""Share of the largest force of a run, up to which another one is none."""
 TOUCHING = 1e-9
 """Share of its largest gap up to which a channel touches."""
 BESIDE, FINER = 4, 2
@@ -101,7 +103,8 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     the first instant without force. Steps may be uneven.
 
     A channel that is closed from the start rests until it lets go: that is no event, what follows is (`resting`). What
-    still presses when the run ends is `unfinished`.
+    still presses when the run ends is `unfinished`. What presses by no more than `ROUND_OFF` of the run's largest force
+    is none: it comes of what is balanced at rest.
 
     Low-passed peaks are those of the forces on an even axis that keeps their impulse (`signals.resampling`); where the
     steps around an event cannot hold `f_max` they are the raw ones.
@@ -126,7 +129,13 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
         for chain, margin in _merged(touches, merge) if merge is not None else _own_scale(touches, f_max):
             found = _event(closing, gaps, weights, channels, chain, f_max)
             events.append(replace(found, side=side, margin=margin))
-    return sorted(events, key=lambda e: (e.t_start, e.group, e.side))
+    least = least_force(history)
+    return sorted((e for e in events if e.force_peak > least), key=lambda e: (e.t_start, e.group, e.side))
+
+
+def least_force(history: History) -> float:
+    """Force up to which nothing presses but round-off."""
+    return ROUND_OFF * float(history.force.max(initial=0.0))
 
 
 def contact_stretches(time: FloatArray, pressing: BoolArray, f_max: float) -> tuple[tuple[float, float], ...]:

@@ -11,6 +11,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import low_pass_uneven
+from creak.verify.events import least_force
 from creak.verify.intervals import overlap, stretches
 from creak.verify.slips import Slide, Slipping, deepest, slides_of
 
@@ -174,7 +175,7 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
     time, force, weights = history.time, history.force[:, channels].sum(axis=1), history.weights
     inside = _inside(time, window)
     t = time[inside]
-    closed = stretches(np.asarray(force[inside] > 0.0))
+    closed = stretches(np.asarray(force[inside] > least_force(history)))
     if not closed or max(t[last] - t[first] for first, last in closed) < LASTING * (window[1] - window[0]):
         return None
     if f_max * float(np.median(np.diff(time))) < HOLDS and f_max * (window[1] - window[0]) >= 1.0:

@@ -186,6 +186,15 @@ def test_a_resting_channel_does_not_hide_the_hits_of_its_neighbour():
     assert max(e.force_place for e in events) < 130.0
 
 
+@pytest.mark.parametrize(("depth", "count"), [(1e-12, 0), (1e-8, 1)])
+def test_what_only_round_off_presses_is_no_event(depth, count):
+    """Beside a channel that rests pressed by .2."""
+    t = 1e-4 * np.arange(2001)
+    touch = np.where(np.abs(t - 0.1) < 0.002, -depth, depth)
+    history = history_of(t, np.column_stack([np.full_like(t, -0.2), touch]))
+    assert len(find_events(history, channels(np.eye(2), [-0.2, 0.0], 1e3))) == count
+
+
 @pytest.mark.parametrize(("speed", "count"), [(0.0, 0), (-0.5, 1)])
 def test_a_body_laid_on_a_stop_rests_one_thrown_at_it_hits(speed, count):
     """No clearance: under its weight alone it never lifts off; with a speed it is a blow."""
