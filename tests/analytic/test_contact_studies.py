@@ -69,6 +69,24 @@ def test_ball_under_gravity_comes_to_rest(tmp_path):
     np.testing.assert_allclose(h.force[h.time > 0.9].sum(axis=1), m * 9.81, rtol=1e-3)
 
 
+def test_a_ball_on_a_hard_floor_bounces_as_one_on_a_rigid_floor(tmp_path):
+    """Every 2 sqrt(2 h / g), by 2 m v: the bars cover it, and none of them is laid at the door of the steps."""
+    m, height = 1.0, 0.01
+    stop = play("P1", '"hard"', f"lower = {-height}")
+    (tmp_path / "deck.inp").write_text(points([m]), encoding="utf-8")
+    text = '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n' + stop + push("P1", step(-9.81 * m)) + "[time]\nend = 0.5\n"
+    (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+    result = creak.run(tmp_path / "study.toml")
+    told, first = result.summary["runs"]["reduced"], np.sqrt(2.0 * height / 9.81)
+    assert (told["verdict"], len(told["events"])) == ("settled", 6)
+    for k, e in enumerate(told["events"]):
+        bars = e["settled_to"]
+        assert abs(e["t_start"] - (2 * k + 1) * first) <= bars["t_start"]
+        assert abs(e["impulse"] / (2.0 * m * 9.81 * first) - 1.0) <= bars["impulse"] < 0.003
+    for e in result.convergence.events:
+        assert abs(e.figures["start"].changes["tolerance"]) < 0.02 * e.figures["start"].settled_to
+
+
 @pytest.mark.parametrize("short_of", [1e-7, 1.25e-7], ids=["by 0.1 um", "for a tenth of the output step"])
 def test_a_short_touch_is_found(tmp_path, short_of):
     """A mass swings to v / w = 10 mm against a stop short of it: every period touches, and none is missed.
