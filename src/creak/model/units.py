@@ -32,6 +32,10 @@ class Units:
     def stiffness(self) -> str:
         return f"{self.force}/{self.length}"
 
+    def of_motion(self, turns: bool) -> tuple[str, str]:
+        """Of how far something moves, or turns, and of what pushes, or turns, it."""
+        return ("rad", f"{self.force} {self.length}") if turns else (self.length, self.force)
+
     @property
     def impulse(self) -> str:
         return f"{self.force} {self.time}"

@@ -52,9 +52,11 @@ class Lowest:
     def look(self, steps: Pieces, h: float, level: int = 0) -> None:
         """At steps h long, and at halves of those that need it."""
         form, model, m = self._form, self._form.model, self._gap0.size
+        if not len(steps.z):
+            return
         end = Pieces(flown(form.flow(h), steps.z, steps.D), later(steps.D, h), later(steps.s, h))
         (g0, d0), (g1, d1) = (self._seen(p, h) for p in (steps, end))
-        self.found = np.minimum(self.found, np.minimum(g0, g1).min(axis=0, initial=np.inf))
+        self.found = np.minimum(self.found, np.minimum(g0, g1).min(axis=0))
         room = CLOSE * np.maximum(self._gap0 - self.found, LITTLE * np.abs(self._gap0))
         off = energies(form, self._band, self._count, steps) @ bound_of(form, self._band, self._count, h, self._far)
         bends = np.abs(steps.s[:, 4]) + h * np.abs(steps.s[:, 5])

@@ -34,7 +34,9 @@ class Silent:
     at: FloatArray
     """(n_step + 1, m) at the ends of its flight steps."""
     lowest: FloatArray
-    """(m,) in the window, between these too."""
+    """(m,) in the whole run, between these too."""
+    in_window: FloatArray
+    """(m,) the same in a window."""
 
 
 @one_blas_thread()
@@ -53,7 +55,7 @@ def gaps_without_contact(
 
     Parameters
     ----------
-    window : in which the lowest gaps are looked for, s.
+    window : in which the lowest gaps are looked for by themselves as well, s.
 
     Raises
     ------
@@ -73,16 +75,19 @@ def gaps_without_contact(
         if progress is not None:
             progress(last, 2 * n_step)
     at += gaps.gap0 + loads.support[0, : SAMPLES * n_step + 1 : SAMPLES] @ model.rows_s[: gaps.m].T
-    inside = (loads.time[::SAMPLES] >= window[0]) & (loads.time[::SAMPLES] <= window[1])
-    lowest = Lowest(form, gaps.gap0, -largest(-at[inside[: n_step + 1]]))
+    ends = loads.time[: SAMPLES * n_step + 1 : SAMPLES]
+    inside = (ends >= window[0]) & (ends <= window[1])
+    within, beyond = (Lowest(form, gaps.gap0, -largest(-some)) for some in (at[inside], at))
     for begin, first in zip(begins, range(0, n_step, CHUNK), strict=False):
         last = min(first + CHUNK, n_step)
         D = _loads(model, first, last, h / SAMPLES)
         steps = Pieces(_course(P, begin, D)[:-1], D, _supports(loads, first, last, h))
-        lowest.look(steps.some(inside[first:last] & inside[first + 1 : last + 1]), h)
+        of_window = inside[first:last] & inside[first + 1 : last + 1]
+        within.look(steps.some(of_window), h)
+        beyond.look(steps.some(~of_window), h)
         if progress is not None:
             progress(n_step + last, 2 * n_step)
-    return Silent(at, lowest.found)
+    return Silent(at, np.minimum(within.found, beyond.found), within.found)
 
 
 def _course(P: FloatArray, begin: FloatArray, D: FloatArray) -> FloatArray:

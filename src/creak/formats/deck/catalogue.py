@@ -107,6 +107,11 @@ def without_unread_damping(model: Model, why: str) -> Model:
     return replace(model, unread=tuple(unread))
 
 
+def same_share(share: float) -> str:
+    """What is said of modal damping that a study may give instead."""
+    return f"modes have no damping; in a study [damping] modal = {share:g} does the same"
+
+
 def with_named_stops(model: Model, named: Collection[str]) -> Model:
     """The model where gaps of the deck count as used whose node sets are all among those that connectors name."""
     told = {stop.where for stop in model.stops if set(stop.node_sets) <= {name.upper() for name in named}}

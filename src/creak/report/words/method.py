@@ -203,14 +203,10 @@ def _friction(t: ContactTable | ConnectorTable, units: Units) -> str:
 
 def _connector(t: ConnectorTable, units: Units) -> str:
     ends = " to ".join(t.node_sets) if len(t.node_sets) == 2 else f"{t.node_sets[0]} to ground"
-    turns = (t.dof or "").startswith("r")
-    unit, force, per = units.length, units.force, units.stiffness
-    if turns:
-        unit, force = "rad", f"{units.force} {units.length}"
-        per = f"{force}/rad"
+    unit, force = units.of_motion(t.turns)
     lower, upper = (f"{tidy(x)} {unit}" if x is not None else "free" for x in (t.lower, t.upper))
     along = f"along ({', '.join(tidy(x) for x in t.axis)})" if t.axis is not None else str(t.dof)
-    law = "hard" if t.stiffness == "hard" else f"stiffness {tidy(t.stiffness)} {per}"
+    law = "hard" if t.stiffness == "hard" else f"stiffness {tidy(t.stiffness)} {force}/{unit}"
     preload = f", preload {tidy(t.preload)} {force}" if t.preload else ""
     rubs = f", {_friction(t, units)}" if t.friction else ""
     return f"{ends}, {along} from {lower} to {upper}, {law}{preload}{rubs}"

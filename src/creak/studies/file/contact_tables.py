@@ -101,13 +101,18 @@ class ConnectorTable(Table):
             raise ValueError(f"nodes names {len(self.node_sets)} sets, expected one (to ground) or two")
         return self
 
+    @property
+    def turns(self) -> bool:
+        """Is it a stop of a rotation?"""
+        return (self.dof or "").startswith("r")
+
     @model_validator(mode="after")
     def _directed(self) -> ConnectorTable:
         if (self.dof is None) == (self.axis is None):
             raise ValueError("give either dof (x, y, z, rx, ry, rz) or axis (a direction [x, y, z])")
         if self.axis is not None and not any(self.axis):
             raise ValueError("axis has length zero")
-        if self.friction and (self.dof or "").startswith("r"):
+        if self.friction and self.turns:
             raise ValueError(f"friction across a turn about {self.dof}: only stops along a line rub")
         return self
 

@@ -220,8 +220,7 @@ def _squeezed(connectors: Sequence[ConnectorTable], units: Units) -> list[str]:
     out = []
     for number, t in enumerate(connectors, start=1):
         beyond = max(t.lower or 0.0, -(t.upper or 0.0))
-        turns = (t.dof or "").startswith("r")
-        length, force = ("rad", f"{units.force} {units.length}") if turns else (units.length, units.force)
+        length, force = units.of_motion(t.turns)
         presses = "it is hard and throws its nodes apart"
         if not isinstance(t.stiffness, str):
             presses = f"it presses with {beyond * t.stiffness:g} {force}"

@@ -76,11 +76,9 @@ def own_linear(
     dropped : channels that the pre-check dropped.
     """
     every = join([gaps.without_force(), dropped])
-    whole = gaps_without_contact(system, every, loads).lowest
-    spans = window[0] <= loads.time[0] and window[1] >= loads.time[-1]
-    inside = whole if spans else gaps_without_contact(system, every, loads, window=window).lowest
-    closing = [np.minimum(low[: gaps.m] - gaps.gap0, 0.0) for low in (inside, whole)]
-    return Linear(closing[0], closing[1], np.stack([dropped.gap0, whole[gaps.m :] - dropped.gap0]))
+    found = gaps_without_contact(system, every, loads, window=window)
+    closing = [np.minimum(low[: gaps.m] - gaps.gap0, 0.0) for low in (found.in_window, found.lowest)]
+    return Linear(closing[0], closing[1], np.stack([dropped.gap0, found.lowest[gaps.m :] - dropped.gap0]))
 
 
 def linear_of(history: History, gaps: GapOperator, window: tuple[float, float], rest: FloatArray) -> Linear:

@@ -144,7 +144,8 @@ def linear_gaps(marching: Marching, contacts: GapOperator, system: System, progr
         substeps=table.substeps,
         progress=progress,
     ).gap
-    return Silent(gap, -largest(-gap))
+    lowest = -largest(-gap)
+    return Silent(gap, lowest, lowest)
 
 
 def limited(

@@ -14,6 +14,7 @@ from creak.formats.abaqus.loads.forces import KINDS, Motion
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.numbers import floats, to_dof, to_float, to_int
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
+from creak.formats.deck.catalogue import same_share
 from creak.model.constraints import Fixed
 from creak.model.steps import BASE, Amplitude, InModes, Prescribed
 
@@ -63,8 +64,7 @@ def list_damping(deck: Outline) -> None:
         with suppress(InputError):  # of a step that is not run
             shares = {share for _, _, share in _damping(replace(deck, unread={}), block, InModes()).by_number}
         if len(shares) == 1 and (share := shares.pop()) > 0.0:
-            why = f"modes have no damping; in a study [damping] modal = {share:g} does the same"
-            deck.note(block, why, changes=False, damps=True, share=share)
+            deck.note(block, same_share(share), changes=False, damps=True, share=share)
 
 
 def _all_up_to_one(block: Block) -> bool:

@@ -14,17 +14,11 @@ from creak.formats.lsdyna.mesh.sets import Sets
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.keywords import CONTACT_PAIRS, GENERAL_CONTACT
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.shell_facets import SHELL_FACETS
 from creak.model.steps import DeckContact, Interaction, SurfacePair
 
-NODES = ("CONTACT_AUTOMATIC_NODES_TO_SURFACE", "CONTACT_NODES_TO_SURFACE")
-PAIRS = (
-    *("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", "CONTACT_SURFACE_TO_SURFACE"),
-    *("CONTACT_AUTOMATIC_ONE_WAY_SURFACE_TO_SURFACE", "CONTACT_ONE_WAY_SURFACE_TO_SURFACE"),
-    *NODES,
-)
-GENERAL = ("CONTACT_AUTOMATIC_SINGLE_SURFACE", "CONTACT_SINGLE_SURFACE", "CONTACT_AUTOMATIC_GENERAL")
 SIDES = {0: "SET_SEGMENT", 1: "SET_SHELL", 2: "SET_PART", 3: "PART", 4: "SET_NODE"}
 """What a side is by its type; a name of the model with its id."""
 ALL = 5
@@ -47,7 +41,7 @@ def described_contact(
     """
     pairs, laws = dict[tuple[str, str], SurfacePair](), dict[str, Interaction]()
     flaws, added, everywhere = list[str](), dict[str, Surface](), ""
-    for named in deck.named(*PAIRS):
+    for named in deck.named(*CONTACT_PAIRS):
         with noted(flaws):
             cards = _cards(named)
             law = _law(cards, flaws)
@@ -68,7 +62,7 @@ def described_contact(
             laws[law.name] = law
             flaws += _unfollowed(named, cards)
             _note(deck, named)
-    for named in deck.named(*GENERAL):
+    for named in deck.named(*GENERAL_CONTACT):
         with noted(flaws):
             cards = _cards(named)
             law = _law(cards, flaws)

@@ -8,6 +8,13 @@ from creak.formats.deck.catalogue import Catalogue, Meaning, listed
 from creak.formats.lsdyna.text.cards import Block
 from creak.formats.lsdyna.text.deck import Deck, Named
 
+CONTACT_PAIRS = (
+    *("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", "CONTACT_SURFACE_TO_SURFACE"),
+    *("CONTACT_AUTOMATIC_ONE_WAY_SURFACE_TO_SURFACE", "CONTACT_ONE_WAY_SURFACE_TO_SURFACE"),
+    *("CONTACT_AUTOMATIC_NODES_TO_SURFACE", "CONTACT_NODES_TO_SURFACE"),
+)
+"""Of two sides."""
+GENERAL_CONTACT = ("CONTACT_AUTOMATIC_SINGLE_SURFACE", "CONTACT_SINGLE_SURFACE", "CONTACT_AUTOMATIC_GENERAL")
 _TIED = ("OFFSET", "CONSTRAINED", "BEAM", "ID", "TITLE")
 _LISTS = ("LIST", "GENERATE", "ADD", "TITLE")
 OPTIONS: dict[str, tuple[str, ...]] = {
@@ -49,15 +56,7 @@ OPTIONS: dict[str, tuple[str, ...]] = {
         ),
         _TIED,
     ),
-    **dict.fromkeys(
-        (
-            *("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", "CONTACT_SURFACE_TO_SURFACE"),
-            *("CONTACT_AUTOMATIC_ONE_WAY_SURFACE_TO_SURFACE", "CONTACT_ONE_WAY_SURFACE_TO_SURFACE"),
-            *("CONTACT_AUTOMATIC_NODES_TO_SURFACE", "CONTACT_NODES_TO_SURFACE"),
-            *("CONTACT_AUTOMATIC_SINGLE_SURFACE", "CONTACT_SINGLE_SURFACE", "CONTACT_AUTOMATIC_GENERAL"),
-        ),
-        ("MORTAR", "SMOOTH", "MPP", "ID", "TITLE"),
-    ),
+    **dict.fromkeys((*CONTACT_PAIRS, *GENERAL_CONTACT), ("MORTAR", "SMOOTH", "MPP", "ID", "TITLE")),
 }
 """Keywords that creak reads, and the options in their names that it knows."""
 ALIASES = {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 
 from creak.errors import InputError
+from creak.formats.deck.catalogue import same_share
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, unique_cards
 
@@ -45,6 +46,5 @@ def list_damping(deck: Deck) -> bool:
         share = None if table is None else share_of(table)
     if table is None or share is None:
         return False
-    why = f"modes have no damping; in a study [damping] modal = {share:g} does the same"
-    deck.note(table, why, changes=False, what=CARD, damps=True, share=share)
+    deck.note(table, same_share(share), changes=False, what=CARD, damps=True, share=share)
     return True
