@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from creak.elements.geometric import GEOMETRIC
+from creak.elements.registry import FORMULATIONS
 from creak.elements.solids import hex8 as solid_hex8
 from creak.elements.solids import hex20 as solid_hex20
 from creak.elements.solids import tet10 as solid_tet10
@@ -52,7 +52,7 @@ def test_solids_under_constant_stress(kind):
     x = SOLIDS[kind] @ (np.eye(3) + 0.1 * rng.standard_normal((3, 3))).T
     volume = VOLUME[kind[0]] * abs(np.linalg.det(np.linalg.lstsq(SOLIDS[kind], x, rcond=None)[0]))
     u, w = (np.concatenate([x @ M.T @ Q.T, np.zeros_like(x)], axis=1) for M in (A, B))
-    K = GEOMETRIC[kind]((x @ Q.T)[None], SolidSection("S", STEEL), Own(), u[None])[0]
+    K = FORMULATIONS[kind].geometric((x @ Q.T)[None], SolidSection("S", STEEL), Own(), u[None])[0]
     assert w.ravel() @ K @ w.ravel() == pytest.approx(volume * np.trace(B @ stress @ B.T), rel=1e-9)
 
 
@@ -67,7 +67,7 @@ def test_shells_under_constant_membrane_force(kind):
     w[:, 2] = corners[:, :2] @ slope
     turned = np.kron(np.eye(2), Q)
     u, w = u @ turned.T, w @ turned.T
-    K = GEOMETRIC[kind]((corners @ Q.T)[None], shell_section(0.5, E, NU), Own(), u[None])[0]
+    K = FORMULATIONS[kind].geometric((corners @ Q.T)[None], shell_section(0.5, E, NU), Own(), u[None])[0]
     x, y = corners[:, 0], corners[:, 1]
     area = 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
     assert w.ravel() @ K @ w.ravel() == pytest.approx(area * slope @ N @ slope, rel=1e-9)
@@ -76,7 +76,7 @@ def test_shells_under_constant_membrane_force(kind):
 def test_a_truss_in_tension_is_a_string():
     line, u = np.array([[[0.0, 0, 0], [0, 30.0, 40.0]]]), np.zeros((1, 2, 6))
     u[0, 1, 2] = 0.1
-    K = GEOMETRIC["truss2"](line, TrussSection("T", STEEL, 2.0), Own(), u)[0]
+    K = FORMULATIONS["truss2"].geometric(line, TrussSection("T", STEEL, 2.0), Own(), u)[0]
     force = E * 2.0 * 0.1 * 0.8 / 50.0
     assert K[6, 6] == pytest.approx(force / 50.0)
     along = np.zeros(12)

@@ -177,17 +177,18 @@ def _made(
     model: Model, block: ElementBlock, rows: slice, u: FloatArray | None, drilling: HeldDrilling | None
 ) -> ElementMatrices | DegenerateElement:
     from creak.elements.block_matrices import block_matrices  # a run whose parts are made later does without elements
-    from creak.elements.geometric import GEOMETRIC
+    from creak.elements.registry import FORMULATIONS
 
     turns = None if drilling is None else drilling.turns(block, rows)
     try:
         Ke, Me, Ce = block_matrices(block, rows, model.nodes.coords, form=model.mass_form)
-        if u is not None and block.kind in GEOMETRIC:
+        stressed = FORMULATIONS[block.kind].geometric
+        if u is not None and stressed is not None:
             at = block.nodes_idx[rows]
             moved = u[at]
             if turns is not None:
                 moved = np.concatenate([moved[..., :3], np.einsum("naij,naj->nai", turns, moved[..., 3:])], axis=2)
-            Ke = Ke + GEOMETRIC[block.kind](model.nodes.coords[at], block.section, block.own.take(rows), moved)
+            Ke = Ke + stressed(model.nodes.coords[at], block.section, block.own.take(rows), moved)
     except DegenerateElement as error:
         return error
     if turns is None:

@@ -1,6 +1,7 @@
 """Which file computes which kind of element, and what every element keeps to.
 
-An element is functions `stiffness`, `mass` and, where it has dashpots, `damping` of a whole block at once:
+An element is a file, and one `Formulation` here. Its functions `stiffness`, `mass` and, where it has dashpots,
+`damping` take a whole block at once:
 
 Parameters
 ----------
@@ -19,13 +20,16 @@ Raises
 DegenerateElement : some elements, by row: nodes that coincide, no length, area or volume, corners that are not convex
     or run the wrong way round, an axis of the section along the beam, a material direction along the normal.
 
+Two more functions take what happens at the nodes as a fourth argument: `geometric_stiffness` displacements (n, n_node,
+6), `heat_load` the rise (n, n_node) of temperature; forces are (n, d).
+
 A file gives the equations, their source, and where the method stops being valid.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -35,9 +39,11 @@ from creak.arrays import FloatArray
 from creak.elements import beam2, beam3, bushing, cohesive, discrete, truss2
 from creak.elements.shells import quad4, quad8, tri3, tri6
 from creak.elements.solids import hex8, hex20, pyramid5, tet4, tet10, wedge6, wedge15
+from creak.elements.solids.common import Reference, geometric_stiffness, heat_load
 from creak.model.mesh import COMMON, Own
 
 Matrices = Callable[[FloatArray, Any, Own], FloatArray]
+AtNodes = Callable[[FloatArray, Any, Own, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,36 @@ class Formulation:
     """Viscous damping that the element itself has (dashpots); None where it has none."""
     softened: Matrices | None = None
     """Stiffness for lumped or linear mass, None where it is the same."""
+    geometric: AtNodes | None = None
+    """What the stress of displacements adds to the stiffness, to first order: membrane forces of shells, axial forces
+    of beams. `unstressed`: nothing; None: creak does not know."""
+    heat_load: AtNodes | None = None
+    """Integral of B' D alpha dT: the forces that hold it as it is against heat, reversed. dT is constant through
+    thickness and section. None where it does not expand (springs, masses, given matrices, layers of glue)."""
+    softened_heat_load: AtNodes | None = None
+    """The same with the softened stiffness."""
+
+
+def _stressed(element: Any) -> Formulation:
+    """Of a file with all that a structural element has."""
+    return Formulation(
+        element.stiffness, element.mass, geometric=element.geometric_stiffness, heat_load=element.heat_load
+    )
+
+
+def _integrated(stiffness: Matrices, mass: Matrices, rule: Reference) -> Formulation:
+    """Of a solid whose stiffness is the integral of B' D B by one rule."""
+    return Formulation(
+        stiffness,
+        mass,
+        geometric=partial(geometric_stiffness, reference=rule),
+        heat_load=partial(heat_load, reference=rule),
+    )
+
+
+def unstressed(coords: FloatArray, section: Any, own: Own, u: FloatArray) -> FloatArray:
+    """Points, and springs along fixed directions, are as stiff under load as without."""
+    return zero(coords, section, own)
 
 
 def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
@@ -58,30 +94,39 @@ def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
     return np.zeros((coords.shape[0], d, d))
 
 
-MATRICES = ("stiffness", "mass", "damping")
+_GIVEN = Formulation(*(partial(discrete.given, of=x) for x in ("stiffness", "mass", "damping")))
 FORMULATIONS: dict[str, Formulation] = {
-    "quad4": Formulation(quad4.stiffness, quad4.mass, softened=quad4.softened_stiffness),
-    "tri3": Formulation(tri3.stiffness, tri3.mass),
-    "quad8": Formulation(quad8.stiffness, quad8.mass),
-    "tri6": Formulation(tri6.stiffness, tri6.mass),
-    "beam2": Formulation(beam2.stiffness, beam2.mass),
-    "beam3": Formulation(beam3.stiffness, beam3.mass),
-    "truss2": Formulation(truss2.stiffness, truss2.mass),
-    "hex8": Formulation(hex8.stiffness, hex8.mass),
-    "wedge6": Formulation(wedge6.stiffness, wedge6.mass),
-    "pyramid5": Formulation(pyramid5.stiffness, pyramid5.mass),
+    "quad4": replace(_stressed(quad4), softened=quad4.softened_stiffness, softened_heat_load=quad4.softened_heat_load),
+    "tri3": _stressed(tri3),
+    "quad8": _stressed(quad8),
+    "tri6": _stressed(tri6),
+    "beam2": _stressed(beam2),
+    "beam3": _stressed(beam3),
+    "truss2": _stressed(truss2),
+    "hex8": _stressed(hex8),
+    "wedge6": _integrated(wedge6.stiffness, wedge6.mass, wedge6.GAUSS),
+    "pyramid5": _integrated(pyramid5.stiffness, pyramid5.mass, pyramid5.TWO),
     "coh6": Formulation(cohesive.stiffness, cohesive.mass),
     "coh8": Formulation(cohesive.stiffness, cohesive.mass),
-    "tet4": Formulation(tet4.stiffness, tet4.mass),
-    "tet10": Formulation(tet10.stiffness, tet10.mass),
-    "hex20": Formulation(hex20.stiffness, hex20.mass),
-    "hex20r": Formulation(hex20.reduced_stiffness, hex20.mass),
-    "hex20s": Formulation(hex20.reduced_shear_stiffness, hex20.mass),
-    "wedge15": Formulation(wedge15.stiffness, wedge15.mass),
-    **dict.fromkeys(("mass", "rotary"), Formulation(zero, discrete.mass)),
-    **dict.fromkeys(("spring1", "spring2"), Formulation(discrete.spring, zero, partial(discrete.spring, of="damping"))),
+    "tet4": _integrated(tet4.stiffness, tet4.mass, tet4.CENTRE),
+    "tet10": _integrated(tet10.stiffness, tet10.mass, tet10.FOUR),
+    "hex20": _integrated(hex20.stiffness, hex20.mass, hex20.TWENTY_SEVEN),
+    "hex20r": _integrated(hex20.reduced_stiffness, hex20.mass, hex20.EIGHT),
+    "hex20s": Formulation(
+        hex20.reduced_shear_stiffness,
+        hex20.mass,
+        geometric=partial(geometric_stiffness, reference=hex20.EIGHT),
+        heat_load=hex20.reduced_shear_heat_load,
+    ),
+    "wedge15": _integrated(wedge15.stiffness, wedge15.mass, wedge15.NINE),
+    **dict.fromkeys(("mass", "rotary"), Formulation(zero, discrete.mass, geometric=unstressed)),
+    **dict.fromkeys(
+        ("spring1", "spring2"),
+        Formulation(discrete.spring, zero, partial(discrete.spring, of="damping"), geometric=unstressed),
+    ),
     "axial2": Formulation(discrete.axial, zero, partial(discrete.axial, of="damping")),
-    "bush1": Formulation(bushing.stiffness, zero, bushing.damping),
+    "bush1": Formulation(bushing.stiffness, zero, bushing.damping, geometric=unstressed),
     "bush2": Formulation(bushing.stiffness, zero, bushing.damping),
-    **dict.fromkeys(("nodal1", "nodal2"), Formulation(*(partial(discrete.given, of=x) for x in MATRICES))),
+    "nodal1": replace(_GIVEN, geometric=unstressed),
+    "nodal2": _GIVEN,
 }

@@ -15,7 +15,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS
-from creak.model.solid_faces import FACES, HEX20, MIDDLES, face_numbers
+from creak.model.solid_faces import FACES, face_numbers, solid_corners
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
@@ -126,8 +126,7 @@ def _sorted(corners: IntArray) -> tuple[IntArray, IntArray]:
 def _table(kind: str) -> tuple[IntArray, FloatArray, IntArray]:
     """Of each facet of an element: places (w,) of its face's nodes, its corners' natural coordinates, sides."""
     facets = np.array(FACES.get(kind) or SHELL_FACETS[kind])
-    pairs = MIDDLES.get("hex20" if kind in HEX20 else kind)
-    corners = 1 + int(np.max(pairs)) if pairs else N_CORNER.get(kind, facets.max() + 1)
+    corners = N_CORNER[kind] if kind in N_CORNER else 1 + max(map(max, solid_corners(kind)))
     if facets.max() < corners:
         return facets, np.zeros((len(facets), 4, 2)), np.zeros(len(facets), dtype=np.int64)
     number = face_numbers(kind) if kind in FACES else np.ones(len(facets), dtype=np.int64)

@@ -8,68 +8,55 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 
+HEX20 = ("hex20", "hex20r", "hex20s")
+"""Hexahedra of twenty nodes: integrated fully, reduced, with reduced shear."""
+CORNERS_AS = {"tet10": "tet4", **dict.fromkeys(HEX20, "hex8"), "wedge15": "wedge6"}
+"""Solids with middle nodes -> the one without, whose nodes are their corners."""
+_FOUR_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0)), ((4, 5), (5, 6), (6, 7), (7, 4)), ((0, 4), (1, 5), (2, 6), (3, 7))
 MIDDLES = {
-    "hex20": (
-        (0, 1),
-        (1, 2),
-        (2, 3),
-        (3, 0),
-        (4, 5),
-        (5, 6),
-        (6, 7),
-        (7, 4),
-        (0, 4),
-        (1, 5),
-        (2, 6),
-        (3, 7),
-    ),
+    **dict.fromkeys(HEX20, tuple(pair for four in _FOUR_EDGES for pair in four)),
     "tet10": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
     "wedge15": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
 }
 """Corners between which the nodes after the corners lie, in Abaqus's order."""
-HEX20 = ("hex20", "hex20r", "hex20s")
-"""Hexahedra of twenty nodes: integrated fully, reduced, with reduced shear."""
+_PLAIN = {
+    "hex8": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    "tet4": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
+    "wedge6": ((0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "pyramid5": ((0, 3, 2, 1), (0, 1, 4, 4), (1, 2, 4, 4), (2, 3, 4, 4), (3, 0, 4, 4)),
+}
+"""Solids without middle nodes, whose faces are facets."""
 
 
-def _divided(kind: str, faces: tuple[tuple[int, ...], ...]) -> tuple[tuple[int, int, int, int], ...]:
+def solid_corners(kind: str) -> tuple[tuple[int, ...], ...]:
+    """Corners of each face, each once."""
+    return tuple(tuple(dict.fromkeys(face)) for face in _PLAIN[CORNERS_AS.get(kind, kind)])
+
+
+def _divided(kind: str) -> tuple[tuple[int, int, int, int], ...]:
     """Facets of faces with middle nodes: a triangle at each corner, then what lies between the middle nodes."""
-    pairs = MIDDLES[kind]
-    n_corner = 1 + max(max(p) for p in pairs)
-    middle = {frozenset(p): n_corner + k for k, p in enumerate(pairs)}
+    faces = solid_corners(kind)
+    first = 1 + max(map(max, faces))
+    middle = {frozenset(pair): k for k, pair in enumerate(MIDDLES[kind], first)}
     found = []
-    for face in faces:
-        corners = tuple(dict.fromkeys(face))
+    for corners in faces:
         m = [middle[frozenset(p)] for p in zip(corners, (*corners[1:], corners[0]), strict=True)]
         found += [(c, m[k], m[k - 1], m[k - 1]) for k, c in enumerate(corners)]
         found.append((m[0], m[1], m[2], m[-1]))
     return tuple(found)
 
 
-_HEX8 = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
-_WEDGE6 = ((0, 2, 1, 1), (3, 4, 5, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
-FACES = {
-    "hex8": _HEX8,
-    "tet4": ((0, 2, 1, 1), (0, 1, 3, 3), (1, 2, 3, 3), (2, 0, 3, 3)),
-    "wedge6": _WEDGE6,
-    "pyramid5": ((0, 3, 2, 1), (0, 1, 4, 4), (1, 2, 4, 4), (2, 3, 4, 4), (3, 0, 4, 4)),
-    "tet10": tuple(
-        (i, j, k, k)
-        for a, b, c, ab, bc, ca in ((0, 2, 1, 6, 5, 4), (0, 1, 3, 4, 8, 7), (1, 2, 3, 5, 9, 8), (2, 0, 3, 6, 7, 9))
-        for i, j, k in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca))
-    ),
-    **dict.fromkeys(HEX20, _divided("hex20", _HEX8)),
-    "wedge15": _divided("wedge15", _WEDGE6),
-}
+FACES = _PLAIN | {kind: _divided(kind) for kind in CORNERS_AS}
 """Corners of faces S1, S2, ... of Abaqus, turned so that their normals look outward; a triangle repeats its third.
 
 A face with middle nodes counts as several facets, so that contact and ties reach them: four triangles where it is a
 triangle, four triangles at the corners and a quadrilateral between them where it has four sides."""
-_PER_FACE = {"tet10": (4,) * 4, **dict.fromkeys(HEX20, (5,) * 6), "wedge15": (4, 4, 5, 5, 5)}
 
 
 def face_numbers(kind: str) -> IntArray:
     """(n_facet,) number of the face, 1 for S1, to which each entry of `FACES` belongs."""
-    per_face = _PER_FACE.get(kind, (1,) * len(FACES[kind]))
+    faces = solid_corners(kind)
+    per_face = [len(corners) + 1 for corners in faces] if kind in CORNERS_AS else [1] * len(faces)
     return np.repeat(np.arange(1, len(per_face) + 1, dtype=np.int64), per_face)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements.heat import HEATED, SOFTENED, block_heat_load, expands
+from creak.elements.heat import block_heat_load, expands
 from creak.elements.registry import FORMULATIONS
 from creak.model.elasticity import lamina, orthotropic
 from creak.model.expansion import Expansion, isotropic_expansion
@@ -40,7 +40,7 @@ WOOD = AnisotropicMaterial(
     5e-10,
     expansion=Expansion((4e-6, 3e-5, 6e-5, 0.0, 0.0, 0.0)),
 )
-SOLIDS = [k for k in HEATED if k in FACES]
+SOLIDS = [*FACES]
 
 
 def unbalanced(kind: str, coords, elements, section, u, rise, own=COMMON) -> float:
@@ -48,10 +48,13 @@ def unbalanced(kind: str, coords, elements, section, u, rise, own=COMMON) -> flo
     x = coords[elements]
     formulation = FORMULATIONS[kind]
     worst = 0.0
-    for stiffness, heated in ((formulation.stiffness, HEATED), (formulation.softened, SOFTENED)):
+    for stiffness, heated in (
+        (formulation.stiffness, formulation.heat_load),
+        (formulation.softened, formulation.softened_heat_load),
+    ):
         if stiffness is None:
             continue
-        f = heated[kind](x, section, own, rise[elements])
+        f = heated(x, section, own, rise[elements])
         Ku = (stiffness(x, section, own) @ u[elements].reshape(len(elements), -1, 1))[..., 0]
         worst = max(worst, float(np.abs(Ku - f).max() / np.abs(f).max()))
     return worst
@@ -133,11 +136,11 @@ def test_bars_expand_freely_and_press_when_clamped():
     u = expanded(coords, ALPHA * RISE * np.eye(3))
     for kind, section in (("truss2", truss), ("beam2", beam)):
         assert unbalanced(kind, coords, elements, section, u, rise) < 1e-12
-        f = HEATED[kind](coords[elements], section, COMMON, rise[elements])[0]
+        f = FORMULATIONS[kind].heat_load(coords[elements], section, COMMON, rise[elements])[0]
         pressed = np.linalg.norm(f[:3])
         assert pressed == pytest.approx(2.1e5 * 4.0 * ALPHA * RISE, rel=1e-12)
         assert f[:3] == pytest.approx(-f[6:9])
-    assert np.abs(HEATED["beam2"](coords[elements], beam, COMMON, rise[elements])[0, 3:6]).max() > 1.0
+    assert np.abs(FORMULATIONS["beam2"].heat_load(coords[elements], beam, COMMON, rise[elements])[0, 3:6]).max() > 1.0
 
 
 def test_a_gradient_along_a_body_strains_it_point_by_point():

@@ -8,9 +8,8 @@ import pytest
 from benchmarks_shell import ROOF, THIN_PLATES, scordelis_lo, thick_plate, thin_plate
 from creak.elements import beam3
 from creak.elements.block_matrices import lumped
-from creak.elements.geometric import GEOMETRIC
 from creak.elements.geometry import DegenerateElement
-from creak.elements.heat import HEATED
+from creak.elements.registry import FORMULATIONS
 from creak.elements.shells import quad8 as shell_quad8
 from creak.elements.shells.common import SPIN
 from creak.model.expansion import Expansion
@@ -159,7 +158,7 @@ def test_free_curved_shells_expand_without_stress(kind):
     material = Material("M", 1e3, 0.3, 1.0, expansion=Expansion((1e-3, 1e-3, 1e-3, 0.0, 0.0, 0.0)))
     section = ShellSection("S", material, 0.05)
     x = mesh.coords[mesh.elements]
-    load = HEATED[kind](x, section, COMMON, np.full(mesh.elements.shape, 20.0))
+    load = FORMULATIONS[kind].heat_load(x, section, COMMON, np.full(mesh.elements.shape, 20.0))
     f = np.zeros(mesh.n_dof)
     np.add.at(f, (6 * mesh.elements[:, :, None] + np.arange(6)).reshape(len(x), -1), load)
     grown = np.zeros((len(mesh.coords), 6))
@@ -177,7 +176,9 @@ def test_tension_stiffens_a_string_of_shells(kind):
     stretched[:, 0] = 1e-3 * mesh.coords[:, 0]
     w = np.zeros_like(stretched)
     w[:, 2] = mesh.coords[:, 0] * (1.0 - mesh.coords[:, 0])
-    Kg = mesh.assemble(GEOMETRIC[kind](mesh.coords[mesh.elements], section, COMMON, stretched[mesh.elements]))
+    Kg = mesh.assemble(
+        FORMULATIONS[kind].geometric(mesh.coords[mesh.elements], section, COMMON, stretched[mesh.elements])
+    )
     assert w.ravel() @ Kg @ w.ravel() == pytest.approx(1e4 * 0.01 * 1e-3 * 0.2 / 3.0, rel=1e-9)
 
 

@@ -83,12 +83,41 @@ def heat_stress(material: Material | AnisotropicMaterial, own: Own) -> FloatArra
 
 
 def heat_load(
-    coords: FloatArray, section: SolidSection, own: Own, reference: Reference, rise: FloatArray
+    coords: FloatArray, section: SolidSection, own: Own, rise: FloatArray, *, reference: Reference
 ) -> FloatArray:
     """f = integral of B' D alpha dT of displacements alone, (n, 6 n_node); dT interpolated as the displacements."""
     inverse, det = jacobians(coords, reference.slopes)
     stress = heat_stress(section.material, own) * (rise @ reference.shapes.T)[..., None]
     return without_turns(weighted_sum(strains(inverse @ reference.slopes), stress, det * reference.weights))
+
+
+def geometric_stiffness(
+    coords: FloatArray, section: SolidSection, own: Own, u: FloatArray, *, reference: Reference
+) -> FloatArray:
+    """K_g of the stress of displacements u (n, n_node, 6), see `of_stress`."""
+    inverse, det = jacobians(coords, reference.slopes)
+    gradient = inverse @ reference.slopes
+    strain = strains(gradient) @ u[:, None, :, :3].reshape(len(u), 1, -1, 1)
+    stress = (elasticity(section.material, own) @ strain)[..., 0]
+    return of_stress(gradient, stress, det * reference.weights)
+
+
+def of_stress(gradient: FloatArray, stress: FloatArray, volume: FloatArray) -> FloatArray:
+    """K_g = integral of sigma_ij u_k,i u_k,j, (n, 6 n_node, 6 n_node), the same for each translation.
+
+    Zienkiewicz and Taylor, The Finite Element Method, vol. 2 (2000), chapter 10.
+
+    Parameters
+    ----------
+    gradient : (n, n_point, 3, n_node). stress : (n, n_point, 6). volume : (n, n_point).
+    """
+    tensor = np.zeros((*stress.shape[:2], 3, 3))
+    for k, (i, j) in enumerate(VOIGT):
+        tensor[..., i, j] = tensor[..., j, i] = stress[..., k]
+    scaled = (tensor * volume[:, :, None, None]) @ gradient
+    pairs = np.einsum("ngia,ngib->nab", gradient, scaled)
+    each = np.einsum("nab,ij->naibj", pairs, np.eye(3))
+    return with_rotations(each.reshape(len(pairs), 3 * pairs.shape[1], -1))
 
 
 def without_turns(forces: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ from creak.elements.solids.common import (
     elasticity,
     heat_stress,
     jacobians,
+    of_stress,
     require_volume,
     strains,
     with_rotations,
@@ -83,6 +84,13 @@ def stress(coords: FloatArray, section: SolidSection, own: Own, u: FloatArray) -
     full = weighted_gram(operator, D, det)
     modes = -np.linalg.solve(full[:, 24:, 24:], full[:, 24:, :24] @ u[:, :, None])
     return np.asarray((D @ (operator @ np.concatenate([u[:, :, None], modes], axis=1)[:, None]))[..., 0])
+
+
+def geometric_stiffness(coords: FloatArray, section: SolidSection, own: Own, u: FloatArray) -> FloatArray:
+    """K_g of the stress of displacements u (n, 8, 6) and of the inner modes that go with them."""
+    inverse, det = jacobians(coords, GAUSS.slopes)
+    at_points = stress(coords, section, own, u[:, :, :3].reshape(len(u), 24))
+    return of_stress(inverse @ GAUSS.slopes, at_points, det)
 
 
 def heat_load(coords: FloatArray, section: SolidSection, own: Own, rise: FloatArray) -> FloatArray:

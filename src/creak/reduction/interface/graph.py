@@ -8,37 +8,35 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.model.mesh import Model
-from creak.model.shell_facets import N_CORNER, sides_of_shells
-from creak.model.solid_faces import HEX20, MIDDLES
+from creak.model.shell_facets import N_CORNER, SHELL_FACETS, sides_of_shells
+from creak.model.solid_faces import FACES, MIDDLES, solid_corners
+
+Edges = tuple[tuple[int, int], ...]
 
 
-def _halves(kind: str, n_corner: int) -> tuple[tuple[int, int], ...]:
-    """Halves of the edges of an element with middle nodes."""
-    return tuple(pair for k, (a, b) in enumerate(MIDDLES[kind], n_corner) for pair in ((a, k), (k, b)))
+def _of_solid(kind: str) -> Edges:
+    """Sides of the faces, in halves where there are middle nodes."""
+    faces = solid_corners(kind)
+    if kind in MIDDLES:
+        first = 1 + max(map(max, faces))
+        return tuple(half for k, (a, b) in enumerate(MIDDLES[kind], first) for half in ((a, k), (k, b)))
+    around = {tuple(sorted(pair)) for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)}
+    return tuple((a, b) for a, b in sorted(around))
 
 
-def _pieces(kind: str, n_node: int) -> tuple[tuple[int, int], ...]:
-    """Halves of the sides of a shell with middle nodes."""
-    every = np.arange(n_node)[None]
+def _of_shell(kind: str) -> Edges:
+    """Sides, in halves where there are middle nodes."""
+    every = np.unique(SHELL_FACETS[kind])[None]
     halves = [sides_of_shells(kind, every, side)[0] for side in range(N_CORNER[kind])]
     return tuple((int(a), int(b)) for a, b in np.concatenate(halves))
 
 
-EDGES = {
-    "quad4": ((0, 1), (1, 2), (2, 3), (3, 0)),
-    "tri3": ((0, 1), (1, 2), (2, 0)),
-    "quad8": _pieces("quad8", 8),
-    "tri6": _pieces("tri6", 6),
+EDGES: dict[str, Edges] = {
     "beam2": ((0, 1),),
     "beam3": ((0, 1), (1, 2)),
     "truss2": ((0, 1),),
-    "hex8": ((0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7)),
-    "wedge6": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-    "pyramid5": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)),
-    "tet4": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-    "tet10": _halves("tet10", 4),
-    **dict.fromkeys(HEX20, _halves("hex20", 8)),
-    "wedge15": _halves("wedge15", 6),
+    **{kind: _of_shell(kind) for kind in SHELL_FACETS},
+    **{kind: _of_solid(kind) for kind in FACES},
 }
 """Sides of the element kinds that make a mesh; diagonals are no edges."""
 SHORTEST = 1e-3

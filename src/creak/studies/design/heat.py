@@ -9,7 +9,8 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.drilling import held_drilling
-from creak.elements.heat import HEATED, block_heat_load, expands, expansion_of
+from creak.elements.heat import block_heat_load, expands, expansion_of
+from creak.elements.registry import FORMULATIONS
 from creak.errors import InputError
 from creak.model.constraints import KinematicCoupling, RigidLink
 from creak.model.dofs import PER_NODE
@@ -186,7 +187,7 @@ def _cold(model: Model, heat: Heat, superelements: bool) -> list[str]:
 
 def _solid(block: ElementBlock) -> bool:
     """Whether elements are of a material that could expand."""
-    return block.kind in HEATED and not getattr(block.section, "rigid", False)
+    return FORMULATIONS[block.kind].heat_load is not None and not getattr(block.section, "rigid", False)
 
 
 def _reached(block: ElementBlock, warm: BoolArray) -> bool:

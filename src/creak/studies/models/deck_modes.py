@@ -21,7 +21,7 @@ from creak.assembly.part import (
 )
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
-from creak.elements.geometric import GEOMETRIC, UNSTRESSED
+from creak.elements.registry import FORMULATIONS, unstressed
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.catalogue import stop_on_unread, with_open_stops, without_unread_damping
 from creak.formats.decks import read_model
@@ -268,9 +268,11 @@ def is_ignored(step: StaticStep, ignore: Iterable[str]) -> bool:
 def require_known(model: Model, step: StaticStep) -> None:
     """Raise InputError for elements and couplings that stress changes in a way that creak does not know."""
     for block in model.blocks:
-        arms = block.own.arms is not None and block.kind in GEOMETRIC
-        known = block.kind in UNSTRESSED or (block.kind in GEOMETRIC and block.part >= 0)
-        if arms or not known:
+        geometric = FORMULATIONS[block.kind].geometric
+        if geometric is unstressed:
+            continue
+        arms = block.own.arms is not None
+        if arms or geometric is None or block.part < 0:
             raise _unknown(
                 step,
                 f"element {block.ids[0]}" + (", which is off its nodes" if arms else f" ({block.kind})"),

@@ -139,9 +139,8 @@ _FAMILIES = (
     "their kin (`docs/abaqus_decks.md`)"
 )
 _TYPE_ROW = {t.name: k for k, t in enumerate(TYPES)}
-SOLIDS = ("hex8", "wedge6", "pyramid5", "tet4", "tet10", "hex20", "hex20r", "wedge15")
-ROTATIONLESS = ("truss2", "coh8", "coh6", "gap2", *SOLIDS)
-STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", "truss2", "coh8", "coh6", *SOLIDS)
+ROTATIONLESS = ("truss2", "coh8", "coh6", "gap2", *FACES)
+STRUCTURAL = (*SHELL_FACETS, "beam2", "beam3", "truss2", "coh8", "coh6", *FACES)
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.mesh.elements import SOLIDS, TYPES, Elements
+from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, qualified, unique_in_order
 from creak.formats.abaqus.text.numbers import positive
@@ -22,7 +22,7 @@ _EDGES = {"E1": 0, "E2": 1, "E3": 2, "E4": 3}
 _FACES = {f"S{k}": k for k in range(1, 7)}
 _NONE = np.zeros(0, dtype=np.int64)
 IS_SHELL = np.array([t.kind in SHELL_FACETS for t in TYPES])
-_IS_SOLID = np.array([t.kind in SOLIDS for t in TYPES])
+_IS_SOLID = np.array([t.kind in FACES for t in TYPES])
 
 
 @dataclass(frozen=True)
@@ -190,7 +190,7 @@ def faces_named(rows: IntArray, label: str, where: str, elements: Elements) -> I
 def _free(rows: IntArray, elements: Elements) -> IntArray:
     """Free faces of the solids among these elements, kind by kind."""
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for kind in SOLIDS:
+    for kind in FACES:
         mine = rows[np.array([t.kind == kind for t in TYPES])[elements.type_idx[rows]]]
         element, face = np.nonzero(elements.free_faces[mine])
         found.append(np.column_stack([mine[element], face + 1]))
@@ -204,7 +204,7 @@ def facets_of(elements: Elements, rows: IntArray, side: IntArray) -> tuple[IntAr
     rows, side = np.repeat(rows, count), np.repeat(side, count)
     table, of_type = elements.nodes_idx[rows], elements.type_idx[rows]
     corners = np.zeros((rows.size, 4), dtype=np.int64)
-    for kind in (*SHELL_FACETS, *SOLIDS):
+    for kind in (*SHELL_FACETS, *FACES):
         mine = np.flatnonzero(np.array([t.kind == kind for t in TYPES])[of_type])
         if kind in SHELL_FACETS:
             corners[mine] = facets_of_shells(kind, table[mine])[np.arange(mine.size), number[mine]] if mine.size else 0

@@ -19,7 +19,7 @@ from creak.formats.abaqus.joints.points import (
     turned_spring,
 )
 from creak.formats.abaqus.joints.rigid import Connector
-from creak.formats.abaqus.mesh.elements import SOLIDS, TYPES, Elements
+from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.sections.beams import read_beam_general_section, read_beam_section
 from creak.formats.abaqus.sections.materials import RawMaterial, find_material, find_solid_material
 from creak.formats.abaqus.sections.orientations import constant_axes
@@ -48,6 +48,7 @@ from creak.model.materials import (
     TrussSection,
 )
 from creak.model.mesh import COMMON, Own
+from creak.model.solid_faces import FACES
 
 Materials = dict[str, RawMaterial]
 _Reader = Callable[[Scope, Block, Materials], Section]
@@ -219,7 +220,7 @@ def _reader(block: Block, rows: IntArray, elements: Elements) -> _Reader:
     """What reads a section; those of trusses and of continuum shells have the keywords of others."""
     if _is_truss(block, rows, elements):
         return read_truss_section
-    continuum = elements.of_kinds(SOLIDS)[rows]
+    continuum = elements.of_kinds(FACES)[rows]
     if block.name == "SHELL SECTION" and continuum.any():
         if not continuum.all():
             raise block.error(
@@ -240,7 +241,7 @@ def _is_truss(block: Block, rows: IntArray, elements: Elements) -> bool:
     """
     if block.name != "SOLID SECTION" or not rows.size:
         return False
-    solid = elements.of_kinds(SOLIDS)[rows]
+    solid = elements.of_kinds(FACES)[rows]
     if solid.any() and not solid.all():
         raise block.error(
             f"*SOLID SECTION, ELSET={block.get('ELSET')} holds both solids and trusses",

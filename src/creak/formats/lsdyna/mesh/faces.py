@@ -13,7 +13,7 @@ from creak.formats.deck.groups import Group
 from creak.formats.lsdyna.mesh.sets import Segment
 from creak.model.mesh import ElementBlock, Surface
 from creak.model.shell_facets import N_CORNER, SHELL_FACETS
-from creak.model.solid_faces import FACES, face_numbers, faces_of
+from creak.model.solid_faces import FACES, face_numbers, solid_corners
 
 Element = tuple[int, int]
 """Row of a group or block, row in it."""
@@ -46,13 +46,13 @@ class FaceFinder:
 
     def _add_solids(self, b: int, kind: str, nodes: IntArray) -> None:
         number = face_numbers(kind)
-        faces = [np.flatnonzero(number == face) for face in np.unique(number)]
-        n_corner = {"tet10": 4}.get(kind, nodes.shape[1])
-        for k, facets in enumerate(faces_of(kind, nodes)):
-            corners = set(nodes[k, :n_corner].tolist())
-            for face in faces:
-                key = frozenset(set(facets[face].ravel().tolist()) & corners)
-                self._solids[key] = Face((b, k), tuple(face.tolist()), 0)
+        faces = [
+            (corners, tuple(np.flatnonzero(number == face).tolist()))
+            for face, corners in enumerate(solid_corners(kind), 1)
+        ]
+        for k, row in enumerate(nodes.tolist()):
+            for corners, facets in faces:
+                self._solids[frozenset(row[c] for c in corners)] = Face((b, k), facets, 0)
 
     def face(self, segment: Segment) -> Face:
         """The face that a segment is.

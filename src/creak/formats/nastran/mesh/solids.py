@@ -21,6 +21,8 @@ _KINDS = {
     "CTETRA": (("tet4", 4), ("tet10", 10)),
 }
 """First- and second-order element and number of grids."""
+CARD_OF = {kind: card for card, kinds in reversed(_KINDS.items()) for kind, _ in kinds} | dict.fromkeys(HEX20, "CHEXA")
+"""The card that a kind is written as."""
 ORDER = {
     **{kind: [*range(12), *range(16, 20), *range(12, 16)] for kind in HEX20},
     "wedge15": [*range(9), *range(12, 15), *range(9, 12)],
@@ -80,7 +82,7 @@ def _grids(deck: Deck, card: Card, owner: Card) -> tuple[str, list[int]]:
                 f"{card.title} has {n + given} grids", expected=f"{n} grids", fix="Export the mesh in first order."
             )
         return first, deck.nodes(card, range(2, 2 + n))
-    sides = MIDDLES["hex20" if card.name == "CHEXA" else second]
+    sides = MIDDLES[second]
     nodes = rows_with_middles(deck, card, sides, ORDER.get(second, range(more)), TRANSLATIONS)
     if len(nodes) == n:
         return first, nodes

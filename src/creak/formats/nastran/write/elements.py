@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.deck.refusals import unwritable
-from creak.formats.nastran.mesh.solids import NETWORKS, ORDER
+from creak.formats.nastran.mesh.solids import CARD_OF, NETWORKS, ORDER
 from creak.formats.nastran.write.equivalent import is_rod
 from creak.formats.nastran.write.fields import Field, card
 from creak.formats.nastran.write.properties import Properties
@@ -26,17 +26,7 @@ from creak.model.materials import (
 )
 from creak.model.mesh import ElementBlock, Model
 from creak.model.shell_facets import N_CORNER
-from creak.model.solid_faces import HEX20
 
-_SOLIDS = {
-    "hex8": "CHEXA",
-    "wedge6": "CPENTA",
-    "pyramid5": "CPYRAM",
-    "tet4": "CTETRA",
-    "tet10": "CTETRA",
-    **dict.fromkeys(HEX20, "CHEXA"),
-    "wedge15": "CPENTA",
-}
 _SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3", "quad8": "CQUAD8", "tri6": "CTRIA6"}
 NORMAL = 1e-9
 """Share by which arms may differ from ones along the normal, and directions from ones in the surface."""
@@ -74,7 +64,7 @@ def element_lines(model: Model, properties: Properties, systems: Systems) -> Ite
         section = block.section
         if block.kind in _SHELLS:
             yield from _shells(model, b, properties, systems)
-        elif block.kind in _SOLIDS:
+        elif block.kind in CARD_OF:
             yield from _solids(model, b, properties, systems)
         elif block.kind in ("beam2", "truss2"):
             yield from _bars(model, b, properties)
@@ -203,7 +193,7 @@ def _solids(model: Model, b: int, properties: Properties, systems: Systems) -> I
     nodes = block.nodes_idx[:, ORDER[block.kind]] if block.kind in ORDER else block.nodes_idx
     labels = model.nodes.ids[nodes].tolist()
     for k, identifier in enumerate(block.ids.tolist()):
-        yield from card(_SOLIDS[block.kind], [identifier, pid[k], *labels[k]])
+        yield from card(CARD_OF[block.kind], [identifier, pid[k], *labels[k]])
 
 
 def _bars(model: Model, b: int, properties: Properties) -> Iterator[str]:
