@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from creak.model.constraints import RigidLink
     from creak.model.mesh import Model
     from creak.signals.omega_arithmetic import integrate_twice
+    from creak.signals.signal import Motion
     from creak.signals.sources import (
-        Motion,
         Multisine,
         Record,
         Sine,
@@ -110,8 +110,8 @@ _HOMES = {
     "model.constraints": ("RigidLink",),
     "model.mesh": ("Model",),
     "signals.omega_arithmetic": ("integrate_twice",),
+    "signals.signal": ("Motion",),
     "signals.sources": (
-        "Motion",
         "Multisine",
         "Record",
         "Sine",

@@ -20,8 +20,8 @@ from creak.dynamics.simulate import simulate as by_scheme
 from creak.errors import InputError, shortened
 from creak.given import of_kind, pairs_of, row_of, whole
 from creak.progress import told_to
-from creak.signals import sources
-from creak.signals.sources import A_SIGNAL, Motion, Signal
+from creak.signals.signal import Motion, Signal
+from creak.signals.sources import A_SIGNAL
 from creak.studies.run.integrate import simulate_settled
 
 Forces: TypeAlias = Sequence[tuple[ArrayLike, Signal | ArrayLike]]
@@ -177,7 +177,7 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
         given = motion[name]
         if not isinstance(given, Motion):
             of_kind(given, Signal, f"motion {name!r}", f"{A_SIGNAL}, or a creak.Motion")
-        found = given if isinstance(given, Motion) else sources.displacement_motion(given, t)
+        found = given if isinstance(given, Motion) else given.motion(t, 0)
         for k, x in enumerate((found.displacement, found.velocity, found.acceleration)):
             if np.shape(x) != t.shape:
                 raise InputError(f"motion {name!r} has shape {np.shape(x)}", expected=f"{t.shape}, as the times")
@@ -187,7 +187,7 @@ def _support(system: System, t: FloatArray, motion: Mapping[str, Signal | Motion
 
 def _samples(what: Any, t: FloatArray, n_label: int) -> FloatArray:
     if isinstance(what, Signal):
-        return sources.force(what, t)[:, None]
+        return what.values(t)[:, None]
     try:
         F = np.asarray(what, dtype=np.float64)
     except (TypeError, ValueError) as error:

@@ -3,29 +3,30 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.signals.signal import Curve
 
 if TYPE_CHECKING:
     from scipy.interpolate import PPoly
 
 
 @dataclass(frozen=True)
-class SmoothStep:
+class SmoothStep(Curve):
     """From point to point a_1 + (a_2 - a_1) (10 x^3 - 15 x^4 + 6 x^5), x = (t - t_1) / (t_2 - t_1); constant outside.
 
     First and second derivative are zero at every point.
     """
 
+    sudden: ClassVar[bool] = True
     time: FloatArray
     """(k,) s, strictly increasing, k >= 2."""
     value: FloatArray
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,), order <= 2; order -1 and -2: integrals that start at zero at t = 0."""
         h, rise = np.diff(self.time), np.diff(self.value)
         c = np.zeros((6, h.size))
         c[:3] = rise * np.array([6.0, -15.0, 10.0])[:, None] / h ** np.array([5, 4, 3])[:, None]
@@ -34,7 +35,7 @@ class SmoothStep:
 
 
 @dataclass(frozen=True)
-class Rounded:
+class Rounded(Curve):
     """A table, linear between its points, whose corners are parabolas; constant outside.
 
     The parabola at a point reaches to both sides by `share` times the shorter of the two intervals beside it; outside
@@ -48,7 +49,6 @@ class Rounded:
     """0 to 0.5"""
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,), order <= 2; order -1 and -2: integrals that start at zero at t = 0."""
         if self.time.size == 1:
             from scipy.interpolate import PPoly  # see `signals.spectra.low_pass`
 
@@ -70,7 +70,7 @@ class Rounded:
 
 
 @dataclass(frozen=True)
-class Periodic:
+class Periodic(Curve):
     """mean + sum_n A_n cos(n w (t - start)) + B_n sin(n w (t - start)), w = 2 pi frequency, from `start` on.
 
     Before `start` it is the mean.
@@ -92,7 +92,6 @@ class Periodic:
         object.__setattr__(self, "terms", 2.0 * np.pi * self.frequency * np.arange(1.0, self.cosine.size + 1))
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,) >= 0; order -1 and -2: integrals that start at zero at t = 0."""
         begin = max(self.start, 0.0)
         on = np.maximum(t, begin)
         result = self._harmonic(on, order)
@@ -108,9 +107,6 @@ class Periodic:
         phase = np.outer(t - self.start, self.terms) + 0.5 * np.pi * order
         scale = self.terms**order
         return np.asarray(np.cos(phase) @ (self.cosine * scale) + np.sin(phase) @ (self.sine * scale))
-
-
-Curve = SmoothStep | Rounded | Periodic
 
 
 def _with_ends(breaks: FloatArray, c: FloatArray) -> PPoly:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -13,9 +13,9 @@ from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError
 from creak.given import check_fields, finite, number, of_kind, positive, row_of, whole
 from creak.signals.between_samples import between_samples, even_step
-from creak.signals.curves import Curve, Periodic, Rounded, SmoothStep
+from creak.signals.curves import Rounded
 from creak.signals.omega_arithmetic import integrate_twice, wrapped_share
-from creak.signals.vibration import HalfSine, RandomVibration, SineSweep
+from creak.signals.signal import Curve, Lines, Motion, Signal, faded_in, windowed
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
@@ -26,8 +26,6 @@ ROUND_OFF = 4.0 * np.finfo(float).eps
 AT_ONCE = 1 << 22
 """Cosines that memory holds at once."""
 A_SIGNAL = "a signal, as creak.Sine(20.0, 0.1)"
-RAMP = 0.1
-"""A multisine that prescribes motion is faded in over this part of its period."""
 APART = 0.03
 """Distance of both splines over the largest change of the table near it, from which on there is a corner."""
 NEAR = 2
@@ -36,7 +34,7 @@ ROUNDS = 20
 
 
 @dataclass(frozen=True)
-class Multisine:
+class Multisine(Lines):
     """Random-phase multisine: sum_k A cos(2 pi k f0 t + phi_k), f0 = 1/period, f_min <= k f0 <= f_max.
 
     Phases are uniform on [0, 2 pi) from `seed` (Pintelon and Schoukens, System Identification, 2012, 2.3.1).
@@ -67,7 +65,6 @@ class Multisine:
         return np.asarray(omega, dtype=np.float64), phase
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order; negative orders are the zero-mean integrals (omega arithmetic)."""
         omega, phase = self.lines
         turned = phase + 0.5 * np.pi * order
         weight = self.amplitude * omega**order
@@ -96,7 +93,7 @@ def _even_cut(t: FloatArray) -> tuple[FloatArray, FloatArray] | None:
 
 
 @dataclass(frozen=True)
-class Sine:
+class Sine(Curve):
     """A sin(2 pi f t), from t = 0."""
 
     frequency: float
@@ -105,9 +102,17 @@ class Sine:
     def __post_init__(self) -> None:
         check_fields(self, {"frequency": positive, "amplitude": finite})
 
+    def derivative(self, t: FloatArray, order: int) -> FloatArray:
+        w, A = 2.0 * np.pi * self.frequency, self.amplitude
+        if order == -2:
+            return A / w * (t - np.sin(w * t) / w)
+        if order == -1:
+            return A / w * (1.0 - np.cos(w * t))
+        return (A * np.sin(w * t), A * w * np.cos(w * t), -A * w**2 * np.sin(w * t))[order]
+
 
 @dataclass(frozen=True)
-class Step:
+class Step(Curve):
     """Constant A from t = 0 on."""
 
     amplitude: float
@@ -115,11 +120,21 @@ class Step:
     def __post_init__(self) -> None:
         check_fields(self, {"amplitude": finite})
 
+    def derivative(self, t: FloatArray, order: int) -> FloatArray:
+        if order > 0:
+            return np.zeros_like(t)
+        return self.amplitude * (np.ones_like(t), t, 0.5 * t**2)[-order]
+
 
 @dataclass(frozen=True)
-class Table:
-    """Samples of the signal; zero slope outside. `time` strictly increasing, s."""
+class Table(Signal):
+    """Samples of the signal; zero slope outside. `time` strictly increasing, s.
 
+    A displacement is interpolated by `smooth_table`; velocity and acceleration are linear between the points, the
+    corners of the velocity rounded by `rounding`.
+    """
+
+    sudden: ClassVar[bool] = True
     time: FloatArray
     value: FloatArray
     rounding: float | None = None
@@ -132,10 +147,30 @@ class Table:
         if self.rounding is not None and not 0.0 <= number(self.rounding, "Table: rounding") <= 0.5:
             raise InputError(f"Table: rounding = {self.rounding}", expected="a number from 0 to 0.5, or None")
 
+    def values(self, t: FloatArray) -> FloatArray:
+        return np.interp(t, self.time, self.value)
+
+    def motion(self, t: FloatArray, order: int) -> Motion:
+        if order == 2:
+            return _integrated_table(self, t)
+        if order == 1 or self.rounding is not None:
+            return Rounded(self.time, self.value, self.rounding or 0.0).motion(t, order)
+        if self.time.size == 1:
+            return Motion(np.full_like(t, self.value[0]), np.zeros_like(t), np.zeros_like(t))
+        inside = np.clip(t, self.time[0], self.time[-1])
+        moving = (t >= self.time[0]) & (t <= self.time[-1])
+        spline = smooth_table(self.time, self.value)
+        return Motion(
+            spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0)
+        )
+
 
 @dataclass(frozen=True)
-class Record:
-    """A measured acceleration, turned into displacement by omega arithmetic above `high_pass` Hz."""
+class Record(Signal):
+    """A measured acceleration, turned into displacement by omega arithmetic above `high_pass` Hz.
+
+    Whatever it prescribes, its motion is the zero-mean one of that acceleration.
+    """
 
     time: FloatArray
     value: FloatArray
@@ -162,6 +197,18 @@ class Record:
         """How far off the displacement is, `wrapped_share`."""
         return wrapped_share(self.value, self.step, self.high_pass, self.integrals[0])
 
+    def values(self, t: FloatArray) -> FloatArray:
+        return between_samples(self.value[None], (t - self.time[0]) / self.step)[0]
+
+    def motion(self, t: FloatArray, order: int) -> Motion:
+        """Faded in from its beginning, or from t = 0 where that is later; faded out at its end where t goes on."""
+        first, last, step = float(self.time[0]), float(self.time[-1]), self.step
+        motion = Motion(*between_samples(self.integrals, (t - first) / step))
+        motion = faded_in(motion, t - max(first, 0.0), 1.0 / self.high_pass)
+        if not (t > last + 1.001 * step).any():  # the last sample stands for a step
+            return motion
+        return windowed(motion, (last - t) * self.high_pass, -self.high_pass)
+
 
 def _check_rising(course: Table | Record) -> None:
     name, n = type(course).__name__, course.time.size
@@ -173,109 +220,12 @@ def _check_rising(course: Table | Record) -> None:
         raise InputError(f"{name}: the time {after:g} after {before:g}", expected="times that rise")
 
 
-Signal = Multisine | Sine | Step | Table | Record | SmoothStep | Periodic | RandomVibration | SineSweep | HalfSine
-
-
-@dataclass(frozen=True)
-class Motion:
-    """Prescribed displacement, velocity and acceleration at the steps, each (n_time,)."""
-
-    displacement: FloatArray
-    velocity: FloatArray
-    acceleration: FloatArray
-
-
-def force(signal: Signal, t: FloatArray) -> FloatArray:
-    """The signal's own value at times t (n_time,)."""
-    if isinstance(signal, Multisine | RandomVibration):
-        return signal.derivative(t, 0)
-    if isinstance(signal, Sine):
-        return signal.amplitude * np.sin(2.0 * np.pi * signal.frequency * t)
-    if isinstance(signal, Step):
-        return np.full_like(t, signal.amplitude)
-    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
-        return signal.derivative(t, 0)
-    if isinstance(signal, Record):
-        return between_samples(signal.value[None], (t - signal.time[0]) / signal.step)[0]
-    return np.interp(t, signal.time, signal.value)
-
-
-def faded_in(motion: Motion, t: FloatArray, duration: float) -> Motion:
-    """The motion times a window w that rises smoothly from 0 to 1 over `duration` s.
-
-    A random-phase signal does not start at zero; without the window the supports would jump at t = 0. With
-    w = 10 x^3 - 15 x^4 + 6 x^5, x = t / duration, displacement, velocity and acceleration start at zero.
-    """
-    return _windowed(motion, t / duration, 1.0 / duration)
-
-
-def _windowed(motion: Motion, x: FloatArray, rate: float) -> Motion:
-    """`faded_in` by x and its rate in time."""
-    x = np.clip(x, 0.0, 1.0)
-    w = x**3 * (10.0 - 15.0 * x + 6.0 * x**2)
-    dw = 30.0 * x**2 * (1.0 - x) ** 2 * rate
-    ddw = 60.0 * x * (1.0 - x) * (1.0 - 2.0 * x) * rate**2
-    u, v, a = motion.displacement, motion.velocity, motion.acceleration
-    return Motion(w * u, w * v + dw * u, w * a + 2.0 * dw * v + ddw * u)
-
-
 def displacement_motion(signal: Signal, t: FloatArray) -> Motion:
-    """The signal is a displacement: differentiate it. Multisine and record are faded in (`faded_in`).
+    """The signal is a displacement: differentiate it. Multisine and record are faded in (`signal.faded_in`).
 
     A table is interpolated by `smooth_table`; a record is integrated twice first.
     """
-    t = _sampled(signal, t)
-    if isinstance(signal, Multisine | RandomVibration):
-        motion = Motion(*(signal.derivative(t, order) for order in (0, 1, 2)))
-        return faded_in(motion, t, RAMP * signal.period)
-    if isinstance(signal, Sine):
-        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
-        return Motion(A * np.sin(w * t), A * w * np.cos(w * t), -A * w**2 * np.sin(w * t))
-    if isinstance(signal, Step):
-        return Motion(np.full_like(t, signal.amplitude), np.zeros_like(t), np.zeros_like(t))
-    if isinstance(signal, Record):
-        return _record_motion(signal, t)
-    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
-        return _curve_motion(signal, t, 0)
-    if signal.rounding is not None:
-        return _curve_motion(Rounded(signal.time, signal.value, signal.rounding), t, 0)
-    if signal.time.size == 1:
-        return Motion(np.full_like(t, signal.value[0]), np.zeros_like(t), np.zeros_like(t))
-    inside = np.clip(t, signal.time[0], signal.time[-1])
-    moving = (t >= signal.time[0]) & (t <= signal.time[-1])
-    spline = smooth_table(signal.time, signal.value)
-    return Motion(spline(inside), np.where(moving, spline(inside, 1), 0.0), np.where(moving, spline(inside, 2), 0.0))
-
-
-def _sampled(signal: Signal, t: FloatArray) -> FloatArray:
-    """The times as an array; InputError for what is no signal, or no row of times."""
-    of_kind(signal, Signal, "signal", A_SIGNAL)
-    return row_of(t, "t")
-
-
-def velocity_motion(signal: Signal, t: FloatArray) -> Motion:
-    """The signal is a velocity; the displacement starts at zero.
-
-    Multisine and record as in `acceleration_motion`. A table is linear between its points, with corners rounded by
-    its `rounding`.
-    """
-    if isinstance(signal, Multisine | RandomVibration):
-        motion = Motion(*(signal.derivative(t, order) for order in (-1, 0, 1)))
-        return faded_in(motion, t, RAMP * signal.period)
-    if isinstance(signal, Sine):
-        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
-        return Motion(A / w * (1.0 - np.cos(w * t)), A * np.sin(w * t), A * w * np.cos(w * t))
-    if isinstance(signal, Step):
-        return Motion(signal.amplitude * t, np.full_like(t, signal.amplitude), np.zeros_like(t))
-    if isinstance(signal, Record):
-        return _record_motion(signal, t)
-    curve = Rounded(signal.time, signal.value, signal.rounding or 0.0) if isinstance(signal, Table) else signal
-    return _curve_motion(curve, t, -1)
-
-
-def _curve_motion(curve: Curve | SineSweep | HalfSine, t: FloatArray, first: int) -> Motion:
-    """Motion whose displacement is the derivative of order `first` of the curve."""
-    return Motion(*(curve.derivative(t, first + k) for k in range(3)))
+    return _checked(signal).motion(row_of(t, "t"), 0)
 
 
 def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
@@ -284,31 +234,12 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
     Sine, step and table start from rest: v(0) = u(0) = 0. Multisine and record are periodic: their motion is
     the zero-mean one of omega arithmetic, faded in.
     """
-    t = _sampled(signal, t)
-    if isinstance(signal, Multisine | RandomVibration):
-        motion = Motion(*(signal.derivative(t, order) for order in (-2, -1, 0)))
-        return faded_in(motion, t, RAMP * signal.period)
-    if isinstance(signal, Sine):
-        w, A = 2.0 * np.pi * signal.frequency, signal.amplitude
-        return Motion(A / w * (t - np.sin(w * t) / w), A / w * (1.0 - np.cos(w * t)), A * np.sin(w * t))
-    if isinstance(signal, Step):
-        A = signal.amplitude
-        return Motion(0.5 * A * t**2, A * t, np.full_like(t, A))
-    if isinstance(signal, Record):
-        return _record_motion(signal, t)
-    if isinstance(signal, SmoothStep | Periodic | SineSweep | HalfSine):
-        return _curve_motion(signal, t, -2)
-    return _integrated_table(signal, t)
+    return _checked(signal).motion(row_of(t, "t"), 2)
 
 
-def _record_motion(record: Record, t: FloatArray) -> Motion:
-    """Faded in from the record's beginning, or from t = 0 where that is later; faded out at its end where t goes on."""
-    first, last, step = float(record.time[0]), float(record.time[-1]), record.step
-    motion = Motion(*between_samples(record.integrals, (t - first) / step))
-    motion = faded_in(motion, t - max(first, 0.0), 1.0 / record.high_pass)
-    if not (t > last + 1.001 * step).any():  # the last sample stands for a step
-        return motion
-    return _windowed(motion, (last - t) * record.high_pass, -record.high_pass)
+def _checked(signal: Signal) -> Signal:
+    of_kind(signal, Signal, "signal", A_SIGNAL)
+    return signal
 
 
 def _integrated_table(table: Table, t: FloatArray) -> Motion:

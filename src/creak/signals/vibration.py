@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.signals.signal import Curve, Lines
 
 PER_PERIOD = 40
 """Points in the shortest period between which splines go: 1e-6 of the amplitude."""
 
 
 @dataclass(frozen=True)
-class RandomVibration:
-    """Random-phase sum with a given one-sided power spectral density S, periodic in `duration` T.
+class RandomVibration(Lines):
+    """Random-phase sum with a given one-sided power spectral density S, periodic in `period` T.
 
     sum_k sqrt(2 S(f_k) / T) cos(2 pi f_k t + phi_k), f_k = k / T: its periodogram is S at every line; the phases are
     uniform from `seed`, so that values are normally distributed in the limit of many lines (Shinozuka and Jan, J. Sound
@@ -27,18 +29,14 @@ class RandomVibration:
     """(k,) Hz, increasing."""
     density: FloatArray
     """(k,) unit^2 / Hz."""
-    duration: float
+    period: float
     """s"""
     seed: int = 1
-
-    @property
-    def period(self) -> float:
-        return self.duration
 
     @cached_property
     def lines(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """(n_line,) circular frequencies, rad/s, amplitudes, and phases, rad."""
-        T, f = self.duration, self.frequency
+        T, f = self.period, self.frequency
         k = np.arange(max(1, int(np.ceil(f[0] * T - 1e-9))), int(np.floor(f[-1] * T + 1e-9)) + 1)
         phase = np.random.default_rng(self.seed).uniform(0.0, 2.0 * np.pi, k.size)
         omega: FloatArray = np.asarray(2.0 * np.pi * k / T, dtype=np.float64)
@@ -60,9 +58,7 @@ class RandomVibration:
         return float(np.sqrt(0.5 * (self.lines[1] ** 2).sum()))
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,); negative orders are the zero-mean integrals (omega arithmetic).
-
-        Summed by FFT over one period: exactly where even samples from t = 0 on divide it, else by periodic cubic
+        """Summed by FFT over one period: exactly where even samples from t = 0 on divide it, else by periodic cubic
         splines through `PER_PERIOD` points of the shortest period.
         """
         count = self._even_samples(t)
@@ -70,29 +66,29 @@ class RandomVibration:
             return np.asarray(self._one_period(order, count)[np.arange(t.size) % count])
         from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
 
-        count = int(2 ** np.ceil(np.log2(PER_PERIOD * self.frequency[-1] * self.duration)))
+        count = int(2 ** np.ceil(np.log2(PER_PERIOD * self.frequency[-1] * self.period)))
         x = self._one_period(order, count)
-        at = np.linspace(0.0, self.duration, count + 1)
-        return np.asarray(CubicSpline(at, np.append(x, x[0]), bc_type="periodic")(t % self.duration))
+        at = np.linspace(0.0, self.period, count + 1)
+        return np.asarray(CubicSpline(at, np.append(x, x[0]), bc_type="periodic")(t % self.period))
 
     def _even_samples(self, t: FloatArray) -> int | None:
         """Samples of t in a period; None where they are not even, or too few for the highest line."""
         step = t[1] - t[0] if t.size > 1 else np.inf
-        count = self.duration / step
+        count = self.period / step
         even = t.size > 1 and t[0] == 0.0 and np.ptp(np.diff(t)) < 1e-9 * step and abs(count - round(count)) < 1e-6
-        return round(count) if even and round(count) > 2 * self.frequency[-1] * self.duration else None
+        return round(count) if even and round(count) > 2 * self.frequency[-1] * self.period else None
 
     def _one_period(self, order: int, count: int) -> FloatArray:
         """(count,) samples of one period."""
         omega, amplitude, phase = self.lines
-        rows = np.rint(omega * self.duration / (2.0 * np.pi)).astype(np.int64)
+        rows = np.rint(omega * self.period / (2.0 * np.pi)).astype(np.int64)
         spectrum = np.zeros(count // 2 + 1, dtype=np.complex128)
         spectrum[rows] = 0.5 * count * amplitude * omega**order * np.exp(1j * (phase + 0.5 * np.pi * order))
         return np.asarray(np.fft.irfft(spectrum, count))
 
 
 @dataclass(frozen=True)
-class SineSweep:
+class SineSweep(Curve):
     """A sin(phi(t)), phi' = 2 pi f(t) from `first` to `last` Hz in `duration` s, after that at `last`.
 
     f(t) = first + (last - first) t / T (linear), or first (last / first)^(t / T) (logarithmic).
@@ -119,7 +115,6 @@ class SineSweep:
         return 2.0 * np.pi * phi, 2.0 * np.pi * f, 2.0 * np.pi * np.where(t < T, bend, 0.0)
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,) >= 0, order <= 2; order -1 and -2: integrals that start at zero at t = 0."""
         if order < 0:
             return self._integral(t, -order)
         phi, w, bend = self._phase(t)
@@ -139,15 +134,16 @@ class SineSweep:
 
 
 @dataclass(frozen=True)
-class HalfSine:
+class HalfSine(Curve):
     """A sin(pi (t - start) / T) for a time T from `start` on, zero else: a shock."""
 
+    sudden: ClassVar[bool] = True
     amplitude: float
     duration: float
     start: float = 0.0
 
     def derivative(self, t: FloatArray, order: int) -> FloatArray:
-        """d^order/dt^order at t (n_time,), order <= 2, without the kinks at both ends; integrals that start at zero."""
+        """Without the kinks at both ends."""
         T, A, w = self.duration, self.amplitude, np.pi / self.duration
         x = np.clip(t - self.start, 0.0, T)
         after = np.maximum(t - self.start - T, 0.0)

@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from creak.signals.between_samples import SIDE, between_samples, even_step
-from creak.signals.sources import Record, acceleration_motion, displacement_motion, force, velocity_motion
+from creak.signals.sources import Record, acceleration_motion
 from creak.signals.spectra import largest
 
 LINE = 100.0
@@ -25,8 +25,8 @@ def test_a_record_moves_its_base_as_the_sine_it_was_sampled_from(rate):
     w = 2.0 * np.pi * LINE
     exact = np.sin(w * t)
     whole = np.arange(4800) / 3000.0  # ends before the record does: it is not faded out
-    for motion_of in (displacement_motion, velocity_motion, acceleration_motion):
-        motion = motion_of(record, whole)
+    for order in range(3):
+        motion = record.motion(whole, order)
         for moved, true in (
             (motion.displacement * w**2, -exact),
             (motion.velocity * w, -np.cos(w * t)),
@@ -36,7 +36,7 @@ def test_a_record_moves_its_base_as_the_sine_it_was_sampled_from(rate):
             assert lines[100] == pytest.approx(1.0, abs=1e-4)
             assert np.delete(lines, 100).max() < 1e-4
             np.testing.assert_allclose(moved[1500:4500], true, atol=1e-4)
-    np.testing.assert_allclose(force(record, t), exact, atol=1e-4)
+    np.testing.assert_allclose(record.values(t), exact, atol=1e-4)
 
 
 def test_velocity_is_the_rate_of_displacement_also_near_the_ends():

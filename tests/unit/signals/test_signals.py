@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from creak.signals.omega_arithmetic import integrate_twice
+from creak.signals.signal import RAMP
 from creak.signals.sources import (
     APART,
-    RAMP,
     Multisine,
     Record,
     Sine,
@@ -16,7 +16,6 @@ from creak.signals.sources import (
     Table,
     acceleration_motion,
     displacement_motion,
-    force,
 )
 from creak.signals.spectra import low_pass, spectrum
 
@@ -37,7 +36,7 @@ def derivatives_agree(motion, t: np.ndarray, *, skip: int = 2, tolerance: float 
 
 def test_sine_force_and_motion():
     sine = Sine(3.0, 2.0)
-    np.testing.assert_allclose(force(sine, T), 2 * np.sin(W * T))
+    np.testing.assert_allclose(sine.values(T), 2 * np.sin(W * T))
     motion = displacement_motion(sine, T)
     np.testing.assert_allclose(motion.displacement, 2 * np.sin(W * T))
     np.testing.assert_allclose(motion.velocity, 2 * W * np.cos(W * T))
@@ -54,7 +53,7 @@ def test_sine_acceleration_starts_from_rest():
 
 
 def test_step_force_and_base_acceleration():
-    np.testing.assert_array_equal(force(Step(4.0), T), 4.0)
+    np.testing.assert_array_equal(Step(4.0).values(T), 4.0)
     still = displacement_motion(Step(4.0), T)
     np.testing.assert_array_equal(still.displacement, 4.0)
     assert not still.velocity.any()
@@ -67,7 +66,7 @@ def test_step_force_and_base_acceleration():
 def test_table_force_is_linear_between_rows_and_constant_outside():
     table = Table(np.array([0.5, 1.0, 1.5]), np.array([0.0, 2.0, -1.0]))
     t = np.array([0.0, 0.5, 0.75, 1.0, 1.25, 1.5, 9.0])
-    np.testing.assert_allclose(force(table, t), [0.0, 0.0, 1.0, 2.0, 0.5, -1.0, -1.0])
+    np.testing.assert_allclose(table.values(t), [0.0, 0.0, 1.0, 2.0, 0.5, -1.0, -1.0])
 
 
 def test_table_acceleration_is_integrated_exactly(measured):
@@ -136,7 +135,7 @@ def test_a_displacement_table_of_one_row_is_constant():
 
 
 def test_multisine_is_the_same_for_the_same_seed_and_another_for_another():
-    a, b, c = (force(Multisine(1, 100, 1.9, 1.0, seed), T) for seed in (1, 1, 2))
+    a, b, c = (Multisine(1, 100, 1.9, 1.0, seed).values(T) for seed in (1, 1, 2))
     np.testing.assert_array_equal(a, b)
     assert np.abs(a - c).max() > 1.0
 
@@ -144,7 +143,7 @@ def test_multisine_is_the_same_for_the_same_seed_and_another_for_another():
 def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
     m = Multisine(1.0, 100.0, 1.9, 1.0, 7)
     t = np.arange(1000) / 1000.0
-    freq, lines = spectrum(force(m, t), 1e-3, 499.0)
+    freq, lines = spectrum(m.values(t), 1e-3, 499.0)
     inside = (freq >= 1.0) & (freq <= 100.0)
     # Exact: whole periods.
     measured(
@@ -169,7 +168,7 @@ def test_multisine_has_a_flat_spectrum_with_uniform_phases(measured):
 def test_multisine_repeats_with_its_period():
     m = Multisine(2.0, 30.0, 1.0, 0.5, 3)
     t = np.linspace(0, 0.5, 301)
-    np.testing.assert_allclose(force(m, t + 0.5), force(m, t), atol=1e-10)
+    np.testing.assert_allclose(m.values(t + 0.5), m.values(t), atol=1e-10)
 
 
 @pytest.mark.parametrize(
@@ -202,7 +201,7 @@ def test_multisine_displacement_fades_in_from_rest(measured):
     motion = displacement_motion(m, t)
     assert motion.displacement[0] == motion.velocity[0] == motion.acceleration[0] == 0.0
     late = t >= RAMP
-    error = np.abs(motion.displacement[late] - force(m, t)[late]).max()
+    error = np.abs(motion.displacement[late] - m.values(t)[late]).max()
     measured(
         "multisine as base motion: after fading in, error", error, at_most=1e-12, unit="m", source="its definition"
     )
@@ -214,7 +213,7 @@ def test_multisine_acceleration_is_integrated_line_by_line():
     t = np.arange(0.0, 1.0, 1e-4)
     motion = acceleration_motion(m, t)
     late = t >= RAMP
-    np.testing.assert_allclose(motion.acceleration[late], force(m, t)[late], atol=1e-10)
+    np.testing.assert_allclose(motion.acceleration[late], m.values(t)[late], atol=1e-10)
     derivatives_agree(motion, t, tolerance=1e-3)
 
 

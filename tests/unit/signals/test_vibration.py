@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.signal import welch
 
-from creak.signals.sources import Table, acceleration_motion, displacement_motion, force
+from creak.signals.sources import Table, acceleration_motion, displacement_motion
 from creak.signals.vibration import HalfSine, RandomVibration, SineSweep, trapezoid
 
 RECORDED = {"section": "signals"}
@@ -30,7 +30,7 @@ def test_rms_is_the_root_of_the_area(measured):
 
 def test_periodogram_is_the_density():
     t = np.arange(0.0, 4.0, 1.0 / 8192.0)
-    x = force(NAVMAT, t)
+    x = NAVMAT.values(t)
     lines = np.fft.rfft(x) * 2.0 / t.size
     f = np.fft.rfftfreq(t.size, 1.0 / 8192.0)
     inside = (f >= 20.0) & (f <= 2000.0)
@@ -42,7 +42,7 @@ def test_segments_scatter_as_chi_square():
     """Welch's estimate over 64 segments: within the band of 99.9 % of chi-square with 128 degrees of freedom."""
     signal = RandomVibration(np.array([10.0, 1000.0]), np.array([2.0, 2.0]), 64.0, seed=1)
     t = np.arange(0.0, 64.0, 1.0 / 4096.0)
-    f, found = welch(force(signal, t), 4096.0, window="boxcar", nperseg=4096, noverlap=0, detrend=False)
+    f, found = welch(signal.values(t), 4096.0, window="boxcar", nperseg=4096, noverlap=0, detrend=False)
     some = found[(f > 20.0) & (f < 980.0)] / 2.0
     assert np.mean((some > 0.64) & (some < 1.46)) > 0.99  # chi2.ppf([.0005, .9995], 128) / 128
     assert some.mean() == pytest.approx(1.0, abs=0.02)
@@ -109,4 +109,4 @@ def test_shocks_change_velocity_by_their_area(measured):
     measured("half-sine: displacement", half.displacement[-1], exact, rel=1e-12)
     block = acceleration_motion(Table(*trapezoid(1000.0, 0.002, 0.005, 0.004, 0.01)), t)
     measured("trapezoid: change of velocity", block.velocity[-1], 1000.0 * (0.005 + 0.003), rel=1e-12)
-    assert force(HalfSine(2.0, 0.01), np.array([0.005, 0.02])).tolist() == [2.0, 0.0]
+    assert HalfSine(2.0, 0.01).values(np.array([0.005, 0.02])).tolist() == [2.0, 0.0]

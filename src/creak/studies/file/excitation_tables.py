@@ -6,32 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from creak.studies.file.signals.course import (
-    MultisineTable,
-    PeriodicTable,
-    RecordTable,
-    SineTable,
-    SmoothStepTable,
-    StepTable,
-    TableTable,
-)
-from creak.studies.file.signals.vibration import HalfSineTable, PsdTable, SweepTable, TrapezoidTable
+from creak.studies.file.signals.tables import RecordTable, SignalTable
 from creak.studies.file.table import Dof, Finite, Table
-
-SignalTable = Annotated[
-    MultisineTable
-    | SineTable
-    | StepTable
-    | TableTable
-    | RecordTable
-    | SmoothStepTable
-    | PeriodicTable
-    | PsdTable
-    | SweepTable
-    | HalfSineTable
-    | TrapezoidTable,
-    Field(discriminator="type"),
-]
 
 Kind = Literal["displacement", "velocity", "acceleration", "force"]
 
@@ -55,13 +31,7 @@ class ExcitationTable(Table):
 
     @model_validator(mode="after")
     def _fits(self) -> ExcitationTable:
-        s = self.signal
-        if isinstance(s, HalfSineTable | TrapezoidTable) and self.kind == "displacement":
-            raise ValueError(f'a {s.type} displacement has kinks: give kind = "acceleration", or a smooth-step')
-        if isinstance(s, PsdTable) and s.unit != "unit2/Hz" and self.kind != "acceleration":
-            raise ValueError(f'a density in {s.unit} is one of an acceleration: give kind = "acceleration"')
-        if isinstance(s, PsdTable) and s.unit != "unit2/Hz" and self.dof.startswith("r"):
-            raise ValueError(f'a density in {s.unit} is one of a translation: give unit = "unit2/Hz"')
+        self.signal.check(self.kind, self.dof)
         return self
 
 

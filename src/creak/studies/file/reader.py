@@ -18,8 +18,8 @@ from creak.formats.deck.command_files import file_meant, plain_file
 from creak.formats.endings import DECKS, is_deck
 from creak.studies.file.case import Course, Driving, Lines, Listening, Touching
 from creak.studies.file.config import FORCED, GONE, StudyConfig, TimeTable
-from creak.studies.file.excitation_tables import SignalTable
 from creak.studies.file.places import Places, dotted, line_of
+from creak.studies.file.signals.tables import SignalTable
 from creak.studies.file.table import Table
 from creak.studies.file.toml_text import toml_value
 

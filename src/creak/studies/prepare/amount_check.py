@@ -18,7 +18,7 @@ from creak.model.mesh import Model
 from creak.model.units import GRAVITY
 from creak.studies.file.case import Driving, Touching
 from creak.studies.file.excitation_tables import ExcitationTable
-from creak.studies.file.signals.course import PeriodicTable, RecordTable, SineTable, TableTable
+from creak.studies.file.signals.tables import PeriodicTable, RecordTable, SineTable, TableTable
 from creak.studies.file.signals.vibration import SweepTable
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import read_signal

@@ -22,25 +22,21 @@ from creak.model.mesh import Model
 from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
 from creak.signals.between_samples import even_step
-from creak.signals.curves import SmoothStep
-from creak.signals.vibration import HalfSine, RandomVibration
+from creak.signals.signal import Signal
+from creak.signals.vibration import RandomVibration
 from creak.studies.design.deck_loads import loads_taken
 from creak.studies.file.case import Course, Driving
 from creak.studies.file.excitation_tables import ExcitationTable
-from creak.studies.file.signals.course import RecordTable, TableTable, columns
+from creak.studies.file.signals.course import columns
+from creak.studies.file.signals.tables import RecordTable, TableTable
 from creak.studies.file.signals.vibration import PsdTable, check_density
 from creak.studies.file.table import DOFS
 from creak.studies.file.tables import KEPT, Samples, read_header, read_signal, read_table
 from creak.studies.prepare.spread import resolved
 from creak.studies.solved import solved
 
-MOTIONS = {
-    "displacement": sources.displacement_motion,
-    "velocity": sources.velocity_motion,
-    "acceleration": sources.acceleration_motion,
-}
-SUDDEN = (sources.Table, SmoothStep, HalfSine)
-"""Signals that may change within less than a step; a step itself does so at t = 0 alone."""
+DERIVATIVES = {"displacement": 0, "velocity": 1, "acceleration": 2}
+"""Of the motion that an excitation of this kind prescribes."""
 POWER = 0.99
 """Share of a sampled load's power below its highest frequency."""
 START = 11.0
@@ -264,13 +260,13 @@ def _sampled(
 ) -> FloatArray:
     """(3, n_time) prescribed motion and its derivatives, or (1, n_time) force."""
     signal = _signal(driving, name, table)
-    exact = exact and isinstance(signal, SUDDEN)
+    exact = exact and signal.sudden
 
     def make() -> dict[str, FloatArray]:
         if table.kind == "force":
-            by_impulse = partial(sources.acceleration_motion, signal)
-            return {"rows": (resolved(by_impulse, time).acceleration if exact else sources.force(signal, time))[None]}
-        motion_of = partial(MOTIONS[table.kind], signal)
+            by_impulse = partial(signal.motion, order=2)
+            return {"rows": (resolved(by_impulse, time).acceleration if exact else signal.values(time))[None]}
+        motion_of = partial(signal.motion, order=DERIVATIVES[table.kind])
         motion = resolved(motion_of, time) if exact else motion_of(time)
         return {"rows": np.stack([motion.displacement, motion.velocity, motion.acceleration])}
 
@@ -286,7 +282,7 @@ def records_of(driving: Driving, tables: Mapping[str, ExcitationTable]) -> dict[
     return {name: signal for name, signal in made.items() if isinstance(signal, sources.Record)}
 
 
-def _signal(driving: Driving, name: str, table: ExcitationTable) -> sources.Signal:
+def _signal(driving: Driving, name: str, table: ExcitationTable) -> Signal:
     s = table.signal
     if isinstance(s, PsdTable):
         frequency, density = columns(s.values or _density_points(driving, s, name))

@@ -21,7 +21,8 @@ from creak.model.solid_faces import FACES, face_numbers, faces_of, volumes
 from creak.studies.file.case import Course, Driving
 from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study
-from creak.studies.file.signals.course import PER_FLANK, RecordTable, TableTable, columns
+from creak.studies.file.signals.course import PER_FLANK, columns
+from creak.studies.file.signals.tables import RecordTable, TableTable
 from creak.studies.file.signals.vibration import LOBE
 from creak.studies.file.tables import read_signal
 from creak.studies.prepare.excitation import highest_frequency

@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.dynamics.flow.march import SAMPLES
-from creak.signals.sources import Motion
+from creak.signals.signal import Motion
 
 MotionOf = Callable[[FloatArray], Motion]
 CELLS = 8

@@ -9,8 +9,7 @@ import pytest
 from pydantic import TypeAdapter, ValidationError
 
 from creak.signals import sources
-from creak.signals.sources import force
-from creak.studies.file.excitation_tables import SignalTable
+from creak.studies.file.signals.tables import SignalTable
 
 TABLES = {
     "multisine": {"f_min": 2, "f_max": 40, "amplitude": 0.3, "period": 0.5, "seed": 7},
@@ -40,17 +39,17 @@ def test_every_signal_is_here():
 def test_signals_repeat_after_their_period(kind):
     s = signal(kind)
     t = np.linspace(0.0, 0.2, 41)
-    x = force(s.made(), t)
+    x = s.made().values(t)
     assert np.ptp(x) > 0.1
-    assert force(s.made(), t + s.repeats) == pytest.approx(x, abs=1e-12)
-    assert not np.allclose(force(s.made(), t + 0.5 * s.repeats), x, atol=0.1 * np.ptp(x))
+    assert s.made().values(t + s.repeats) == pytest.approx(x, abs=1e-12)
+    assert not np.allclose(s.made().values(t + 0.5 * s.repeats), x, atol=0.1 * np.ptp(x))
 
 
 @pytest.mark.parametrize("kind", ["multisine", "sine", "periodic"])
 def test_the_highest_frequency_is_the_last_line_of_the_spectrum(kind):
     s = signal(kind)
     t = np.arange(1000) / 1000.0  # 1 s: lines at whole Hz
-    lines = np.flatnonzero(np.abs(np.fft.rfft(force(s.made(), t))) > 1e-9 * t.size)
+    lines = np.flatnonzero(np.abs(np.fft.rfft(s.made().values(t))) > 1e-9 * t.size)
     assert s.stated
     assert s.highest == lines[-1]
 
@@ -59,7 +58,7 @@ def test_the_highest_frequency_is_the_last_line_of_the_spectrum(kind):
 def test_most_of_a_shock_lies_below_its_highest_frequency(kind, share):
     s = signal(kind)
     t = np.arange(20_000) / 10_000.0
-    power = np.abs(np.fft.rfft(force(s.made(), t))) ** 2
+    power = np.abs(np.fft.rfft(s.made().values(t))) ** 2
     below = np.fft.rfftfreq(t.size, t[1]) <= s.highest
     assert not s.stated
     assert share < power[below].sum() / power.sum() < 1.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import creak
-from creak.signals.sources import Table, acceleration_motion, velocity_motion
+from creak.signals.sources import Table
 from creak.signals.vibration import HalfSine
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.spread import resolved
@@ -29,7 +29,7 @@ def told(a):
 @pytest.mark.parametrize("start", [0.0, 1e-3, 1.0003e-3, 1.0007e-3, 1.001e-3])
 def test_a_rise_of_velocity_has_its_impulse(start, width):
     table = Table(np.array([-1.0, start, start + width, 1.0]), np.array([0.0, 0.0, 100.0, 100.0]))
-    motion = resolved(partial(velocity_motion, table), T)
+    motion = resolved(partial(table.motion, order=1), T)
     assert motion.velocity[[0, -1]] == pytest.approx([0.0, 100.0], abs=2.0)
     assert told(motion.acceleration) == pytest.approx(100.0, rel=0.02)
     assert motion.displacement[-1] == pytest.approx(100.0 * (T[-1] - start - 0.5 * width), abs=100.0 * 3e-5 * 1.01)
@@ -41,13 +41,13 @@ def test_a_rise_of_velocity_has_its_impulse(start, width):
 @pytest.mark.parametrize("start", [1e-3, 1.0004e-3])
 def test_a_shock_has_its_impulse(start, width):
     shock = HalfSine(2e5, width, start)
-    motion = resolved(partial(acceleration_motion, shock), T)
+    motion = resolved(partial(shock.motion, order=2), T)
     assert told(motion.acceleration) == pytest.approx(2e5 * 2.0 * width / np.pi, rel=0.02)
 
 
 def test_what_the_samples_follow_stays_as_it_is():
     table = Table(np.array([0.0, 0.005, 0.01, 0.02]), np.array([0.0, 3.0, -5.0, 1.0]), 0.2)
-    for motion_of in (partial(velocity_motion, table), partial(acceleration_motion, HalfSine(1.0, 5e-3, 1e-3))):
+    for motion_of in (partial(table.motion, order=1), partial(HalfSine(1.0, 5e-3, 1e-3).motion, order=2)):
         assert np.array_equal(resolved(motion_of, T).acceleration, motion_of(T).acceleration)
 
 

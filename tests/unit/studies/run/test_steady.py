@@ -12,7 +12,7 @@ from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import History
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
-from creak.studies.file.signals.course import MultisineTable, RecordTable, SineTable
+from creak.studies.file.signals.tables import MultisineTable, RecordTable, SineTable
 from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.run.steady import faded_in, may_still_close
 from helpers_core import channels, forces_on, system_of

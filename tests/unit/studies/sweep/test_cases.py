@@ -10,7 +10,7 @@ import pytest
 from creak.errors import InputError
 from creak.studies.file.changes import STRIDE, UNSEEDED, changed, short_keys, value_words
 from creak.studies.file.reader import read_study
-from creak.studies.file.signals.course import MultisineTable
+from creak.studies.file.signals.tables import MultisineTable
 from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep

@@ -7,7 +7,8 @@ from typing import Annotated, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
-from creak.signals import sources
+from creak.signals.signal import RAMP, Signal
+from creak.signals.sources import Table
 from creak.signals.vibration import HalfSine, SineSweep, trapezoid
 from creak.studies.file.signals.course import PER_FLANK, Course, Points, Shown, check_lines
 from creak.studies.file.table import Finite, NonNegative, Positive
@@ -45,6 +46,12 @@ class PsdTable(Course):
         check_density(self.values or [], self.duration)
         return self
 
+    def check(self, kind: str, dof: str) -> None:
+        if self.unit != "unit2/Hz" and kind != "acceleration":
+            raise ValueError(f'a density in {self.unit} is one of an acceleration: give kind = "acceleration"')
+        if self.unit != "unit2/Hz" and dof.startswith("r"):
+            raise ValueError(f'a density in {self.unit} is one of a translation: give unit = "unit2/Hz"')
+
     @property
     def highest(self) -> float:
         return self.values[-1][0] if self.values else 0.0
@@ -55,7 +62,7 @@ class PsdTable(Course):
 
     @property
     def fade(self) -> float:
-        return sources.RAMP * self.repeats
+        return RAMP * self.repeats
 
     @property
     def random(self) -> int:
@@ -103,7 +110,7 @@ class SweepTable(Course):
     def highest(self) -> float:
         return max(self.f_start, self.f_end)
 
-    def made(self) -> sources.Signal:
+    def made(self) -> Signal:
         return SineSweep(self.f_start, self.f_end, self.amplitude, self.duration, self.law == "log")
 
     def words(self, unit: str, shown: Shown) -> str:
@@ -111,7 +118,17 @@ class SweepTable(Course):
         return f"{self.law} sine sweep, {ends}, {shown(self.amplitude)} {unit}"
 
 
-class HalfSineTable(Course):
+class _Shock(Course):
+    """Zero before and after."""
+
+    type: str
+
+    def check(self, kind: str, dof: str) -> None:
+        if kind == "displacement":
+            raise ValueError(f'a {self.type} displacement has kinks: give kind = "acceleration", or a smooth-step')
+
+
+class HalfSineTable(_Shock):
     """A shock: half a sine, zero before and after; for accelerations, velocities and forces."""
 
     type: Literal["half-sine"]
@@ -130,14 +147,14 @@ class HalfSineTable(Course):
     def resolving(self) -> float:
         return self.duration / PER_SHOCK
 
-    def made(self) -> sources.Signal:
+    def made(self) -> Signal:
         return HalfSine(self.amplitude, self.duration, self.start)
 
     def words(self, unit: str, shown: Shown) -> str:
         return f"half-sine shock of {shown(self.duration)} s, {shown(self.amplitude)} {unit}"
 
 
-class TrapezoidTable(Course):
+class TrapezoidTable(_Shock):
     """A shock with straight flanks, zero before and after; for accelerations, velocities and forces."""
 
     type: Literal["trapezoid"]
@@ -160,8 +177,8 @@ class TrapezoidTable(Course):
     def resolving(self) -> float:
         return min(self.rise, self.hold, self.fall) / PER_FLANK
 
-    def made(self) -> sources.Signal:
-        return sources.Table(*trapezoid(self.amplitude, self.rise, self.hold, self.fall, self.start))
+    def made(self) -> Signal:
+        return Table(*trapezoid(self.amplitude, self.rise, self.hold, self.fall, self.start))
 
     def words(self, unit: str, shown: Shown) -> str:
         times = f"{shown(self.rise)}, {shown(self.hold)} and {shown(self.fall)} s"
