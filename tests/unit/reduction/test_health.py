@@ -457,6 +457,18 @@ def test_single_retained_node():
 # --- form ------------------------------------------------------------------------------------------------
 
 
+def test_a_part_of_loose_masses_has_as_many_rigid_motions_as_its_superelement():
+    """Masses that only springs beyond the part hold: more motions without stiffness than a free body has."""
+    coords = np.column_stack([np.arange(9.0), np.zeros((9, 2))])
+    masses = [block("mass", [[k]], point_mass(1.0), 0, 10 + k) for k in range(9)]
+    held = block("spring2", [[0, 1]], spring(1e4, 1), 0, 30)
+    part = part_system(model_of(coords, [*masses, held]), 0, NO_DAMPING)
+    inside = cut_at(part, tuple(range(9)))
+    h = health(part, craig_bampton(part, inside.b, count=0, inside=inside), inside, nodes_of(coords))
+    assert h.free.rigid_full == h.free.rigid_reduced == 26
+    assert not warned(h, "motions without stiffness")
+
+
 def test_own_modes_can_be_skipped():
     h = report(30, own_modes=False)
     assert h.free.full == h.free.error == ()
@@ -548,7 +560,7 @@ def test_a_dof_without_stiffness_and_mass_in_the_part_costs_no_frequency():
     K = sp.diags([[-1.0] * (n - 1), [1.0, *[2.0] * (n - 2), 1.0], [-1.0] * (n - 1)], [-1, 0, 1])
     empty = sp.csr_matrix((1, 1))
     part = SimpleNamespace(K=sp.block_diag([empty, K], format="csr"), M=sp.block_diag([empty, sp.eye(n)], format="csr"))
-    found, rigid = _own_modes(part, 3, None)
+    found, rigid = _own_modes(part, 3, 1, None)
     assert rigid == 1
     expected = 2.0 * np.sin(np.pi * np.arange(1, 4) / (2.0 * n)) / (2.0 * np.pi)
     np.testing.assert_allclose(found, expected, rtol=1e-8)

@@ -66,7 +66,7 @@ def free_modes(
     error, cut = _estimates(full, reduced, inside, small.shapes[:, rigid:], omega2, count, progress)
     more = small.omega2.size == wanted < reduced.n
     f = hertz(omega2)
-    exact, rigid_full = _own_modes(full, count, progress) if own_modes else (np.zeros(0), -1)
+    exact, rigid_full = _own_modes(full, count, rigid, progress) if own_modes else (np.zeros(0), -1)
     same = hertz(small.omega2[max(rigid_full, 0) :])[: exact.size]
     exact = exact[: same.size]
     return FreeModes(
@@ -88,16 +88,21 @@ def hertz(omega2: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(omega2, 0.0)) / (2.0 * np.pi)
 
 
-def _own_modes(full: System, count: int, progress: Progress | None) -> tuple[FloatArray, int]:
-    """Elastic frequencies of the full part, Hz, and how many modes are rigid."""
+def _own_modes(full: System, count: int, rigid: int, progress: Progress | None) -> tuple[FloatArray, int]:
+    """Elastic frequencies of the full part, Hz, and how many modes are rigid.
+
+    Parameters
+    ----------
+    rigid : how many of the superelement are: a part of several loose pieces has more than `RIGID_MODES`.
+    """
     stage = _stage(progress, "free modes of the full part")
     # A dof of a shared reference node may have neither stiffness nor mass in this part.
     used = np.flatnonzero(np.diff(sp.csr_matrix(full.K).indptr) + np.diff(sp.csr_matrix(full.M).indptr))
     K, M = (sp.csr_matrix(A)[used][:, used] for A in (full.K, full.M))
-    wanted = min(used.size, RIGID_MODES + count)
+    wanted = min(used.size, max(RIGID_MODES, rigid) + count)
     omega2 = modes(K, M, count=wanted, free=True, sturm=False, progress=stage).omega2
-    rigid = _rigid_count(omega2)
-    return hertz(omega2[rigid:])[:count], rigid
+    own = _rigid_count(omega2)
+    return hertz(omega2[own:])[:count], own
 
 
 def _rigid_count(omega2: FloatArray) -> int:
