@@ -11,15 +11,15 @@ import scipy.linalg as sla
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
+from helpers_decks import write_study
 
 
 def solved(folder: Path, deck: str, tables: str, end: float, more: str = "") -> StudyResult:
     """Run a deck of [time] end alone, reduced; `more` follows after [time]."""
-    (folder / "deck.inp").write_text(deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(
+    path = write_study(
+        folder,
         f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{tables}[reference]\nrun = false\n[time]\nend = {end}\n{more}',
-        encoding="utf-8",
+        {"deck.inp": deck},
     )
     return run_study(set_up(read_study(path)), lambda *_: None)
 

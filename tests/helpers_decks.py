@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 
 STEEL = "*MATERIAL, NAME=STEEL\n*ELASTIC\n210000., 0.3\n*DENSITY\n7.85e-9,\n*DAMPING, ALPHA=5.0, BETA=2.0e-6\n"
@@ -89,12 +90,16 @@ mac_f_max = 500
 """
 
 
+def write_study(folder: Path, study: str, files: Mapping[str, str]) -> Path:
+    """Write study.toml and the files that it reads, by their names; returns the study's path."""
+    for name, text in {**files, "study.toml": study}.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    return folder / "study.toml"
+
+
 def write_strips(folder: Path, deck: str | None = None, study: str = STUDY) -> Path:
     """Write strips.inp and study.toml; returns the study's path."""
-    (folder / "strips.inp").write_text(two_strips() if deck is None else deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(study, encoding="utf-8")
-    return path
+    return write_study(folder, study, {"strips.inp": two_strips() if deck is None else deck})
 
 
 STOP = """*NODE

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.studies.models.deck_modes import DeckModes, deck_modes
+from helpers_decks import write_study
 
 TRUE = {"thickness": 1.5, "youngs_modulus": 70000.0, "stiffness": 2.0}
 WRONG = {"thickness": 1.8, "youngs_modulus": 60000.0, "stiffness": 1.2}
@@ -38,10 +39,7 @@ def plate_deck(thickness: float, youngs_modulus: float, stiffness: float) -> str
 
 def write_plate(folder: Path, study: str = STUDY, **changes: float) -> Path:
     """plate.inp with the wrong numbers and study.toml; returns the study's path."""
-    (folder / "plate.inp").write_text(plate_deck(**{**WRONG, **changes}), encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(study, encoding="utf-8")
-    return path
+    return write_study(folder, study, {"plate.inp": plate_deck(**{**WRONG, **changes})})
 
 
 def true_modes(folder: Path) -> DeckModes:

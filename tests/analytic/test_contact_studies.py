@@ -10,6 +10,7 @@ from creak.studies.run.job import StudyResult
 from creak.verify.events import Event
 from creak.verify.reliability import created_of_contact
 from helpers_contact_studies import beam, blows, floor, play, points, push, rods, solved, step, switched
+from helpers_decks import write_study
 
 pytestmark = pytest.mark.slow
 
@@ -371,15 +372,15 @@ def test_bars_of_hard_contact_reach_a_rigid_one(tmp_path, mass, springs):
         lines += [f"*SPRING, ELSET=K{i}", "3, 3", f"{k}"]
     lines += ["*BOUNDARY", "CHAIN, 1, 2", "CHAIN, 4, 6"]
     lines += ["*INITIAL CONDITIONS, TYPE=VELOCITY", f"CHAIN, 3, {-speed}"]
-    (tmp_path / "deck.inp").write_text("\n".join(lines) + "\n" + floor(0.05), encoding="utf-8")
-    (tmp_path / "study.toml").write_text(
+    study_path = write_study(
+        tmp_path,
         '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n'
         f"[damping.rayleigh]\nalpha = 0.0\nbeta = {beta}\n"
         '[contact.wall]\nsecondary = "P1"\nmain = "TABLE"\nmethod = "node-to-surface"\nclearance = 0.001\n'
         'stiffness = "hard"\n[time]\nend = 0.05\n',
-        encoding="utf-8",
+        {"deck.inp": "\n".join(lines) + "\n" + floor(0.05)},
     )
-    told = creak.run(tmp_path / "study.toml").summary
+    told = creak.run(study_path).summary
     exact = rigid_blow(np.array(mass), np.array(springs), beta, speed, 0.03)
     bar = told["convergence"]["totals"]["impulse"]["settled_to"]
     assert abs(told["runs"]["reduced"]["impulse_total"] / exact - 1.0) < bar < 0.12

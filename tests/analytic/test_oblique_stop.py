@@ -9,6 +9,7 @@ from creak.progress import silent
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
+from helpers_decks import write_study
 
 SPRING = "*ELEMENT, TYPE=SPRING1, ELSET=K{0}\n1{0}, 1\n*SPRING, ELSET=K{0}\n{0}\n1.E-3\n"
 DECK = (
@@ -46,9 +47,8 @@ nodes = ["BALL"]
 )
 def test_momentum_along_and_across_the_stop(tmp_path, method, friction, sliding):
     """n = (.28, 0, .96): v_n = -.4 m/s becomes .4, and 2.2 m/s across lose mu 2 v_n, for it slides all the time."""
-    (tmp_path / "ball.inp").write_text(DECK)
-    (tmp_path / "study.toml").write_text(STUDY.format(friction=friction, method=method))
-    result = run_study(set_up(read_study(tmp_path / "study.toml")), silent)
+    study_path = write_study(tmp_path, STUDY.format(friction=friction, method=method), {"ball.inp": DECK})
+    result = run_study(set_up(read_study(study_path)), silent)
     (history,) = (run.history for run in result.runs.values())
     n, v = np.array([0.28, 0.0, 0.96]), np.array([2.0, 0.0, -1.0])
     across = v - (v @ n) * n

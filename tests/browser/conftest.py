@@ -18,6 +18,7 @@ from creak.studies.findings.places import find_places
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
 from creak.studies.sound.heard import Sound
+from helpers_decks import write_study
 from helpers_findings import sound_of, to_draw
 
 MULTISINE = '{ type = "multisine", f_min = 20, f_max = 100, amplitude = 0.25, period = 0.15, seed = 3 }'
@@ -34,9 +35,9 @@ def study() -> str:
 def strips(tmp_path_factory: pytest.TempPathFactory) -> tuple[StudyResult, Path]:
     """A run with recorded motion, and its folder."""
     folder = tmp_path_factory.mktemp("browser")
-    (folder / "plates.inp").write_text(plates())
-    (folder / "study.toml").write_text(study())
-    return run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True), folder
+    return run_study(
+        set_up(read_study(write_study(folder, study(), {"plates.inp": plates()}))), lambda *_: None, record=True
+    ), folder
 
 
 @pytest.fixture(scope="session")

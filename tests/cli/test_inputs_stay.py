@@ -13,7 +13,7 @@ import typer
 from creak.cli.main import app
 from creak.formats.wav import write_wav
 from helpers_cli import workers_here
-from helpers_decks import STUDY, two_strips
+from helpers_decks import STUDY, two_strips, write_study
 
 pytestmark = pytest.mark.slow
 
@@ -94,9 +94,11 @@ def made(tmp_path_factory):
     folder = tmp_path_factory.mktemp("made")
     head, _, rest = two_strips().partition("*NODE\n1001, ")
     lower, _, rest = rest.partition("*MATERIAL")
-    (folder / "strips.inp").write_text(f"{head}*INCLUDE, INPUT=lower.inp\n*MATERIAL{rest}")
-    (folder / "lower.inp").write_text(f"*NODE\n1001, {lower}")
-    (folder / "study.toml").write_text(SHAKEN)
+    write_study(
+        folder,
+        SHAKEN,
+        {"strips.inp": f"{head}*INCLUDE, INPUT=lower.inp\n*MATERIAL{rest}", "lower.inp": f"*NODE\n1001, {lower}"},
+    )
     (folder / "shake.csv").write_text(SHAKE)
     (folder / "test.csv").write_text(TEST)
     write_wav(folder / "hiss.wav", 0.1 * np.random.default_rng(0).standard_normal(48_000))

@@ -10,7 +10,7 @@ import pytest
 from creak.assembly.part import Rayleigh
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 from helpers_lsdyna import fixed_width, held, shells
 
 pytestmark = pytest.mark.usefixtures("no_page")
@@ -51,10 +51,7 @@ def lsdyna_study(folder: Path, deck: str) -> Path:
     for old, new in CHANGES.items():
         assert old in study
         study = study.replace(old, new)
-    (folder / "strips.k").write_text(deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(study, encoding="utf-8")
-    return path
+    return write_study(folder, study, {"strips.k": deck})
 
 
 def test_info_and_modes(creak, tmp_path):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 from helpers_nastran_strips import STUDY as CHANGES
 from helpers_nastran_strips import strips
 
@@ -20,10 +20,7 @@ def nastran_study(folder: Path, deck: str) -> Path:
     for old, new in CHANGES.items():
         assert old in study
         study = study.replace(old, new)
-    (folder / "strips.bdf").write_text(deck)
-    path = folder / "study.toml"
-    path.write_text(study)
-    return path
+    return write_study(folder, study, {"strips.bdf": deck})
 
 
 def test_info_and_modes(creak, tmp_path):

@@ -14,6 +14,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.deck_modes import deck_modes
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
+from helpers_decks import write_study
 from helpers_vibeams import FITTED, GAP, LEFT, LOOSE, RIGHT, Right, both_deck, left_deck, right_deck
 
 RECORDED = {"section": "measured"}
@@ -75,8 +76,8 @@ class Peak:
 
 def swept(folder, level):
     """The resonance of both beams on a base that is shaken by so much, mm/s^2."""
-    (folder / "both.inp").write_text(both_deck(FITTED), encoding="utf-8")
-    (folder / "study.toml").write_text(
+    study_path = write_study(
+        folder,
         f"""[model]
 deck = "both.inp"
 [[connector]]
@@ -106,9 +107,9 @@ interval = 2e-3
 [verification]
 f_max = 200
 """,
-        encoding="utf-8",
+        {"both.inp": both_deck(FITTED)},
     )
-    setup = set_up(read_study(folder / "study.toml"))
+    setup = set_up(read_study(study_path))
     history = run_study(setup, lambda *_: None).runs["reduced"].history
     rows = {name: setup.model.node_sets[name] for name in ("TIP", "BASE")}
     column = {row: k for k, row in enumerate(setup.watch.nodes.tolist())}

@@ -10,6 +10,7 @@ import fuzz_decks
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from fuzz_decks import Tally, damaged, fuzz, one, samples
+from helpers_decks import write_study
 
 RECORDED = {"section": "decks"}
 
@@ -36,8 +37,7 @@ def test_damaged_files_end_in_a_model_or_a_message(kind, measured):
 
 @pytest.mark.parametrize("kind", COUNTS)
 def test_the_files_themselves_are_good(kind, tmp_path):
-    (tmp_path / "strips.inp").write_text(fuzz_decks.STRIPS, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(fuzz_decks.STUDIES[0], encoding="utf-8")
+    write_study(tmp_path, fuzz_decks.STUDIES[0], {"strips.inp": fuzz_decks.STRIPS})
     for text in samples(kind):
         path = tmp_path / fuzz_decks.FILES[kind]
         path.write_text(text, encoding="utf-8")

@@ -5,6 +5,7 @@ from pathlib import Path
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
+from helpers_decks import write_study
 
 NX, NY = 4, 2
 
@@ -129,6 +130,5 @@ mac_f_max = 1.0
 
 def run_small(folder: Path, study: str, deck: str | None = None) -> StudyResult:
     """Run a study written into a folder."""
-    (folder / "plates.inp").write_text(plates() if deck is None else deck)
-    (folder / "study.toml").write_text(study)
-    return run_study(set_up(read_study(folder / "study.toml")), lambda stage, done, total: None)
+    study_path = write_study(folder, study, {"plates.inp": plates() if deck is None else deck})
+    return run_study(set_up(read_study(study_path)), lambda stage, done, total: None)

@@ -17,15 +17,16 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run import motion
 from creak.studies.run.job import run_study
 from creak.studies.run.motion import recorded_steps
+from helpers_decks import write_study
 from helpers_findings import save_plain, to_draw
 
 UNIT = UNITS["mm-t-s"]
 
 
 def run_recorded(folder, text):
-    (folder / "plates.inp").write_text(plates())
-    (folder / "study.toml").write_text(text)
-    return run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True)
+    return run_study(
+        set_up(read_study(write_study(folder, text, {"plates.inp": plates()}))), lambda *_: None, record=True
+    )
 
 
 @pytest.fixture(scope="module")

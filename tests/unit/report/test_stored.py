@@ -22,6 +22,7 @@ from creak.studies.findings.gather import findings_of
 from creak.studies.findings.stored import VERSION
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
+from helpers_decks import write_study
 from helpers_findings import to_draw
 from helpers_refusal import refusal
 from helpers_stored import changed_hdf5, read_json, write_changed_json
@@ -50,9 +51,8 @@ def page(findings, drawn):
 def recorded(tmp_path_factory):
     """A run with recorded motion, and repeated for convergence."""
     folder = tmp_path_factory.mktemp("recorded")
-    (folder / "plates.inp").write_text(plates())
-    (folder / "study.toml").write_text(study_text(reference=False))
-    found = run_study(set_up(read_study(folder / "study.toml")), lambda *_: None, record=True)
+    study_path = write_study(folder, study_text(reference=False), {"plates.inp": plates()})
+    found = run_study(set_up(read_study(study_path)), lambda *_: None, record=True)
     repeated = converge(found, lambda *_: None)
     return Result(found, findings_of(found, repeated))
 

@@ -14,6 +14,7 @@ from creak.report.tables.convergence import procedure
 from creak.report.words.method import paragraph
 from creak.studies.file.reader import read_study
 from creak.studies.findings.gather import findings_of
+from helpers_decks import write_study
 from helpers_findings import summarised, to_draw
 
 pytestmark = pytest.mark.once
@@ -32,9 +33,7 @@ def exact(text):
 
 
 def run(folder, text, deck=None, **more):
-    (folder / "plates.inp").write_text(deck or small.plates())
-    (folder / "study.toml").write_text(text)
-    return run_setup(set_up(read_study(folder / "study.toml")), **more)
+    return run_setup(set_up(read_study(write_study(folder, text, {"plates.inp": deck or small.plates()}))), **more)
 
 
 @pytest.mark.parametrize("name", ["no contact, no pairs", "nothing moves"])

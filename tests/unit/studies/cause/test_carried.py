@@ -10,6 +10,7 @@ import creak
 from creak.studies.cause.decompose import CARRIED, EXCITATION, find_causes
 from creak.studies.cause.effects import cause_dict
 from creak.studies.findings.sound import heard_places
+from helpers_decks import write_study
 
 M, LEFT, RIGHT, SHARE = 1e-3, 30.0, 10.0, 0.02
 OMEGA = np.sqrt((LEFT + RIGHT) / M)
@@ -83,9 +84,7 @@ ALIKE = STUDY.replace("ROADS", '"1", "2", "4"').split("[excitation.other]")[0] +
 
 
 def _cause(folder, study):
-    (folder / "mass.inp").write_text(DECK, encoding="utf-8")
-    (folder / "study.toml").write_text(study, encoding="utf-8")
-    run = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
+    run = creak.run(creak.read_study(write_study(folder, study, {"mass.inp": DECK})), converge=False, record=False)
     found, places = run.found, heard_places(run.found.scope, run.main, run.sound)
     cause = find_causes(found.setup.marching, found.setup.reduction, run.main, places)[0]
     return run, cause, cause_dict(cause, run.found.setup.loads, run.found.gaps, "mm")

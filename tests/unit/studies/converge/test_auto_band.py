@@ -25,6 +25,7 @@ from creak.studies.spots import beside
 from creak.verify.figures import figures_of
 from creak.verify.unreduced import Spot, Structure
 from helpers_bar import IMPULSE, LASTS, bar
+from helpers_decks import write_study
 
 AUTO = 'f_max = "auto"'
 UNCHECKED = 'end = 2e-4\n[reference]\nrun = "none"'
@@ -251,16 +252,15 @@ def pressed_rod(folder, n=12, length=0.2, side=0.01, young=2e9, density=1000.0, 
         + f"*BEAM SECTION, SECTION=RECT, ELSET=ROD, MATERIAL=SOFT\n{side}, {side}\n0., 1., 0.\n"
         + "*BOUNDARY\nHEAD, 1, 6\nFOOT, 2, 4\nALL, 2, 2\nALL, 4, 4\nALL, 6, 6\n"
     )
-    (folder / "deck.inp").write_text(rod, encoding="utf-8")
-    (folder / "study.toml").write_text(
+    return write_study(
+        folder,
         '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n[damping]\nmodal = 0.001\n'
         '[[connector]]\ntype = "play"\nname = "stop"\nnodes = ["FOOT"]\ndof = "x"\nstiffness = 1e6\nlower = 0.0\n'
         f'[[static]]\nforce = {-preload}\nnode_set = "FOOT"\ndof = "x"\n'
         '[excitation.middle]\nnode_set = "MIDDLE"\ndof = "x"\nkind = "force"\n'
         'signal = { type = "step", amplitude = 5.0 }\n[time]\nend = 0.02\n[reference]\nrun = "none"\n',
-        encoding="utf-8",
+        {"deck.inp": rod},
     )
-    return folder / "study.toml"
 
 
 def along_the_rod(time, n=400, length=0.2, ea=2e5, mass=0.1, k=1e6, zeta=0.001, amplitude=5.0):

@@ -19,6 +19,7 @@ from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import make_causes
 from creak.studies.run.precheck import ready
+from helpers_decks import write_study
 
 LENGTH, SIDE, MODULUS, N = 200.0, 2.0, 210000.0, 4
 GIVE = LENGTH**3 / (3.0 * MODULUS * SIDE**4 / 12.0)
@@ -38,9 +39,7 @@ EXACT = 1e-3
 
 
 def clipped(folder: Path, tables: str, top: str = "") -> Setup:
-    (folder / "beam.inp").write_text(BEAM, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(top + HEAD + tables, encoding="utf-8")
+    path = write_study(folder, top + HEAD + tables, {"beam.inp": BEAM})
     return set_up(read_study(path))
 
 

@@ -16,7 +16,7 @@ from creak.studies.models.parameters import start_of
 from creak.studies.models.trials import Joined, UpdateCase, joined
 from creak.studies.prepare.linear_model import linear_structure, modes_up_to
 from creak.studies.propose.joints import joints_of
-from helpers_decks import STEEL, strip
+from helpers_decks import STEEL, strip, write_study
 
 PIECES = (
     "*ELEMENT, TYPE=SPRING1, ELSET=FOOT\n900, 13\n*SPRING, ELSET=FOOT\n3\n5.\n"
@@ -29,9 +29,11 @@ LAYERS = "*SHELL SECTION, ELSET=S, COMPOSITE\n0.5, 3, STEEL, 0.\n0.5, 3, STEEL, 
 
 
 def study_of(folder, tables="", deck=None, shell=SHELL):
-    (folder / "strip.inp").write_text(f"*HEADING\nstrip\n{strip(1, 1, 'S', 0.0)}{STEEL}{shell}" + (deck or ""))
-    path = folder / "study.toml"
-    path.write_text(f'[model]\ndeck = "strip.inp"\n{tables}')
+    path = write_study(
+        folder,
+        f'[model]\ndeck = "strip.inp"\n{tables}',
+        {"strip.inp": f"*HEADING\nstrip\n{strip(1, 1, 'S', 0.0)}{STEEL}{shell}" + (deck or "")},
+    )
     return read_study(path)
 
 

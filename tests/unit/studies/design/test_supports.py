@@ -9,7 +9,7 @@ from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
-from helpers_decks import STUDY, two_strips, write_strips
+from helpers_decks import STUDY, two_strips, write_strips, write_study
 from helpers_nastran_strips import STUDY as CHANGED
 from helpers_nastran_strips import strips
 
@@ -57,8 +57,7 @@ def test_nastran_supports_have_names(tmp_path):
         folders, (strips(), both), ("", FREED.replace("ROOT_UPPER", "upper_root")), strict=True
     ):
         folder.mkdir()
-        (folder / "strips.bdf").write_text(deck, encoding="utf-8")
-        (folder / "study.toml").write_text(text + more, encoding="utf-8")
+        write_study(folder, text + more, {"strips.bdf": deck})
     setup = same(*(folder / "study.toml" for folder in folders[::-1]))
     sets = setup.model.node_sets
     assert np.array_equal(sets["SPC_2"], sets["UPPER_ROOT"])

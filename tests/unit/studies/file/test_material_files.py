@@ -8,6 +8,7 @@ from creak.errors import InputError
 from creak.studies.file.eline_tables import MaterialPairTable
 from creak.studies.file.material_pairs import material_pairs
 from creak.studies.file.reader import read_study
+from helpers_decks import write_study
 
 STUDY = 'material_pairs = "pairs.csv"\n[model]\ndeck = "strips.inp"\n'
 GOOD = """\
@@ -19,9 +20,7 @@ leather-pp;own rig, report 13;1;3;;;-10;;
 
 
 def made(folder, text, study=STUDY):
-    (folder / "pairs.csv").write_text(text, encoding="utf-8")
-    (folder / "study.toml").write_text(study)
-    return material_pairs(read_study(folder / "study.toml").lines)
+    return material_pairs(read_study(write_study(folder, study, {"pairs.csv": text})).lines)
 
 
 def test_a_row_is_what_a_table_of_the_study_is(tmp_path):

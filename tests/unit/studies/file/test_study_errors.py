@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.warned import warnings_of
+from helpers_decks import write_study
 from helpers_refusal import refusal
 
 DECK = """*HEADING
@@ -75,10 +76,7 @@ SINE = '{ type = "sine", frequency = 20, amplitude = 1.5 }'
 
 
 def written(folder: Path, study: str, deck: str = DECK) -> Path:
-    (folder / "mass.inp").write_text(deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(study, encoding="utf-8")
-    return path
+    return write_study(folder, study, {"mass.inp": deck})
 
 
 def line_of(text: str, wanted: str) -> int:

@@ -19,7 +19,7 @@ from creak.studies.models.update import sensitivities, update, update_case
 from creak.studies.prepare.linear_model import Structure, modes_up_to
 from creak.verify.bounded_fit import bounded_fit
 from creak.verify.mac import mac_matrix
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 from helpers_modal import csv_text, measured_strip, strip_deck
 from helpers_update import KEYS, TRUE, true_modes, write_plate, write_plate_test
 
@@ -48,9 +48,7 @@ def test_slopes_of_a_cantilever(tmp_path):
     deck = strip_deck(tmp_path)
     deck.write_text(deck.read_text().replace("210000., 0.3", "210000., 0.0"))
     found, test = measured_strip(deck)
-    (tmp_path / "test.csv").write_text(csv_text(test))
-    path = tmp_path / "study.toml"
-    path.write_text('[model]\ndeck = "strip.inp"\n')
+    path = write_study(tmp_path, '[model]\ndeck = "strip.inp"\n', {"test.csv": csv_text(test)})
     ranked = sensitivities(update_case(read_study(path), tmp_path / "test.csv"))
     of = dict(zip(ranked.keys, ranked.slopes.T, strict=True))
     assert [p.model for p in ranked.before.pairs] == [*range(len(found.frequencies))]
@@ -144,9 +142,11 @@ def test_the_spring_is_what_would_mend_most(plate, tmp_path):
 def test_modulus_and_density_of_a_free_hanging_part_are_not_told_apart(tmp_path):
     """f ~ sqrt(E / rho): only the ratio is determined."""
     _, test = measured_strip(strip_deck(tmp_path))
-    (tmp_path / "test.csv").write_text(csv_text(replace(test, frequencies=1.1 * test.frequencies)))
-    path = tmp_path / "study.toml"
-    path.write_text('[model]\ndeck = "strip.inp"\n')
+    path = write_study(
+        tmp_path,
+        '[model]\ndeck = "strip.inp"\n',
+        {"test.csv": csv_text(replace(test, frequencies=1.1 * test.frequencies))},
+    )
     found = update(
         update_case(read_study(path), tmp_path / "test.csv"),
         ["material.STEEL.youngs_modulus", "material.STEEL.density"],

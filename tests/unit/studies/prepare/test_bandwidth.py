@@ -11,6 +11,7 @@ from creak.formats.decks import read_model
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.flight_steps import IN_A_RUN, PER_WAVE, carried
 from creak.studies.prepare.setup import set_up
+from helpers_decks import write_study
 
 
 def deck(n: int, length: float, young: float, density: float, speed: float, gap: float, wall: float = 1.0) -> str:
@@ -39,13 +40,12 @@ CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 
 def written(folder, end: float, more: str = "", time: str = "", clearance: float = 5.0, **of_deck):
     bar = {"n": 20, "length": 10.0, "young": 900.0, "density": 1.0, "speed": 10.0, "gap": 0.05, **of_deck}
-    (folder / "deck.inp").write_text(deck(**bar), encoding="utf-8")
-    (folder / "study.toml").write_text(
+    return write_study(
+        folder,
         '[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n[damping]\nmodal = 0.0\n'
         f'[contact.touch]\nsecondary = "BAR"\nmain = "TABLE"\nclearance = {clearance!r}\n[time]\nend = {end!r}\n{time}\n{more}',
-        encoding="utf-8",
+        {"deck.inp": deck(**bar)},
     )
-    return folder / "study.toml"
 
 
 def low_pass_of(path) -> tuple[float, list[str]]:

@@ -13,6 +13,7 @@ from creak.formats.matrices.op4_file import write_op4_matrices
 from creak.model.superelement import Superelement
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import Setup, set_up
+from helpers_decks import write_study
 
 DECK = """*NODE, NSET=ALL
  1, 0., 0., 0.
@@ -57,9 +58,7 @@ def ready(folder, deck: str, study: str, place: list[float] | None = None) -> Se
     """With a superelement of node 2, which may say where that lies."""
     positions: dict[int, FloatArray] = {} if place is None else {2: np.array(place)}
     write_npz(Superelement("S", np.array([2, 0]), np.array([1, 0]), K, M, C, positions), folder / "s.npz")
-    (folder / "deck.inp").write_text(deck)
-    (folder / "study.toml").write_text(study)
-    return set_up(read_study(folder / "study.toml"))
+    return set_up(read_study(write_study(folder, study, {"deck.inp": deck})))
 
 
 def damping_of(system: System) -> np.ndarray:

@@ -12,6 +12,7 @@ from creak.signals.sources import Table
 from creak.signals.vibration import HalfSine
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.spread import resolved
+from helpers_decks import write_study
 
 RECORDED = {"section": "time"}
 
@@ -108,9 +109,8 @@ nodes = ["B"]
 @pytest.mark.parametrize(("start", "width"), [(1e-3, 3e-5), (1.0005e-3, 3e-5), (1e-3, 3e-6), (1.003e-3, 1e-8)])
 def test_an_arm_on_a_base_that_is_set_going_swings_as_far(tmp_path, measured, start, width):
     """A mass of 2 t on an arm of 10 mm, I = 300 t mm2 about the base, k = 4e6 N mm: theta = m L v / sqrt(k I)."""
-    (tmp_path / "arm.inp").write_text(DECK)
-    (tmp_path / "study.toml").write_text(STUDY.format(start=start, end=start + width))
-    found = creak.run(read_study(tmp_path / "study.toml"), converge=False)
+    study_path = write_study(tmp_path, STUDY.format(start=start, end=start + width), {"arm.inp": DECK})
+    found = creak.run(read_study(study_path), converge=False)
     measured(
         f"arm on a base that is set going within {width:g} s, from {start:g} s on: swing",
         0.65 - float(found.main.history.gap.min()),

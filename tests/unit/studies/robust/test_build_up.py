@@ -13,6 +13,7 @@ import creak
 from creak.report.tables.robust import place_rows
 from creak.studies.robust.findings import _built_up
 from creak.verify.odds import odds
+from helpers_decks import write_study
 
 M, K, DASHPOT, FREQUENCY, AMPLITUDE = 1e-4, (20.0, 10.0), (50.0, 1e-5), 20.0, 0.2
 MEAN, SIGMA = 0.09, 0.01
@@ -87,9 +88,7 @@ def most() -> tuple[float, float]:
 
 def test_hits_of_the_build_up_are_told(tmp_path):
     """The gap is normal: so many draws are hit before the last period, and none in it."""
-    (tmp_path / "chain.inp").write_text(DECK, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(STUDY, encoding="utf-8")
-    found = creak.robust(tmp_path / "study.toml", 32, indices=False, threads=1)
+    found = creak.robust(write_study(tmp_path, STUDY, {"chain.inp": DECK}), 32, indices=False, threads=1)
     (place,), (before, later) = found.places, most()
     assert norm.cdf((later - MEAN) / SIGMA) < 1e-3
     assert place.rattle.hits == 0
@@ -108,9 +107,8 @@ def test_hits_of_the_build_up_are_told(tmp_path):
 
 
 def test_a_run_of_which_all_counts_has_no_build_up(tmp_path):
-    (tmp_path / "chain.inp").write_text(DECK, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(STUDY.replace("end = 0.2", "end = 0.04"), encoding="utf-8")
-    found = creak.robust(tmp_path / "study.toml", 4, indices=False, threads=1)
+    study_path = write_study(tmp_path, STUDY.replace("end = 0.2", "end = 0.04"), {"chain.inp": DECK})
+    found = creak.robust(study_path, 4, indices=False, threads=1)
     assert found.as_dict()["window"][0] == 0.0
     assert found.places[0].before.hits == 0
     assert not found.as_dict()["warnings"]

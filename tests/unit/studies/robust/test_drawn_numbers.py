@@ -21,7 +21,7 @@ from creak.studies.robust.draws import Draw, Drawn, make_causes
 from creak.studies.robust.findings import Robustness
 from creak.studies.robust.shared_model import lowest_of, shared_model, variant_of
 from creak.studies.run.precheck import with_linear_gaps
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 
 DASHPOT = "*ELEMENT, TYPE=DASHPOT1, ELSET=DASH\n9, 3\n*DASHPOT, ELSET=DASH\n3\n0.0003\n"
 
@@ -32,10 +32,7 @@ def beam(folder: Path, vary: str, *changes: tuple[str, str], deck: str = DECK) -
     for before, after in changes:
         assert before in text
         text = text.replace(before, after)
-    (folder / "beam.inp").write_text(deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(f"{text}[scatter.vary]\n{vary}\n", encoding="utf-8")
-    return path
+    return write_study(folder, f"{text}[scatter.vary]\n{vary}\n", {"beam.inp": deck})
 
 
 def impulses(found: Robustness, *numbers: int) -> list[tuple[float, float]]:

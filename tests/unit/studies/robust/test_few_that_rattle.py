@@ -13,7 +13,7 @@ import creak
 from creak.report.tables.robust import sentence
 from creak.studies.robust.findings import SHOWN, _valid
 from creak.verify.odds import Index, sobol_index
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 
 VARY = """[scatter.vary]
 "connector.0.upper" = { type = "normal", mean = 16.0, sigma = 1.5 }
@@ -22,9 +22,7 @@ VARY = """[scatter.vary]
 
 
 def test_indices_of_few_hits_are_left_out(tmp_path):
-    (tmp_path / "beam.inp").write_text(DECK, encoding="utf-8")
-    (tmp_path / "study.toml").write_text(STOPPED_BEAM + VARY, encoding="utf-8")
-    found = creak.robust(tmp_path / "study.toml", 32, threads=1)
+    found = creak.robust(write_study(tmp_path, STOPPED_BEAM + VARY, {"beam.inp": DECK}), 32, threads=1)
     assert 0 < found.rattle.hits < 10
     assert found.as_dict()["indices"] == {}
     (note,) = (n for n in found.notes if n.startswith("Sobol indices"))

@@ -16,6 +16,7 @@ from creak.report.words.text import number
 from creak.studies.robust.findings import PlaceFindings, Robustness, _unlike
 from creak.studies.robust.linear import FACTORS
 from creak.verify.odds import odds
+from helpers_decks import write_study
 
 LOAD, SIGMA, SHARE = 0.7, 1.5, 0.05
 STOP = '[[clip]]\nname = "seat"\ntype = "{}"\nnodes = "TIP"\naxis = [0, 0, 1]\nstiffness = 40.0\n{}\n'
@@ -24,10 +25,7 @@ NORMAL = '{{ type = "normal", mean = {}, sigma = 1.5 }}'
 
 def beam(folder: Path, vary: str, clip: str = "", upper: float = 20.0) -> Path:
     text = STOPPED_BEAM.replace("upper = 10.0", f"upper = {upper}")
-    (folder / "beam.inp").write_text(DECK, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(f"{text}{clip}[scatter.vary]\n{vary}\n", encoding="utf-8")
-    return path
+    return write_study(folder, f"{text}{clip}[scatter.vary]\n{vary}\n", {"beam.inp": DECK})
 
 
 @pytest.mark.parametrize(

@@ -38,7 +38,7 @@ from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.verify.odds import Index, odds
 from helpers_cli import say
-from helpers_decks import STUDY, write_strips
+from helpers_decks import STUDY, write_strips, write_study
 
 MEAN, SIGMA, LOW, HIGH = 10.0, 1.5, 0.4, 1.0
 STOPPED = f"""{STOPPED_BEAM}[scatter.vary]
@@ -48,10 +48,7 @@ STOPPED = f"""{STOPPED_BEAM}[scatter.vary]
 
 
 def stopped(folder: Path, text: str = STOPPED) -> Path:
-    (folder / "beam.inp").write_text(DECK, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(text, encoding="utf-8")
-    return path
+    return write_study(folder, text, {"beam.inp": DECK})
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from creak.studies.robust.changes import drawn_setup
 from creak.studies.robust.draws import Draw
 from creak.studies.robust.job import fields_of
 from creak.studies.robust.shared_model import lowest_of
-from helpers_decks import STEEL, patch
+from helpers_decks import STEEL, patch, write_study
 
 NEAR, FAR = 1.0, 2.0
 """mm between the tongue and the walls."""
@@ -60,10 +60,8 @@ METHODS = "node-to-surface", "surface-to-surface"
 
 
 def slot(folder: Path, method: str, scatter: str = UNIFORM, end: float = 0.0145) -> Setup:
-    (folder / "slot.inp").write_text(DECK, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(
-        STUDY.replace("METHOD", method).replace("SCATTER", scatter).replace("END", str(end)), encoding="utf-8"
+    path = write_study(
+        folder, STUDY.replace("METHOD", method).replace("SCATTER", scatter).replace("END", str(end)), {"slot.inp": DECK}
     )
     return set_up(read_study(path))
 

@@ -15,15 +15,13 @@ from creak.report.tables.robust import write_draws
 from creak.studies.robust import shared_model
 from creak.studies.robust.shared_model import CREATED, FORETOLD
 from creak.verify import reliability
+from helpers_decks import write_study
 
 VARY = '[scatter.vary]\n"connector.0.upper" = { type = "normal", sigma = 1.5 }\n'
 
 
 def beam(folder: Path) -> Path:
-    (folder / "beam.inp").write_text(DECK, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(STOPPED_BEAM + VARY, encoding="utf-8")
-    return path
+    return write_study(folder, STOPPED_BEAM + VARY, {"beam.inp": DECK})
 
 
 def created(history) -> float:

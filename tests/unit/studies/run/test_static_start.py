@@ -11,6 +11,7 @@ from creak.errors import InputError
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
+from helpers_decks import write_study
 from helpers_findings import summarised
 from helpers_refusal import refusal
 
@@ -46,10 +47,9 @@ def tip_force(value: float) -> str:
 
 
 def study(folder: Path, deck: str, tables: str, rest: str = REST) -> Path:
-    (folder / "beam.inp").write_text(deck, encoding="utf-8")
-    path = folder / "study.toml"
-    path.write_text(f'[model]\ndeck = "beam.inp"\n[reference]\nrun = true\n{tables}{rest}', encoding="utf-8")
-    return path
+    return write_study(
+        folder, f'[model]\ndeck = "beam.inp"\n[reference]\nrun = true\n{tables}{rest}', {"beam.inp": deck}
+    )
 
 
 def run(folder: Path, deck: str, tables: str, rest: str = REST) -> StudyResult:

@@ -7,7 +7,7 @@ import pytest
 
 import creak
 from creak.studies.sound.heard import Sound
-from helpers_decks import STEEL
+from helpers_decks import STEEL, write_study
 from helpers_solids import solid_mesh
 
 RECORDED = {"section": "sound"}
@@ -82,9 +82,8 @@ def cube_deck(plate: int | None) -> str:
 def knock(tmp_path_factory):
     def heard(plate: int | None = None, f_max: float = 20_000.0) -> Sound:
         folder = tmp_path_factory.mktemp("cube")
-        (folder / "cube.inp").write_text(cube_deck(plate))
-        (folder / "study.toml").write_text(STUDY.replace("20000", f"{f_max:g}"))
-        result = creak.run(creak.read_study(folder / "study.toml"), converge=False, record=False)
+        study_path = write_study(folder, STUDY.replace("20000", f"{f_max:g}"), {"cube.inp": cube_deck(plate)})
+        result = creak.run(creak.read_study(study_path), converge=False, record=False)
         assert isinstance(result.sound, Sound), result.sound
         return result.sound
 

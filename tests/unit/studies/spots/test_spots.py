@@ -24,7 +24,7 @@ from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch
 from creak.verify.unreduced import Spot, Structure, alike_in_size, surely
 from helpers_bar import IMPULSE, LASTS, bar
-from helpers_decks import STOP, STUDY, write_strips
+from helpers_decks import STOP, STUDY, write_strips, write_study
 
 MASS, SPRING, PENALTY = 100.0, 1e4, 1e6
 OMEGA = math.sqrt((SPRING + PENALTY) / MASS)
@@ -52,10 +52,7 @@ def solved(folder, study, deck=None, **changes):
 def closed(folder, name):
     """The study of a closed form of the coverage benchmark."""
     (case,) = (c for c in cases() if c.name == name)
-    (folder / "deck.inp").write_text(case.deck)
-    study = folder / "study.toml"
-    study.write_text(f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{case.study}')
-    return study
+    return write_study(folder, f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{case.study}', {"deck.inp": case.deck})
 
 
 # --- against closed forms --------------------------------------------------------------------------------------------
