@@ -23,7 +23,8 @@ from creak.studies.prepare.marching import Marching, Scope
 from creak.studies.prepare.reduction import Watch
 from creak.studies.run.one_run import Run
 from creak.studies.sound.ear import Ear, n5_of
-from creak.studies.sound.heard import WHAT, Sound, n5_of_less, share_apart
+from creak.studies.sound.heard import Sound, n5_of_less, share_apart
+from creak.studies.sound.notes import WHAT
 from creak.verify.figures import OF_PLACE
 from creak.verify.rubbing import Rub, rub_of
 

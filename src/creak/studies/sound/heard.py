@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from creak.arrays import FloatArray, IntArray
 from creak.dynamics.diagonal import is_modal
 from creak.formats.wav import full_scale_for, full_scale_level
-from creak.model.mesh import Part
 from creak.model.skin import skin_of
 from creak.reduction.modal import one_share
 from creak.signals.spectra import low_pass
 from creak.sound.carriers import Noise, Span
 from creak.sound.forced import LOWEST, without_clicks
-from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES, a_weighted_sum
+from creak.sound.third_octave import a_weighted_sum
 from creak.sound.zwicker_tables import RATE
 from creak.studies.file.case import Listening
 from creak.studies.file.quantities import in_base
@@ -27,39 +26,24 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.one_run import Run
-from creak.studies.sound.background import NOTHING, background_of
-from creak.studies.sound.band import Band, SoundBase, band_of
-from creak.studies.sound.beyond import SHARE, WORTH, Beyond, beyond_modes, losses_of
+from creak.studies.sound.background import background_of
+from creak.studies.sound.band import SoundBase, band_of
+from creak.studies.sound.beyond import SHARE, WORTH, beyond_modes, losses_of
 from creak.studies.sound.ear import Ear, Records, figures_of, records_of, scatter_of, together
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.loud import Heard, heard_of
-from creak.studies.sound.radiation import LARGE, equivalent_levels, faces_of_parts, moved
+from creak.studies.sound.notes import Reach, notes_of
+from creak.studies.sound.radiation import equivalent_levels, faces_of_parts, moved
 from creak.studies.sound.road import road_levels, sum_of_levels
 from creak.studies.sound.rooms import cabin_of, room_of
 from creak.studies.sound.source import source_of
-from creak.studies.sound.statistics import END, Statistics, statistics_of
-from creak.studies.sound.transfers import words_of
-from creak.words import listed, percent
+from creak.studies.sound.statistics import END, statistics_of
 
 SHORTEST = 0.05
 """s, a window below which there is no loudness to speak of."""
 SINGLE = np.float32
-LEAST_ERROR = 1e-3
-"""Of the unreduced model's answers that is told."""
-ROUND_OFF = 1e-9
-"""Share of the largest coordinate of a listener below which another is none."""
-MOST_PARTS = 6
-"""Of equivalent radiated power in the notes."""
 THIRD = 2.0 / 3.0
 """Of the band that is left where its last third is taken away."""
-WHAT = {
-    "modes": "modes that the reduction kept",
-    "unreduced": "share of the cost that the unreduced model may take",
-    "mesh": "mesh",
-    "step": "step in contact",
-    "statistics": "statistical energy of plates",
-    "rate": "sampling rate",
-}
 
 
 COUPLED = "none: damping couples the modes of the reduced model"
@@ -148,26 +132,20 @@ def hear(
     if not listeners:
         return "none: no part with shells or solids moves"
     before = clock.process_time()
-    further: Beyond | str = ""
-    more: Statistics | str = ""
-    zeta = one_share(reduction.structure.modal)
+    near, zeta, reach = band.computed, one_share(reduction.structure.modal), Reach(band)
     ends = band.modes, replace(band, modes=np.inf).computed
     if source.channel.size and ends[1] >= WORTH * ends[0]:
         most = SHARE * reduced.solves
-        further = beyond_modes(reference, zeta, source, listeners, metre, ends, most)
-    beyond = further if isinstance(further, Beyond) else None
-    near, band = band.computed, band if beyond is None else replace(band, beyond=beyond.high)
+        reach = reach.by_unreduced(beyond_modes(reference, zeta, source, listeners, metre, ends, most))
     if source.channel.size:
-        losses, ends = losses_of(reference.system.damping, zeta), (band.computed, min(END, band.step))
-        more = statistics_of(model, skin, source.gaps, source.row, losses, ends, metre)
-    known = more if isinstance(more, Statistics) else None
-    band = band if known is None else replace(band, statistics=known.span.high)
-
+        losses, ends = losses_of(reference.system.damping, zeta), (reach.band.computed, min(END, band.step))
+        reach = reach.by_plates(statistics_of(model, skin, source.gaps, source.row, losses, ends, metre))
+    band = reach.band
     noise = Noise(Span(LOWEST, band.high))
 
     def ear_of(one: Listener) -> Ear:
         cabin = None if room is None else cabin_of(room, one, levels, metre, noise)
-        plain = Ear(replace(one, side=0), near, metre, beyond, known)
+        plain = Ear(replace(one, side=0), near, metre, reach.beyond, reach.statistics)
         ear = replace(plain, listener=one, cabin=cabin, background=background, known={})
         ear = ear if cabin is None or one.head is None else replace(ear, middle=plain)
         if listening.background is None or not listening.background.linear:
@@ -177,8 +155,8 @@ def hear(
 
     both = [[ear_of(one) for one in listener.ears] for listener in listeners]
     to = [[ear.hears(run.system) for ear in ears] for ears in both]
-    if beyond is not None:
-        to += [[ear.hears(beyond.system) for ear in ears] for ears in both]
+    if reach.beyond is not None:
+        to += [[ear.hears(reach.beyond.system) for ear in ears] for ears in both]
     offline += clock.process_time() - before
     groups, sharp = source.groups(places), in_base(listening.sharp)
 
@@ -193,7 +171,7 @@ def hear(
     louder, heard = [one[0] for one in every], [one[0][2] for one in every]
     ear, records, figures = louder[0]
     ways: tuple[float, ...] = ()
-    if beyond is not None:
+    if reach.beyond is not None:
         sooner = [heard_of(x, window, ear.background, ear.start, band.high).rank[0] for x in records.sooner]
         ways = tuple(share_apart(h.rank[0], n5) for h, n5 in zip(figures, sooner, strict=True))
     scatter = scatter_of(figures, records, ear, window)
@@ -217,7 +195,7 @@ def hear(
         tuple(order),
         power,
         compact,
-        tuple(_notes(ears, band, heard, power, small, further, more, model.parts)),
+        tuple(notes_of(ears, heard, reach, power, small, model.parts)),
         ear,
         tuple(ways[k] for k in order) if ways else (),
         tuple(scatter[k] for k in order) if scatter else (),
@@ -245,133 +223,3 @@ def n5_of_less(sound: Sound, window: tuple[float, float]) -> list[float | None]:
     high = THIRD * sound.band.high
     less = [low_pass(x.astype(float), 1.0 / RATE, high) for x in sound.pressure[0][:-1]]
     return [heard_of(x, window, sound.ear.background, 0, high).rank[0] for x in less]
-
-
-def _notes(
-    ears: Sequence[Ear],
-    band: Band,
-    heard: Sequence[Sequence[Heard]],
-    power: Mapping[str, float],
-    compact: Mapping[str, float],
-    further: Beyond | str,
-    more: Statistics | str,
-    parts: Sequence[Part],
-) -> list[str]:
-    said = []
-    for listener in (ear.listener for ear in ears):
-        small = ROUND_OFF * float(np.abs(listener.position).max())
-        at = ", ".join(f"{x if abs(x) > small else 0.0:.4g}" for x in listener.position)
-        if not listener.given:
-            said.append(
-                f"sound: heard at ({at}), an ear 0.6 m off the loudest panel, as the study has no [listener]; "
-                f"{', '.join(listener.parts)} radiate"
-            )
-    said.append(
-        f"sound: believed from {band.low:.0f} to {band.high:.0f} Hz, ended by the {WHAT[band.limit]}; "
-        f"nothing outside is in it. Contact forces alone make it; panels {_walls(ears)}, none shadows another"
-    )
-    if isinstance(further, Beyond):
-        all_of = heard[0][-1]
-        n5 = "" if all_of.n5 is None else f" N5 of all is {all_of.n5_modes or 0.0:.3g} sone by the modes alone,"
-        both = all_of.n5 if all_of.n5_computed is None else all_of.n5_computed
-        n5 += "" if both is None or all_of.n5 is None else f" {both:.3g} with both."
-        said.append(
-            f"sound: to {band.modes:.0f} Hz by the modes that the reduction kept, from there by the unreduced model at "
-            f"{further.found.freq.size} frequencies, which cost {further.solves:.0f} back-substitutions and are right "
-            f"within {percent(max(further.found.error, LEAST_ERROR))} between them; the forces are those of the run."
-            f"{n5}"
-        )
-    elif further:
-        said.append(f"sound: the unreduced model takes the band no further than the modes: {further}")
-    said += _of_statistics(band, heard[0], more, parts)
-    if power and (isinstance(further, Beyond) or isinstance(more, Statistics)):
-        said.append(f"sound: the equivalent radiated power is that up to {min(band.modes, band.computed):.0f} Hz")
-    if power:
-        levels = ", ".join(f"{name} {level:.0f} dB" for name, level in [*power.items()][:MOST_PARTS])
-        said.append(f"sound: equivalent radiated power of contact, re 1 pW: {levels}")
-    if compact:
-        names = ", ".join(f"{name} compact below {freq:.0f} Hz" for name, freq in compact.items())
-        said.append(
-            f"sound: {names}: acceleration noise of the sphere of the same volume, without a wall; from there "
-            f"to {LARGE:g} times as much it becomes that of faces set in a wall"
-        )
-    said += _around(ears, heard, band, parts)
-    background, all_of = ears[0].background, heard[0][-1]
-    if background is not None and all_of.n5 is not None and all_of.n5_added is None:
-        said.append(
-            "sound: with the [background] it is too loud at low frequency for ISO 532-1 (120 dB): places are ranked by "
-            "their own loudness"
-        )
-    elif background is not None:
-        said.append(
-            "sound: places are ranked by the loudness that they add to the study's [background], N of both less N of "
-            "the background alone"
-        )
-        given = np.flatnonzero(background > NOTHING)
-        low, high = (LOWER_EDGES[given[0]], UPPER_EDGES[given[-1]]) if given.size else (0.0, 0.0)
-        if low > band.low or high < min(band.high, UPPER_EDGES[-1]):
-            said.append(
-                f"sound: the [background] has nothing outside {low:.0f} to {high:.0f} Hz; nothing is masked there"
-            )
-    if any(h.n5 is None for of_one in heard for h in of_one):
-        said.append("sound: too loud at low frequency for ISO 532-1 (120 dB): no loudness of it")
-    return said
-
-
-def _walls(ears: Sequence[Ear]) -> str:
-    free = [ear.listener.name for ear in ears if ear.listener.rims]
-    if not free:
-        return "count as set in a wall"
-    return "stand free" if len(free) == len(ears) else f"stand free for {listed(free)}, else count as set in a wall"
-
-
-def _around(ears: Sequence[Ear], heard: Sequence[Sequence[Heard]], band: Band, parts: Sequence[Part]) -> list[str]:
-    """What room, measured ways and heads do, and the road beside."""
-    said, all_of = [], heard[0][-1]
-    if (cabin := ears[0].cabin) is not None:
-        room = cabin.room
-        n5 = f"; N5 of all is {all_of.n5_direct:.3g} sone without it, {all_of.n5:.3g} with it" if all_of.n5 else ""
-        low = f"below {room.schroeder:.0f} Hz" if np.isfinite(room.schroeder) else "at all frequencies"
-        said.append(
-            f"sound: the [room] of {room.volume:g} m^3 sends back a diffuse field, as noise{n5}; {low} its single "
-            "resonances count (Schroeder), and its level is a mean"
-        )
-    for ear in ears:
-        if ear.listener.transfers:
-            names = [part.name for part in parts]
-            said += words_of(ear.listener.transfers, names, ear.listener.name, (band.low, band.high))
-        if ear.listener.side:
-            own = f"as {ear.listener.hrtf} has them," if ear.listener.hrtf else "a rigid sphere"
-            said.append(
-                f"sound: {ear.listener.name} hears with two ears, {own} equalised for sound from the front; "
-                f"figures are those of the {ear.listener.ear} one, which hears all contact louder"
-            )
-        if ear.road is not None:
-            level = f"{ear.road:.0f} dB(A)" if ear.road > 0.0 else "nothing"
-            said.append(
-                f"sound: without contact the excitation alone sends {level} to {ear.listener.name}, up to "
-                f"{ear.band:.0f} Hz; it is part of the [background]"
-            )
-    return said
-
-
-def _of_statistics(band: Band, heard: Sequence[Heard], more: Statistics | str, parts: Sequence[Part]) -> list[str]:
-    """What statistical energy adds, and what it leaves out."""
-    if isinstance(more, str):
-        return [f"sound: no statistical energy beyond {band.computed:.0f} Hz: {more}"] if more else []
-    ties, all_of = [h.tie for h in heard if h.tie is not None], heard[-1]
-    tied = [t.bands for t in ties if t.bands]
-    n5 = ""
-    if all_of.n5 is not None and all_of.n5_computed is not None and all_of.n5_bar:
-        n5 = f" N5 of all is {all_of.n5_computed:.3g} sone below {band.computed:.0f} Hz and {all_of.n5:.3g} with both"
-        n5 += f", {all_of.n5_bar[0]:.3g} to {all_of.n5_bar[1]:.3g} by their scatter."
-    said = [
-        f"sound: beyond {band.computed:.0f} Hz, where the {WHAT[band.computed_limit]} ends what is computed, by the "
-        f"statistical energy of {listed([parts[k].name for k in more.plates])}, as noise, to {band.high:.0f} Hz; "
-        f"{f'tied to the last {max(tied)} third octaves that were computed' if tied else 'tied to nothing computed'}"
-        f".{n5}"
-    ]
-    if more.left_out:
-        names = listed([parts[k].name for k in more.left_out])
-        said.append(f"sound: contact also pushes {names}, no plate there: nothing of it beyond {band.computed:.0f} Hz")
-    return said
