@@ -13,7 +13,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import blocks, low_pass_uneven
-from creak.verify.intervals import chains, check_merging, overlap, stretches
+from creak.verify.intervals import chains, check_merging, in_window, overlap, stretches
 from creak.verify.sides import sides
 
 REACH = 6.0
@@ -157,7 +157,7 @@ def events_in(events: Iterable[Event], window: tuple[float, float]) -> list[Even
 
 def counted_instants(time: FloatArray, events: Iterable[Event], window: tuple[float, float]) -> BoolArray:
     """(n,) instants of a window, and those of the events that count in it."""
-    inside = np.asarray((time >= window[0]) & (time <= window[1]))
+    inside = in_window(time, window)
     for e in events_in(events, window):
         inside[np.searchsorted(time, e.t_start) : np.searchsorted(time, e.t_end, side="right")] = True
     return inside

@@ -7,7 +7,7 @@ from typing import Protocol, TypeVar
 
 import numpy as np
 
-from creak.arrays import BoolArray
+from creak.arrays import BoolArray, FloatArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.errors import InputError
@@ -32,6 +32,11 @@ def stretches(flags: BoolArray) -> list[tuple[int, int]]:
     edges = np.diff(np.concatenate([[False], flags, [False]]).astype(np.int8))
     starts, stops = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return list(zip(starts.tolist(), stops.tolist(), strict=True))
+
+
+def in_window(time: FloatArray, window: tuple[float, float]) -> BoolArray:
+    """(n,) instants of a window, its edges included, s."""
+    return np.asarray((time >= window[0]) & (time <= window[1]))
 
 
 def overlap(start: float, end: float, window: tuple[float, float]) -> bool:

@@ -12,7 +12,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import low_pass_uneven
 from creak.verify.events import least_force
-from creak.verify.intervals import overlap, stretches
+from creak.verify.intervals import in_window, overlap, stretches
 from creak.verify.slips import Slide, Slipping, deepest, slides_of
 
 STICK, STICK_SLIP, SLIDING = "stick", "stick-slip", "sliding"
@@ -128,7 +128,7 @@ def rubbing(history: History, gaps: GapOperator, channels: IntArray, window: tup
     """Friction of some channels in a window; None where none of them has friction and presses in it."""
     if gaps.friction is None or not history.sliding.size:
         return None
-    time, inside, every = history.time, _inside(history.time, window), gaps.friction.channels
+    time, inside, every = history.time, in_window(history.time, window), gaps.friction.channels
     own = [i for i in np.flatnonzero(np.isin(every, channels)).tolist() if history.force[inside, every[i]].any()]
     if not own:
         return None
@@ -173,7 +173,7 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
     f_max : of the low-pass, Hz; where the steps cannot hold it, or the window no period, the force is the raw one.
     """
     time, force, weights = history.time, history.force[:, channels].sum(axis=1), history.weights
-    inside = _inside(time, window)
+    inside = in_window(time, window)
     t = time[inside]
     closed = stretches(np.asarray(force[inside] > least_force(history)))
     if not closed or max(t[last] - t[first] for first, last in closed) < LASTING * (window[1] - window[0]):
@@ -181,13 +181,9 @@ def pressing(history: History, channels: IntArray, window: tuple[float, float], 
     if f_max * float(np.median(np.diff(time))) < HOLDS and f_max * (window[1] - window[0]) >= 1.0:
         time, smooth = low_pass_uneven(time, force[:, None], f_max)
         force, weights = smooth[:, 0], np.ones(time.size)
-    inside = _inside(time, window)
+    inside = in_window(time, window)
     mean = float(np.average(force[inside], weights=weights[inside]))
     return Pressing(mean, float(np.sqrt(np.average((force[inside] - mean) ** 2, weights=weights[inside]))))
-
-
-def _inside(time: FloatArray, window: tuple[float, float]) -> BoolArray:
-    return np.asarray((time >= window[0]) & (time <= window[1]))
 
 
 def _by_turns(slips: Sequence[Slide], closed: BoolArray) -> list[list[Slide]]:

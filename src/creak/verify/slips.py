@@ -11,7 +11,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.verify.intervals import chains, check_merging, stretches
+from creak.verify.intervals import chains, check_merging, in_window, stretches
 
 LONGEST = 2.5
 """Periods of f_max that a pair may stick within one event."""
@@ -143,7 +143,7 @@ def find_squeaks(history: History, gaps: GapOperator, window: tuple[float, float
     if gaps.friction is None or not history.sliding.size:
         return []
     weights = history.weights
-    inside = (history.time >= window[0]) & (history.time <= window[1])
+    inside = in_window(history.time, window)
     found: dict[str, Squeak] = {}
     for i, j in enumerate(gaps.friction.channels.tolist()):
         slips = [s for s in _slips(history, weights, i, j) if window[0] <= s.start <= window[1]]

@@ -10,11 +10,12 @@ from creak.arrays import FloatArray
 from creak.model.units import Units
 from creak.report.figures import palette
 from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked
-from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force, inside_window
+from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward
 from creak.report.words.text import number
 from creak.studies.findings.tree import Findings
+from creak.verify.intervals import in_window
 
 MOST_OUTLINE = 5000
 """Edges of the outline behind the map."""
@@ -60,7 +61,7 @@ def _gap_row(result: Findings, group: str, row: int) -> tuple[list[Trace], float
     top = OPEN_GAPS * float(result.gaps.gap0[channels].mean())
     for run in (n for n in palette.DRAWN if n in result.runs):
         found = result.runs[run]
-        inside = inside_window(found.history, result.window)
+        inside = in_window(found.history.time, result.window)
         time, gap = found.time[inside], found.closest[inside, contact].astype(np.float64)
         if gap.size:
             low, high = min(low, float(gap.min())), max(high, float(gap.max()))

@@ -16,6 +16,7 @@ from creak.report.tables.checks import moving_axes, why_no_fit, why_no_mac
 from creak.report.words.text import four
 from creak.studies.findings.tree import Findings
 from creak.verify.events import events_in
+from creak.verify.intervals import in_window
 
 ENERGY_CAPTION = (
     "Work done from outside and where it went, from the start of the run: stored is kinetic and strain energy, "
@@ -66,23 +67,18 @@ def groups_by_force(result: Findings) -> list[str]:
     """Contacts and connectors that pressed in the window, the hardest first."""
     peaks: dict[str, float] = {}
     for run in result.runs.values():
-        inside = inside_window(run.history, result.window)
+        inside = in_window(run.history.time, result.window)
         for j, group in enumerate(result.gaps.group):
             top = float(run.history.force[inside, j].max(initial=0.0))
             peaks[group] = max(peaks.get(group, 0.0), top)
     return sorted((g for g, p in peaks.items() if p > 0.0), key=lambda g: -peaks[g])
 
 
-def inside_window(history: History, window: tuple[float, float]) -> slice:
-    first, last = np.searchsorted(history.time, [window[0] - 1e-12, window[1] + 1e-12])
-    return slice(int(first), int(last))
-
-
 def _force_row(result: Findings, group: str, row: int) -> tuple[list[Trace], float]:
     channels = [j for j, g in enumerate(result.gaps.group) if g == group]
     traces, top = [], 0.0
     for name, run in result.runs.items():
-        inside = inside_window(run.history, result.window)
+        inside = in_window(run.history.time, result.window)
         force = run.history.force[inside][:, channels].max(axis=1)
         top = max(top, float(force.max(initial=0.0)))
         sign = -1.0 if name == "reference" and "reduced" in result.runs else 1.0

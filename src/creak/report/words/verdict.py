@@ -16,6 +16,7 @@ from creak.studies.converge.settled import SETTLED, STATISTICS, UNSETTLED
 from creak.studies.findings.tree import Findings, FoundRun
 from creak.studies.run.compared import main_of
 from creak.verify.events import events_in
+from creak.verify.intervals import in_window
 from creak.verify.reliability import UNRELIABLE
 
 PENETRATION_BAR = 0.1
@@ -160,7 +161,7 @@ def _what(result: Findings, run: FoundRun, count: int) -> str:
 def _pressed(result: Findings, run: FoundRun) -> bool:
     """Whether anything presses inside the window."""
     h = run.history
-    return bool(h.force[(h.time >= result.window[0]) & (h.time <= result.window[1])].any())
+    return bool(h.force[in_window(h.time, result.window)].any())
 
 
 def _found(result: Findings, summary: dict[str, Any]) -> str:

@@ -46,7 +46,6 @@ from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTa
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import WHOLE, solves_for
 from creak.studies.prepare.excitation import Excitation, excitation_of
-from creak.studies.prepare.marching import scheme_of
 from creak.studies.prepare.output_steps import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.foretold import step_s
@@ -323,7 +322,7 @@ def _steps(
 ) -> tuple[StepAdvice, ...]:
     """Forced steps up to `end` (s), of which a reduced one takes at most `step_s`."""
     wanted = {float(f"{h:.9g}") for h in (course.time.step, *(step_for(course, s.per_period * f) for s in steps()))}
-    scheme, out = scheme_of(course.time), []
+    scheme, out = course.time.scheme, []
     for k, h in enumerate(sorted(wanted, reverse=True)):
         progress("contact against the step", k, len(wanted))
         auto, given = (None, None) if bounce is None else bounce(h)

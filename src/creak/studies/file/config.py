@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, ConfigDict, Field, StrictBool, model_valid
 from pydantic_core import PydanticCustomError
 
 from creak.arrays import FloatArray
+from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.model.units import UnitsName
 from creak.studies.file.contact_tables import ConnectorTable, ContactTable
 from creak.studies.file.design.clip_tables import ClipTable
@@ -199,6 +200,11 @@ class TimeTable(Table):
     def exact(self) -> bool:
         """No scheme is forced: accuracy says all."""
         return self.integrator == "exact"
+
+    @property
+    def scheme(self) -> Scheme:
+        """Of a forced step."""
+        return generalised_alpha(self.rho_inf) if self.integrator == "generalised-alpha" else HHT(self.alpha)
 
     @model_validator(mode="before")
     @classmethod

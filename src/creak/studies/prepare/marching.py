@@ -11,7 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.dynamics.flow.resolution import Resolution
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.watch import Watched
-from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
+from creak.dynamics.scheme import Scheme
 from creak.model.mesh import Model
 from creak.studies.file.case import Course
 from creak.studies.file.config import TimeTable, VerificationTable
@@ -45,7 +45,7 @@ class Marching:
     @property
     def scheme(self) -> Scheme:
         """Of a forced step."""
-        return scheme_of(self.table)
+        return self.table.scheme
 
     @property
     def ends(self) -> FloatArray:
@@ -72,11 +72,6 @@ class Marching:
         n = self.table.substeps * count_steps(course, self.table.substeps) + 1
         loads = replace(loads, time=loads.time[:n], support=loads.support[:, :n], force=loads.force[:n])
         return replace(self, course=course, loads=loads)
-
-
-def scheme_of(table: TimeTable) -> Scheme:
-    """HHT-alpha or generalised-alpha."""
-    return generalised_alpha(table.rho_inf) if table.integrator == "generalised-alpha" else HHT(table.alpha)
 
 
 @dataclass(frozen=True)

@@ -22,6 +22,7 @@ from creak.studies.sound.listeners import Listener
 from creak.studies.sound.rims import product, without_wall
 from creak.studies.sound.source import Source, of_modes
 from creak.studies.sound.transfers import Transfer
+from creak.verify.intervals import in_window
 
 PER_BAND = 4.0
 """Samples per second of a listener's rows over the band: few, as each costs a back-substitution in every part."""
@@ -280,7 +281,7 @@ def equivalent_levels(source: Source, faces: Faces, band: float, window: tuple[f
     if not faces.part.size:
         return {}
     time, velocity = velocity_of_forces(source.modes, source.force, RATE, faces.normal, band)
-    inside = (time >= window[0]) & (time <= window[1])
+    inside = in_window(time, window)
     velocity = velocity[inside] if inside.any() else velocity
     powers = {}
     for part in np.unique(faces.part).tolist():
