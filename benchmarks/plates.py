@@ -23,7 +23,7 @@ from creak.assembly.coupling import Driven, couple
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh, part_system
 from creak.assembly.system import System, project
-from creak.contact.gap_operator import ChannelRows, gap_operator
+from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.dynamics.channels import channel_matrices
 from creak.dynamics.diagonal import modal_matrices
 from creak.linalg.diagonal import Diagonal
@@ -161,8 +161,16 @@ def heard(plate: Plate, size: float) -> tuple[Heard, float]:
     node = int(np.linalg.norm(model.nodes.coords[:, :2] - plate.struck, axis=1).argmin())
     one, zero = np.ones(1), np.zeros(1)
     triplets = ChannelRows(np.array([0]), np.array([6 * node + 2]), one, zero, zero)
-    gaps = gap_operator(
-        triplets, gap0=zero, stiffness=one, damping=zero, area=one, names=["at"], nodes_idx=np.array([node]), group="at"
+    gaps = GapOperator(
+        **triplets.motion(1),
+        gap0=zero,
+        stiffness=one,
+        damping=zero,
+        step_limited=np.zeros(1, dtype=np.bool_),
+        area=one,
+        names=("at",),
+        nodes_idx=np.array([node]),
+        group=("at",),
     )
     rows = np.asarray(channel_matrices(small, gaps).rows)
     source = Source(

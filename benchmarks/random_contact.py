@@ -15,7 +15,7 @@ import numpy as np
 
 from creak.assembly.damping import Damping
 from creak.assembly.system import System, no_supports
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
+from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.laws.parameters import Curves, Friction
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.flow.resolution import SETTLED, Resolution
@@ -40,35 +40,25 @@ def channels(rng: np.random.Generator, m: int, n: int) -> GapOperator:
     if kind == 1:
         stiffness = np.where(rng.random(m) < 0.5, np.inf, stiffness)
     damping = rng.uniform(0.0, 30.0, m) if rng.random() < 1 / 3 else np.zeros(m)
-    gaps = gap_operator(
-        ChannelRows(channel, label, rng.standard_normal(m * n), zero, zero),
+    gaps = GapOperator(
+        **ChannelRows(channel, label, rng.standard_normal(m * n), zero, zero).motion(m),
         gap0=10 ** rng.uniform(-4, -2, m),
         stiffness=stiffness,
         damping=np.where(np.isinf(stiffness), 0.0, damping),
+        step_limited=np.zeros(m, dtype=np.bool_),
         area=np.zeros(m),
-        names=[f"stop:{j}" for j in range(m)],
+        names=tuple(f"stop:{j}" for j in range(m)),
         nodes_idx=np.arange(m, dtype=np.int64),
-        group="stop",
+        group=("stop",) * m,
     )
     if kind == 2:
         gaps = replace(gaps, curves=Curves(np.zeros(m, dtype=np.int64), 1e-3 * stiffness, (CURVE,)))
     if rng.random() < 0.5:
-        along = [
-            gap_operator(
-                ChannelRows(channel, label, rng.standard_normal(m * n), zero, zero),
-                gap0=np.zeros(m),
-                stiffness=np.zeros(m),
-                damping=np.zeros(m),
-                area=np.zeros(m),
-                names=[f"along:{j}" for j in range(m)],
-                nodes_idx=np.arange(m, dtype=np.int64),
-                group="stop",
-            ).G
-            for _ in range(2)
-        ]
+        first, second = (rng.standard_normal(m * n) for _ in range(2))
+        along = ChannelRows(channel, label, zero, first, second).motion(m)["tangents"]
         static = rng.uniform(0.1, 0.8, m)
         friction = Friction(static, static * rng.uniform(0.5, 1.0, m), np.zeros(m))
-        gaps = replace(gaps, tangents=tuple(along), friction=friction)
+        gaps = replace(gaps, tangents=along, friction=friction)
     return gaps
 
 

@@ -12,7 +12,7 @@ from creak.assembly.coupling import Driven, couple
 from creak.assembly.damping import Damping
 from creak.assembly.part import Rayleigh, common_rayleigh, loose_system, part_system
 from creak.assembly.system import System, no_supports
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
@@ -77,15 +77,16 @@ def channels(
     def each(x: np.ndarray | float) -> np.ndarray:
         return np.broadcast_to(np.asarray(x, dtype=float), (m,)).copy()
 
-    return gap_operator(
-        ChannelRows(channel, label, G.ravel(), zero, zero),
+    return GapOperator(
+        **ChannelRows(channel, label, G.ravel(), zero, zero).motion(m),
         gap0=each(gap0),
         stiffness=each(stiffness),
         damping=each(damping),
+        step_limited=np.zeros(m, dtype=bool),
         area=np.zeros(m),
-        names=[f"{group}:{j}" for j in range(m)],
+        names=tuple(f"{group}:{j}" for j in range(m)),
         nodes_idx=np.arange(m, dtype=np.int64),
-        group=group,
+        group=(group,) * m,
     )
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from creak.api.matrices import rows_over
 from creak.arrays import FloatArray, IntArray
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.laws.parameters import Friction
 from creak.errors import InputError, shortened
 from creak.given import array_of, number, of_kind, table_of, texts
@@ -72,15 +72,16 @@ def gap_channels(
     gap = _each(gap0, m, "gap0", any_sign=True)
     _check_preload(gap, P, k)
     sliding = _tangents(tangents, own, m)
-    return gap_operator(
-        _triplets([A, *sliding], own),
+    return GapOperator(
+        **_triplets([A, *sliding], own).motion(m),
         gap0=gap - np.divide(P, k, out=np.zeros(m), where=P > 0.0),
         stiffness=k,
         damping=c,
+        step_limited=np.zeros(m, dtype=np.bool_),
         area=np.zeros(m),
-        names=_names(names, group, m),
+        names=tuple(_names(names, group, m)),
         nodes_idx=_nodes(A, own),
-        group=group,
+        group=(group,) * m,
         friction=_friction(friction, m, bool(len(tangents))),
         preload=P if P.any() else None,
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
@@ -169,49 +170,17 @@ class ChannelRows:
         k = dofs_of(self.label) <= TRANSLATIONS[-1]
         return ChannelRows(self.channel[k], self.label[k], self.normal[k], self.tangent1[k], self.tangent2[k])
 
+    def motion(self, m: int) -> dict[str, Any]:
+        """The fields of a GapOperator that say how m channels follow the motion: labels, G and tangents."""
+        labels, column = np.unique(self.label, return_inverse=True)
 
-def gap_operator(
-    rows: ChannelRows,
-    *,
-    gap0: FloatArray,
-    stiffness: FloatArray,
-    damping: FloatArray,
-    step_limited: bool | BoolArray = False,
-    area: FloatArray,
-    names: Sequence[str],
-    nodes_idx: IntArray,
-    group: str,
-    curves: Curves | None = None,
-    friction: Friction | None = None,
-    preload: FloatArray | None = None,
-    size: FloatArray | None = None,
-) -> GapOperator:
-    """Build an operator from triplets."""
-    labels, column = np.unique(rows.label, return_inverse=True)
-    shape = (gap0.size, labels.size)
+        def matrix(values: FloatArray) -> Matrix:
+            A = sp.coo_matrix((values, (self.channel, column)), shape=(m, labels.size)).tocsr()
+            A.eliminate_zeros()
+            return A
 
-    def matrix(values: FloatArray) -> Matrix:
-        A = sp.coo_matrix((values, (rows.channel, column)), shape=shape).tocsr()
-        A.eliminate_zeros()
-        return A
-
-    return GapOperator(
-        labels=labels.astype(np.int64),
-        G=matrix(rows.normal),
-        tangents=(matrix(rows.tangent1), matrix(rows.tangent2)),
-        gap0=gap0,
-        stiffness=stiffness,
-        damping=damping,
-        step_limited=np.full(gap0.size, step_limited),
-        area=area,
-        names=tuple(names),
-        nodes_idx=nodes_idx,
-        group=(group,) * gap0.size,
-        curves=curves,
-        friction=friction,
-        preload=preload,
-        size=size,
-    )
+        tangents = matrix(self.tangent1), matrix(self.tangent2)
+        return {"labels": labels.astype(np.int64), "G": matrix(self.normal), "tangents": tangents}
 
 
 def join(operators: Sequence[GapOperator]) -> GapOperator:

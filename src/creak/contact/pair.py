@@ -10,7 +10,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets, facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.laws.parameters import laid_over
 from creak.contact.search import Projection
 from creak.errors import InputError
@@ -210,13 +210,14 @@ def _channels_of(
     """Finish the channels of a pair: clearance, initial overclosure, laws, names."""
     given, notes = _given_gaps(model, pair, channels)
     gap0, more = _without_overclosure(model, pair, channels, given)
-    operator = gap_operator(
-        rows if pair.law.friction.static > 0.0 else rows.without_rotations(),
+    rows = rows if pair.law.friction.static > 0.0 else rows.without_rotations()
+    operator = GapOperator(
+        **rows.motion(gap0.size),
         gap0=gap0,
         area=channels.area,
-        names=[f"{pair.name}:{model.nodes.label(int(i))}" for i in channels.nodes_idx],
+        names=tuple(f"{pair.name}:{model.nodes.label(int(i))}" for i in channels.nodes_idx),
         nodes_idx=channels.nodes_idx,
-        group=pair.name,
+        group=(pair.name,) * gap0.size,
         size=channels.size,
         **laid_over(pair.law, channels.scale, channels.stiffness),
     )

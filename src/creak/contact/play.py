@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator
+from creak.contact.gap_operator import ChannelRows, GapOperator
 from creak.contact.laws.parameters import laid_over
 from creak.contact.pair import tangents_of
 from creak.errors import InputError
@@ -125,13 +125,13 @@ def play_channels(model: Model, play: Play, where: str) -> GapOperator:
             nodes.append(int(moving[k]))
     n = len(gap0)
     rows = ChannelRows(_ints(channel), _ints(label), *np.array(value).reshape(-1, 3).T)
-    return gap_operator(
-        rows,
+    return GapOperator(
+        **rows.motion(n),
         gap0=np.array(gap0),
         area=np.zeros(n),
-        names=names,
+        names=tuple(names),
         nodes_idx=_ints(nodes),
-        group=play.name,
+        group=(play.name,) * n,
         **laid_over(law, np.ones(n)),
     )
 

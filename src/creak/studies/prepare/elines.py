@@ -9,7 +9,7 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.facets import facets_of
-from creak.contact.gap_operator import ChannelRows, GapOperator, gap_operator, join
+from creak.contact.gap_operator import ChannelRows, GapOperator, join
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair, tangents_of
 from creak.contact.secondary import nodes_of
@@ -251,16 +251,17 @@ def _between(model: Model, t: ElineTable, name: str, at: Places, pairs: Pairs, u
     gap = across if t.clearance is None else np.full(main.size, t.clearance)
     label = node_dofs(np.column_stack([secondary, main]).ravel(), TRANSLATIONS)
     vectors = [np.concatenate([v, -v], axis=1).ravel() for v in (z, *tangents_of(z))]
-    none = np.zeros(main.size)
-    return gap_operator(
-        ChannelRows(np.repeat(np.arange(main.size), 6), label, *vectors),
+    m, none = main.size, np.zeros(main.size)
+    return GapOperator(
+        **ChannelRows(np.repeat(np.arange(m), 6), label, *vectors).motion(m),
         gap0=gap,
         stiffness=none,
         damping=none,
+        step_limited=np.zeros(m, dtype=np.bool_),
         area=none,
-        names=[f"{name}:{point}" for point in pairs.names],
+        names=tuple(f"{name}:{point}" for point in pairs.names),
         nodes_idx=secondary,
-        group=name,
+        group=(name,) * m,
     )
 
 
