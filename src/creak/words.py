@@ -29,9 +29,14 @@ def first_few(items: Iterable[str], count: int, most: int) -> str:
 def duration(seconds: float) -> str:
     """`21 us`, `4.2 ms`, `38 s`, `12 min`, `5.2 h`."""
     if seconds < 1e-3:
-        return f"{1e6 * seconds:.2g} us"
+        return f"{_two_digits(1e6 * seconds)} us"
     if seconds < 0.1:
-        return f"{1e3 * seconds:.2g} ms"
+        return f"{_two_digits(1e3 * seconds)} ms"
     if seconds < 100.0:
-        return f"{seconds:.2g} s"
-    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.2g} h"
+        return f"{_two_digits(seconds)} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{_two_digits(seconds / 3600.0)} h"
+
+
+def _two_digits(x: float) -> str:
+    """At least two digits, and no power of ten of what is large."""
+    return f"{x:.2g}" if x < 99.5 else f"{x:.0f}"

@@ -40,9 +40,19 @@ def test_lists_end_in_and():
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(2.1e-5, "21 us"), (4.2e-3, "4.2 ms"), (38.0, "38 s"), (720.0, "12 min"), (18720.0, "5.2 h")],
+    [
+        (2.1e-5, "21 us"),
+        (1.54e-4, "154 us"),
+        (4.2e-3, "4.2 ms"),
+        (0.0997, "100 ms"),
+        (38.0, "38 s"),
+        (99.7, "100 s"),
+        (720.0, "12 min"),
+        (18720.0, "5.2 h"),
+        (5.4e5, "150 h"),
+    ],
 )
-def test_times_have_two_digits(seconds, text):
+def test_times_have_two_digits_and_no_powers_of_ten(seconds, text):
     assert duration(seconds) == text
 
 
