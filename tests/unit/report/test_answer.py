@@ -275,3 +275,15 @@ def test_a_quiet_run_with_something_wrong_says_what(failed, lines, verdict, ligh
     held = {**limit(), "limit": "force"}
     with_held = answer({**summary(verdict=verdict, limits=[*limits, held]), "elines": {"lines": lines}})
     assert (with_held.light, with_held.headline) == (found.light, found.headline)
+
+
+def test_of_a_run_that_stopped_before_what_is_counted_nothing_is_known():
+    """Quiet is what was looked at and did nothing; of a run that did not come there it is no answer."""
+    ended, stopped = summary(), summary(stopped="interrupted at t = 0.7 s")
+    stopped["runs"]["reduced"]["end"] = 0.7
+    assert [t.value for t in tiles(answer(ended), "")][:3] == ["none", "not heard", "0"]
+    told = tiles(answer(stopped), "")
+    assert [t.value for t in told][:3] == ["not known"] * 3
+    assert told[0].detail == told[2].detail == "the run stopped before what is counted"
+    stopped["runs"]["reduced"]["end"] = 1.5
+    assert tiles(answer(stopped), "")[0].value == "none"

@@ -11,7 +11,20 @@ import pytest
 
 from creak.model.units import UNITS
 from creak.report.words.method import _clip, _connector, _support
-from creak.report.words.text import MINUS, NONE, THIN, fixed, four, number, percent, ratio, share, tidy, times
+from creak.report.words.text import (
+    MINUS,
+    NONE,
+    THIN,
+    fixed,
+    four,
+    number,
+    percent,
+    ratio,
+    share,
+    tidy,
+    times,
+    with_minus,
+)
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.file.design.model_tables import SupportTable
@@ -33,6 +46,11 @@ from creak.studies.file.design.model_tables import SupportTable
 )
 def test_number(value, shown):
     assert number(value) == shown
+
+
+def test_minus_signs_of_a_sentence_are_no_hyphens_and_names_keep_theirs():
+    said = with_minus("LID-1 moves -0.4 mm (-2e-05 more), clip=-3, from 2-3 to panel-7")
+    assert said == f"LID-1 moves {MINUS}0.4 mm ({MINUS}2e-05 more), clip={MINUS}3, from 2-3 to panel-7"
 
 
 def test_per_cent_of_a_ratio():

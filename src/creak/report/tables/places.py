@@ -10,7 +10,7 @@ from creak.report.figures.scene import Animations
 from creak.report.sound_parts import players
 from creak.report.tables.checks import RUN_WORDS
 from creak.report.words.answer import earlier
-from creak.report.words.text import number, plural, share
+from creak.report.words.text import number, plural, share, with_minus
 from creak.report.words.verdict import span
 from creak.studies.findings.limits import limit_words
 from creak.studies.findings.places import Place, near
@@ -77,6 +77,9 @@ def _words(result: Findings, places: tuple[Place, ...], units: Units, summary: d
     run = result.main
     if run is None or not result.gaps.m:
         return "Nowhere: nothing can touch under this load."
+    if not places and result.stopped is not None and result.window[0] >= run.history.time[-1]:
+        before = f": {plural(len(run.events), 'contact event')} until then" if run.events else ""
+        return f"Not known: the run stopped before what is counted{before}."
     if not places and run.events:
         return f"Nowhere {span(result)}; over the whole run there are {plural(len(run.events), 'event')}."
     if not places:
@@ -121,8 +124,8 @@ def _row(
             ", ".join(x for x in (_added(told), _of_ways(told), _settled(told, "n5"), _ties(told)) if x),
         ),
         100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
-        [] if told["cause"] is None else told["cause"]["words"].split("; "),
-        [] if told["cause"] is None else told["cause"].get("changes_words", []),
+        [] if told["cause"] is None else with_minus(told["cause"]["words"]).split("; "),
+        [] if told["cause"] is None else [with_minus(text) for text in told["cause"].get("changes_words", [])],
         audio,
         _motion(place, motions),
     )

@@ -31,6 +31,7 @@ SHOWN = 3
 """Places and lines that are named."""
 ADDED = " added to the background"
 OWN = "creak's own scale, as the study has no [limit]"
+UNKNOWN = "not known"
 
 
 @dataclass(frozen=True)
@@ -90,6 +91,8 @@ class Answer:
     """What is said where there is no place: that nothing touches, or what rests."""
     before: str
     """What hit harder before the time that is counted; empty where nothing did."""
+    reached: bool
+    """Whether the run came to what is counted."""
 
 
 def answer(summary: Mapping[str, Any]) -> Answer:
@@ -115,8 +118,9 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         (sound["listener"] if sound.get("given") else "an ear off the loudest panel") if sound.get("listener") else "",
         None if band is None else (band["low"], band["high"]),
         computed_to(band),
-        _still(run),
+        _still(summary, run),
         before,
+        _reached(summary, run),
     )
 
 
@@ -292,13 +296,20 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
     if limits:
         return good, "; ".join(said)
     if not places:
-        return good, _still(run)
+        return good, _still(summary, run)
     worst = max(p.force if p.n5 is None else p.n_max if p.is_rare else p.n5 for p in places)
     loud = any(p.n5 is not None and p.n5 >= LOUD for p in places)
     return (RED if loud else AMBER if worst >= FAINT else good), OWN
 
 
-def _still(run: Mapping[str, Any]) -> str:
+def _reached(summary: Mapping[str, Any], run: Mapping[str, Any]) -> bool:
+    """Whether the run came to what is counted: a run that stopped may not have."""
+    return not summary["stopped"] or (summary["verification"].get("window") or (0.0,))[0] < run["end"]
+
+
+def _still(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
+    if not _reached(summary, run):
+        return "the run stopped before what is counted"
     resting = run.get("resting") or []
     if not resting:
         return "nothing touches"
@@ -334,17 +345,19 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
     return [
         Tile(
             "worst place",
-            worst.name if worst else "none",
+            worst.name if worst else "none" if found.reached else UNKNOWN,
             f"{worst.does}; {number(worst.force, 3)} N{f' at {worst.hit}' if worst.hit else ''}"
             if worst
             else found.still,
         ),
         Tile(
             f"loudness{of_all}{ADDED}" if found.beside else f"loudness{of_all}, N5",
-            "not heard" if found.n5 is None else sones(found.n5),
+            sones(found.n5) if found.n5 is not None else "not heard" if found.reached else UNKNOWN,
             "; ".join(text for text in (loud, band_words(found), found.why) if text),
         ),
-        Tile("events a second", number(found.rate, 2), f"{slips}at {plural(len(found.places), 'place')}"),
+        Tile("events a second", number(found.rate, 2), f"{slips}at {plural(len(found.places), 'place')}")
+        if found.reached
+        else Tile("events a second", UNKNOWN, found.still),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
     ]
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import Any
 
 MINUS = "\N{MINUS SIGN}"
 NONE = "\N{EN DASH}"
 THIN = "\N{NARROW NO-BREAK SPACE}"
+
+
+def with_minus(text: str) -> str:
+    """A sentence of the terminal for the page: minus signs before numbers in place of hyphens."""
+    return re.sub(r"(?<![^\s(=])-(?=\d)", MINUS, text)
 
 
 def number(value: float | int | None, digits: int = 4) -> str:
