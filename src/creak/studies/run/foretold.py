@@ -91,7 +91,7 @@ def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolutio
     n, levels = loads.n_step // SAMPLES, flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution).levels
     share, rows = (1.0, float(gaps.m)) if closed is None else closed.tolist()
     looked = math.ceil(min(rows, LOOKED * gaps.m))
-    step = step_s(system.n, looked)
+    step = step_s(system.n, looked) if form.pairs is None else step_s(2 * system.n, 2 * looked)
     return n * (step + share**2 * 2.0**levels * (step + (solve_s(3 * looked) if gaps.rubbing else 0.0)))
 
 

@@ -19,7 +19,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.state import LinearTerms
 from creak.progress import Sentence
-from creak.reduction.diagonal import diagonalise
+from creak.reduction.diagonal import diagonalise, in_own_modes
 from creak.studies.file.config import VerificationTable
 from creak.studies.prepare.elines import NO_ELINES
 from creak.studies.prepare.marching import Observed
@@ -55,6 +55,19 @@ def test_steps_near_contact_are_what_costs(monkeypatch):
     along, across = (channels(np.eye(10, n, k), 0.0, 0.0).G for k in (10, 20))
     rubs = replace(gaps, tangents=(along, across), friction=Friction(*(np.full(10, x) for x in (0.3, 0.3, 0.0))))
     assert run_s(system, rubs, loads, SETTLED, np.array([1.0, 1.0])) > 1.01 * always
+
+
+def test_modes_that_damping_couples_move_in_pairs_with_two_rows_each(monkeypatch):
+    """Twice the numbers, and each channel sees displacements and speeds of them by rows of their own."""
+    n = 12
+    K = np.diag(np.linspace(1e3, 1e6, n))
+    dashpot = 0.1 * np.outer(np.ones(n), np.ones(n))
+    alone, together = (in_own_modes(system_of(np.eye(n), K, extra=C, velocity=np.zeros(n))) for C in (None, dashpot))
+    gaps = channels(np.eye(4, n), 1e-3, 1e9)
+    loads = Loads(np.linspace(0.0, 0.3, 301), np.zeros((3, 301, 0)), np.zeros((301, 1)), (np.array([0]),))
+    monkeypatch.setattr("creak.studies.run.foretold.step_s", lambda unknowns, rows: 1e-6 * unknowns * rows)
+    one, pairs = (run_s(system, gaps, loads, SETTLED, np.array([0.0, 3.0])) for system in (alone, together))
+    assert pairs == pytest.approx(4.0 * one)
 
 
 def test_what_a_run_keeps_costs_as_well(monkeypatch):
