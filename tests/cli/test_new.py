@@ -57,6 +57,14 @@ def test_two_strips(creak, tmp_path):
     assert setup.contacts.m == 39
 
 
+def test_two_names_of_the_same_nodes_are_one_output_and_a_node_without_elements_is_no_place_to_push(creak, tmp_path):
+    more = "*NSET, NSET=TIP\n13,\n*NSET, NSET=END\n13,\n*NODE, NSET=LOOSE\n9001, 0., 0., 50.\n"
+    told, study = new(creak, tmp_path, two_strips() + more)
+    assert [name for name in study["output"]["nodes"] if name in ("TIP", "END", "LOOSE")] == ["END"]
+    assert "LOOSE" not in (tmp_path / "strips.toml").read_text()
+    assert told["ready"] is True
+
+
 def test_a_contact_is_searched_once_and_the_deck_is_read_once(creak, tmp_path, monkeypatch):
     """The check of the study that is written takes what the proposal has found."""
     done = []

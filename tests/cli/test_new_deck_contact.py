@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import tomllib
 
 import pytest
@@ -168,3 +169,10 @@ def test_laws_that_are_not_followed_are_told(creak, tmp_path):
     assert table["stiffness"] == "auto"
     assert "PRESSURE-OVERCLOSURE=EXPONENTIAL" in words
     assert "*SURFACE BEHAVIOR, NOSEPARATION" in words
+
+
+def test_a_pair_that_never_faces_each_other_is_told_with_the_unit_of_the_limit(creak, tmp_path):
+    (tmp_path / "strips.inp").write_text(two_strips().replace("UPPER, SNEG", "UPPER, SPOS") + RUB + PAIR)
+    creak("new", tmp_path / "strips.inp").done()
+    text = (tmp_path / "strips.toml").read_text()
+    assert re.search(r"never face each other: .* within [0-9.]+ mm\b", " ".join(text.replace("#", " ").split()))

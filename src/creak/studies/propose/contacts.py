@@ -105,17 +105,30 @@ class Contact:
         return f"{-self.gap:.3g} {unit} inside each other"
 
 
+@dataclass(frozen=True)
+class Tools:
+    """What contacts are tried with."""
+
+    keep: Keep | None = None
+    """Takes what is searched, for who searches the same contacts later."""
+    unit: str = ""
+    """Of length, for messages."""
+
+
+NOTHING = Tools()
+
+
 def find_contacts(
     model: Model,
     near: Sequence[Near],
     distance: float,
     progress: Progress,
-    keep: Keep | None = None,
+    tools: Tools = NOTHING,
     of_deck: Sequence[Contact] = (),
 ) -> tuple[Contact, ...]:
     """The contacts of what is near, those that are sure first; none where a tie holds both sides together.
 
-    keep : takes what is searched, for who searches the same contacts later.
+    tools : what contacts are tried with.
     of_deck : pairs of the deck, which stand in place of what is near between their parts.
     """
     done = {frozenset(c.parts) for c in of_deck if not c.problem}
@@ -124,7 +137,7 @@ def find_contacts(
     for k, n in enumerate(near):
         progress("try the contacts", k, len(near))
         of_kind = {"face": _of_faces, "edge": _of_edge, "ends": _ends}[n.kind]
-        found += [c for c in of_kind(model, n, keep) if c.problem != TIED]
+        found += [c for c in of_kind(model, n, tools) if c.problem != TIED]
     progress("try the contacts", len(near), len(near))
     found = [replace(c, question=FAR) if c.gap > distance and not c.question else c for c in found]
     names, titles = dict[str, int](), titles_of(model)
@@ -140,7 +153,7 @@ def find_contacts(
     return tuple(out)
 
 
-def _of_faces(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
+def _of_faces(model: Model, n: Near, tools: Tools) -> list[Contact]:
     sides, found = [covering_sets(model, n, side) for side in (0, 1)], []
     for first, second in product(*sides):
         members = [numbers_of(model, first), numbers_of(model, second)]
@@ -148,19 +161,19 @@ def _of_faces(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
         if facing.any():
             near = n.met.where(_meets(n.met, members))
             if near.nodes.size:
-                found.append(_surfaces(model, n, near, (first, second), members, keep))
+                found.append(_surfaces(model, n, near, (first, second), members, tools))
     if found:
-        return [part for c in found for part in _without_pressed(model, n, c, keep)]
+        return [part for c in found for part in _without_pressed(model, n, c, tools)]
     for side in (0, 1):
         if sides[side] and not sides[1 - side]:
-            return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side], keep)
+            return _by_nodes(model, n, n.met.where(n.met.side == 1 - side), 1 - side, sides[side], tools)
     bare = [part for part, names in zip(n.parts, sides, strict=True) if not names]
     problem = f"the deck has no surface or element set of {listed(bare or n.parts)} alone that is near"
     count = len(n.elements[0])
     return [replace(_drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), problem=problem)]
 
 
-def _without_pressed(model: Model, n: Near, c: Contact, keep: Keep | None) -> list[Contact]:
+def _without_pressed(model: Model, n: Near, c: Contact, tools: Tools) -> list[Contact]:
     """Of linked parts the nodes that are open, and as a question the surfaces that lie on each other beside them.
 
     What is bolted down presses all the time: hundreds of its channels cost hours and tell nothing of a rattle.
@@ -173,9 +186,9 @@ def _without_pressed(model: Model, n: Near, c: Contact, keep: Keep | None) -> li
     if not away.nodes.size:
         return [replace(c, question=PRESSED)]
     if all(b.kind in FACES for b in model.blocks if model.parts[b.part].name == c.parts[0]):
-        apart = [tried(model, _nodes(model, away, c.parts, c.main, "near"), keep)]
+        apart = [tried(model, _nodes(model, away, c.parts, c.main, "near"), tools)]
     else:
-        apart = _by_nodes(model, n, away, side, [c.main], keep)
+        apart = _by_nodes(model, n, away, side, [c.main], tools)
     return [*apart, replace(c, question=PRESSED)] if any(a.live for a in apart) else [c]
 
 
@@ -194,7 +207,7 @@ def _drawn(model: Model, met: Met, name: str, parts: tuple[str, str], near: int,
 
 
 def _surfaces(
-    model: Model, n: Near, met: Met, names: tuple[str, str], members: list[IntArray], keep: Keep | None
+    model: Model, n: Near, met: Met, names: tuple[str, str], members: list[IntArray], tools: Tools
 ) -> Contact:
     """The pair with the finer side as secondary; the other way round where that does not work."""
     fine = len(n.elements[0]) >= len(n.elements[1])
@@ -204,11 +217,11 @@ def _surfaces(
         parts = (n.parts[a], n.parts[b])
         drawn = _drawn(model, met, _pair_name(parts), parts, len(n.elements[a]), len(members[a]))
         plain = replace(drawn, secondary=names[a], main=names[b], question=_overlaps(met))
-        each.append(tried(model, plain, keep))
+        each.append(tried(model, plain, tools))
         if not each[-1].problem:
             return each[-1]
         by_side = _by_side(model, names[a], names[b])
-        sided = [tried(model, replace(plain, secondary=s, main=m), keep) for s, m in by_side]
+        sided = [tried(model, replace(plain, secondary=s, main=m), tools) for s, m in by_side]
         if good := [c for c in sided if not c.problem]:
             return min(good, key=lambda c: abs((c.start or 0.0) - c.gap))
     return _closed(met, each[0]) if each[0].question else each[0]
@@ -222,7 +235,7 @@ def _by_side(model: Model, secondary: str, main: str) -> list[tuple[str, str]]:
     return [(a, b) for a in one for b in other][1:]
 
 
-def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str], keep: Keep | None) -> list[Contact]:
+def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str], tools: Tools) -> list[Contact]:
     """Nodes of the side that has no surface or element set, each against the names of the other."""
     found, parts = [], (n.parts[side], n.parts[1 - side])
     for main in mains:
@@ -236,18 +249,18 @@ def _by_nodes(model: Model, n: Near, met: Met, side: int, mains: Sequence[str], 
         clearance = max(float(f"{near.gap.mean():.4g}"), 0.0)
         question = _overlaps(near) or ("" if even or thick <= 0.0 else UNEVEN)
         c = replace(drawn, clearance=clearance if thick > 0.0 else None, question=question)
-        found.append(tried(model, c, keep))
+        found.append(tried(model, c, tools))
     return found
 
 
-def _of_edge(model: Model, n: Near, keep: Keep | None) -> list[Contact]:
+def _of_edge(model: Model, n: Near, tools: Tools) -> list[Contact]:
     """The free edge of shells on a face: node by node, for the edge has no area."""
     found = []
     for main in covering_sets(model, n, 1):
         over = n.met.where(np.isin(n.met.element, numbers_of(model, main)))
         for met in _by_direction(over):
             drawn = replace(_nodes(model, met, n.parts, main, "edge"), edge=True)
-            found.append(tried(model, _sided(met, drawn), keep))
+            found.append(tried(model, _sided(met, drawn), tools))
     if found:
         return found
     problem = f"the deck has no surface or element set of {n.parts[1]} alone that is near"
@@ -308,7 +321,7 @@ def _nodes(model: Model, met: Met, parts: tuple[str, str], main: str, suffix: st
     return replace(c, secondary=own, labels=labels)
 
 
-def _ends(model: Model, n: Near, _: Keep | None) -> list[Contact]:
+def _ends(model: Model, n: Near, _: Tools) -> list[Contact]:
     """Two edges: no contact of shells can be made of them."""
     count = n.met.nodes.size
     drawn, k = _drawn(model, n.met, _pair_name(n.parts), n.parts, count, count), int(n.met.gap.argmin())
@@ -320,13 +333,13 @@ def _ends(model: Model, n: Near, _: Keep | None) -> list[Contact]:
     return [replace(drawn, edge=True, question=EDGES, ends=(drawn.place, model.nodes.label(int(nearest))))]
 
 
-def tried(model: Model, c: Contact, keep: Keep | None) -> Contact:
+def tried(model: Model, c: Contact, tools: Tools) -> Contact:
     """With its channels, or what keeps it from having any."""
-    pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal)
+    pair = ContactPair(c.name, c.secondary, c.main, c.method, c.clearance, c.normal, unit=tools.unit)
     if c.labels:
         model = replace(model, node_sets={**model.node_sets, c.secondary: np.array(c.nodes)})
     try:
-        operator, _ = METHODS[c.method](model, pair, keep)
+        operator, _ = METHODS[c.method](model, pair, tools.keep)
     except InputError as error:
         return replace(c, problem=error.what)
     stuck = tied_channels(model, pair, operator)

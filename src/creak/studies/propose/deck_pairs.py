@@ -9,13 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from creak.contact.pair import Keep
 from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.steps import Interaction, SurfacePair
 from creak.progress import Progress
 from creak.studies.prepare.deck_step import contact_table, friction_of
-from creak.studies.propose.contacts import Contact, tried
+from creak.studies.propose.contacts import Contact, Tools, tried
 from creak.studies.propose.opposite import element_numbers
 from creak.studies.propose.proximity import Near, looks_at, numbers_of
 from creak.studies.warned import Warned
@@ -24,7 +23,7 @@ LAW = ("stiffness", "overclosure", "per_area", "friction", "damping")
 """Keys of a contact table that a deck may give."""
 
 
-def deck_pairs(model: Model, progress: Progress, keep: Keep | None) -> list[Contact]:
+def deck_pairs(model: Model, progress: Progress, tools: Tools) -> list[Contact]:
     """The contact pairs of the deck with their own laws, tried. Hard contact is one of stiffness "auto"."""
     of = model.contact
     if of is None:
@@ -43,7 +42,7 @@ def deck_pairs(model: Model, progress: Progress, keep: Keep | None) -> list[Cont
             found.append(replace(c, problem=error.what))
             continue
         law = {key: table[key] for key in LAW if table.get(key) and table[key] != "hard"}
-        found.append(tried(model, replace(c, law=law), keep))
+        found.append(tried(model, replace(c, law=law), tools))
     progress("try the contacts of the deck", len(of.pairs), len(of.pairs))
     return found
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.contact.pair import Keep
-from creak.model.constraints import supported_nodes
+from creak.model.constraints import supported_nodes, tied_nodes
 from creak.model.materials import Discrete
 from creak.model.mesh import Model
 from creak.model.steps import Stop
@@ -17,7 +17,7 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
 from creak.studies.propose.bodies import by_bodies
-from creak.studies.propose.contacts import Contact, find_contacts
+from creak.studies.propose.contacts import Contact, Tools, find_contacts
 from creak.studies.propose.deck_pairs import contact_flaw, deck_pairs, general_law, kept_apart
 from creak.studies.propose.joints import joints_of
 from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
@@ -120,7 +120,7 @@ def propose(
     ----------
     distance : between surfaces that count as near, in the deck's unit of length; None: `REACH` of its size.
     units : of the deck; None: guessed from its materials and size.
-    keep : as of `find_contacts`.
+    keep : as of `Tools`.
     """
     model = by_bodies(model)
     system, guess = _units(model, units)
@@ -130,8 +130,9 @@ def propose(
     skins = skins_of(model)
     near, apart = kept_apart(model, near_parts(model, skins, distance, far))
     progress("look for parts near each other", 1, 1)
-    own = deck_pairs(model, progress, keep)
-    contacts, law = find_contacts(model, near, distance, progress, keep, own), general_law(model)
+    tools = Tools(keep, system.words[0])
+    own = deck_pairs(model, progress, tools)
+    contacts, law = find_contacts(model, near, distance, progress, tools, own), general_law(model)
     contacts = tuple(c if c.deck else replace(c, law=law) for c in contacts)
     flaws = () if model.contact is None else model.contact.flaws
     held = held_dofs(model)
@@ -301,10 +302,10 @@ def _on_springs(model: Model, held: BoolArray) -> BoolArray:
 
 
 def _with_elements(model: Model) -> BoolArray:
-    """(n_node,) nodes that belong to a part: of an element, or reference of one."""
-    found = np.zeros(model.nodes.count, dtype=bool)
-    for part in model.parts:
-        found[part.nodes_idx] = True
+    """(n_node,) nodes of an element or of a link."""
+    found = tied_nodes(model.constraints, model.nodes.count)
+    for block in model.blocks:
+        found[block.nodes_idx] = True
     return found
 
 
@@ -330,11 +331,14 @@ def _pairs(model: Model) -> str | tuple[str, str] | None:
 
 
 def _outputs(model: Model) -> tuple[str, ...]:
-    """Small sets of nodes that carry elements and follow nothing, the smallest first."""
+    """Small sets of nodes that carry elements and follow nothing, the smallest first; of equal ones the first."""
     following, structural = _following(model), _with_elements(model)
-    good = [
-        (rows.size, name)
+    good = sorted(
+        (rows.size, name, tuple(rows.tolist()))
         for name, rows in _named_sets(model).items()
         if structural[rows].all() and not following[rows].any()
-    ]
-    return tuple(name for _, name in sorted(good)[:OUTPUTS])
+    )
+    first = dict[tuple[int, ...], str]()
+    for _, name, nodes in good:
+        first.setdefault(nodes, name)
+    return tuple(first.values())[:OUTPUTS]
