@@ -31,18 +31,18 @@ def points(
     velocity: Sequence[float] = (),
     free: str = "x",
 ) -> str:
-    """Point masses in a row (sets P1, P2, ...) that move along the axes `free`, with springs along x."""
-    n, axes = len(mass), [k + 1 for k, axis in enumerate("xyz") if axis not in free]
+    """Point masses in a row (sets P1, P2, ...) that move along the axes `free`, with springs along the first of them."""
+    n, axes, along = len(mass), [k + 1 for k, axis in enumerate("xyz") if axis not in free], "xyz".index(free[0]) + 1
     lines = ["*NODE", *(f"{i + 1}, {0.1 * i}, 0., 0." for i in range(n))]
     for i in range(n):
         lines += [f"*NSET, NSET=P{i + 1}", f"{i + 1}", f"*ELEMENT, TYPE=MASS, ELSET=M{i + 1}", f"{i + 1}, {i + 1}"]
         lines += [f"*MASS, ELSET=M{i + 1}", f"{mass[i]}"]
     for i, k in enumerate(to_ground):
         lines += [f"*ELEMENT, TYPE=SPRING1, ELSET=K{i + 1}", f"{101 + i}, {i + 1}"]
-        lines += [f"*SPRING, ELSET=K{i + 1}", "1", f"{k}"]
+        lines += [f"*SPRING, ELSET=K{i + 1}", f"{along}", f"{k}"]
     for i, k in enumerate(between):
         lines += [f"*ELEMENT, TYPE=SPRING2, ELSET=J{i + 1}", f"{201 + i}, {i + 1}, {i + 2}"]
-        lines += [f"*SPRING, ELSET=J{i + 1}", "1, 1", f"{k}"]
+        lines += [f"*SPRING, ELSET=J{i + 1}", f"{along}, {along}", f"{k}"]
     for i in range(n):
         lines += ["*BOUNDARY", *(f"P{i + 1}, {axis}" for axis in axes), f"P{i + 1}, 4, 6"]
     if velocity:

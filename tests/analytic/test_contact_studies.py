@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 
 import creak
 from creak.studies.run.job import StudyResult
@@ -196,6 +197,37 @@ def test_two_masses_with_two_sided_play(tmp_path):
     for j, side in enumerate(("upper", "lower")):
         exact = blows(time, gaps[:, j], forces[:, j])
         alike(found, exact, f"p1_p2:{side}")
+
+
+@pytest.mark.parametrize("clearance", [4e-6, 5e-6, 6e-6])
+def test_a_dropped_gap_that_a_blow_rings_shut_within_a_flight_step(tmp_path, clearance):
+    """A mass of 25 Hz meets a stop four times; what sits on it rings at 9 kHz for a flight step, against a plate of it.
+
+    The run without contact leaves that gap open, and so do both ends of every flight step.
+    """
+    m, k, stops, zeta = np.array([1.0, 0.05]), [24674.0, 0.05 * (2.0 * np.pi * 9000.0) ** 2], (4e9, 1e8), 0.04
+    lid = "\n".join(f"2\n{node}, 3, 1., 1, 3, -1." for node in range(9001, 9005))
+    deck = points(m, k[:1], k[1:], free="z").replace("2, 0.1, 0., 0.", f"2, 0., 0., {clearance}")
+    deck += floor(0.02, free="z") + f"*EQUATION\n{lid}\n"
+    rings = '[contact.lid]\nsecondary = "P2"\nmain = "TABLE"\nmethod = "node-to-surface"\n'
+    rings += f"stiffness = {stops[1]}\nclearance = {clearance}\n[damping]\nmodal = {zeta}\n"
+    load = push("P1", 'type = "sine", frequency = 20, amplitude = 20.0', dof="z")
+    fine = 'accuracy = "fine"\n[reduction]\nf_max = 2e4\n'
+    result = solved(tmp_path, deck, play("P1", stops[0], "lower = -1e-3", dof="z") + load + rings, 0.2, fine)
+    assert result.closed_later == 1
+
+    M = np.diag(m + [7850.0 * 1e-3 * 0.04**2, 0.0])
+    K = np.array([[k[0] + k[1], -k[1]], [-k[1], k[1]]])
+    omega2, shapes = sla.eigh(K, M)
+    C = M @ shapes @ np.diag(2.0 * zeta * np.sqrt(omega2)) @ shapes.T @ M
+    ways = [(np.array([1.0, 0.0]), 1e-3, stops[0]), (np.array([-1.0, 1.0]), clearance, stops[1])]
+    pull = lambda t: np.stack([20.0 * np.sin(2.0 * np.pi * 20.0 * t), 0.0 * t], axis=1)  # noqa: E731
+    time, gap, force = switched(M, C, K, ways, pull, np.zeros(2), 2e-7, 0.2)
+    for j, group in enumerate(("p1", "lid")):
+        exact = blows(time, gap[:, j], force[:, j])
+        found = [e for e in events(result) if e.group == group]
+        assert len(exact) >= len(found) > 0
+        assert sum(e.impulse for e in found) == pytest.approx(exact[:, 2].sum(), rel=6e-3)
 
 
 def test_preload_that_opens(tmp_path):

@@ -107,11 +107,13 @@ class WatchState:
     slip_at: FloatArray
     gap: FloatArray
     gap_at: FloatArray
+    least: FloatArray
     turn: FloatArray
     turn_at: FloatArray
     time: FloatArray
     slid: FloatArray
     last: FloatArray
+    below: FloatArray
 
 
 @dataclass(frozen=True)

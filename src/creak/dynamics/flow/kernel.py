@@ -142,6 +142,13 @@ def all_finite(after):  # type: ignore[no-untyped-def]
 
 
 @inner
+def raise_to(most, energy):  # type: ignore[no-untyped-def]
+    """Largest energies so far, where anybody keeps them."""
+    for b in range(most.size):
+        most[b] = max(most[b], energy[b])
+
+
+@inner
 def is_short(model, level, levels, held):  # type: ignore[no-untyped-def]
     """Is a step one near contact, of those that kicks begin and end?"""
     return model.presses and level == levels and not held
@@ -284,6 +291,8 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
                 if kicked and together.next[LONG]:
                     into_kicks(model, steady, now)
                 level, h = advance(model, scheme, springs, desk, at, level, kicked, now, after, block)
+                if level < levels:
+                    raise_to(out.ring[kept], energy)
             for j in range(n_x):
                 after.amplitude[j] = value(drive[j], 0, h)
             shift_loads(D, h)
@@ -345,6 +354,9 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
         write(out.table, used, time, now)
         restart(cone, time, now, edge)
         used += 1
+        if out.ring.shape[1] > 0 and (level == levels or held):
+            band_energies(model, scheme.band, D, 0.0, now, energy)
+            raise_to(out.ring[kept], energy)
         out.at[kept] = used - 1
         put(out.u[kept], 0, now.x.reshape(now.x.size)[model.u0 : model.u1])
         put(out.s[kept], 0, now.support[0])

@@ -7,6 +7,7 @@ import math
 import time as clock
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -40,6 +41,7 @@ from creak.dynamics.flow.resolution import (
     SETTLED,
     FlowSteps,
     Resolution,
+    below_parabola,
     flow_steps,
     seen_through,
     steepest,
@@ -206,7 +208,8 @@ class FlowRun:
     def _open_log(self) -> None:
         self._own_work()
         basis = None if self.form.pairs is None else self.form.pairs.basis
-        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, basis)
+        between = partial(below_parabola, self.form, self.H) if self.model.presses else None
+        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, basis, between=between)
 
     def _own_work(self) -> None:
         """What a run writes to while it goes on."""

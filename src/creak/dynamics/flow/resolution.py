@@ -170,6 +170,18 @@ def bound_of(
     return _by_band(band, count, far * np.minimum(x**4 / 384.0, 2.0 + 0.25 * x) + 0.25 * h * slow)
 
 
+def below_parabola(form: FlowForm, T: float, rows: FloatArray) -> FloatArray:
+    """(n_band, k) how far what rows (k, n) see may fall below the parabolas through it at instants T apart, over
+    sqrt(2 E) of each band.
+
+    A pair of energy E moves it within A = sqrt(2 E) far. A parabola through three instants is off by at most
+    T^3 max |d^3 g / dt^3| / (9 sqrt(3)), and the lowest of them lies at most 2 A above what is between.
+    """
+    band, count = bands(form.omega)
+    x = form.omega * T
+    return _by_band(band, count, form.ways(rows) * np.minimum(x**3 / (9.0 * math.sqrt(3.0)), 2.0))
+
+
 def straight(form: FlowForm, steps: FlowSteps, T: float) -> FloatArray:
     """(n_band, m) bound of |gap - straight line from its start| / sqrt(2 E) of each band in T s.
 

@@ -7,6 +7,7 @@ hands them over one by one (`keep`).
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -47,6 +48,9 @@ class Output(NamedTuple):
     whole_at: IntArray
     whole: FloatArray
     """(n_whole, n)"""
+    ring: FloatArray
+    """(chunk, n_band) largest sqrt(2 E) of each band of modes in the step that ends there; n_band is 0 where nobody
+    asks for it."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +65,11 @@ class OutputRequest:
     """(n_whole,) sorted whole steps at which all coordinates are kept, to recover the motion of every node later."""
     watched: Watched | None = None
     """Looked at at the end of every whole step."""
+
+
+Between = Callable[[FloatArray], FloatArray]
+"""Rows (k, n) on the coordinates of a System -> (n_band, k): how far what they see may fall below the parabolas through
+the ends of steps, over sqrt(2 E) of each band (`flow.resolution.below_parabola`)."""
 
 
 class Recorder:
@@ -80,6 +89,7 @@ class Recorder:
         asked: OutputRequest,
         basis: FloatArray | None = None,
         lean: bool = False,
+        between: Between | None = None,
     ) -> None:
         self._preload = np.zeros(0) if gaps.preload is None else gaps.preload
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], asked.every
@@ -95,6 +105,7 @@ class Recorder:
         moves = any(abs(x).max() > 0.0 for rows in on.tangents for x in rows if np.prod(x.shape))
         self._tangents = tuple(self._on_kept(rows) for rows in on.tangents) if moves else ()
         self._seen = () if self._watch is None else tuple(self._on_kept(rows) for rows in self._watch.rows)
+        self._below = np.zeros((0, 0)) if self._watch is None or between is None else self._watch.below(between)
         self._whole_at = np.asarray(asked.whole_at, dtype=np.int64)
         self._end, self._step = float(loads.time[-1]), substeps * loads.step
         self._sizes = loads.n_step // substeps, asked.observed.size, width, system.supports.count
@@ -120,6 +131,7 @@ class Recorder:
         kept, self._filled = self.chunk + 1, 0
         self._ends = np.zeros(kept, dtype=np.int64)
         self._u, self._s = np.zeros((kept, width)), np.zeros((kept, n_support))
+        self._ring = np.zeros((kept, self._below.shape[0]))
         self._whole = np.zeros((self._whole_at.size, self._whole_width))
         self.setup_s = self._spacing = 0.0
 
@@ -212,7 +224,8 @@ class Recorder:
         """Where the next instants go, at most `rows`."""
         self._grow(rows)
         at = np.zeros(self._u.shape[0], dtype=np.int64)
-        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole)
+        self._ring[:] = 0.0
+        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole, self._ring)
 
     def _grow(self, rows: int) -> None:
         room = self._table.shape[0]
@@ -259,7 +272,8 @@ class Recorder:
             return
         Q, S = self._u[: at.size].T, self._s[: at.size].T
         motions = [np.asarray(A @ Q + A_s @ S) for A, A_s in self._seen]
-        self._watch.see(self._table[at, 0], self._pressed(at, before), motions)
+        below = (self._ring[: at.size] @ self._below).T if self._below.size else None
+        self._watch.see(self._table[at, 0], self._pressed(at, before), motions, below)
 
     def _pressed(self, at: IntArray, before: int) -> BoolArray:
         """(k, m) did a channel press in the step that ends at each of the rows `at`?"""

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy.sparse as sp
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
@@ -42,6 +44,9 @@ class Extremes:
     gap: FloatArray
     """(len(silent),) smallest gap of these, between the steps by the parabola through three of them, length."""
     gap_at: FloatArray
+    least: FloatArray
+    """(len(silent),) what these gaps cannot have fallen below between the steps, where the march tells how its modes
+    ring; else as `gap`."""
     turn_names: tuple[str, ...]
     turn: FloatArray
     """(k,) largest rotation, rad."""
@@ -73,22 +78,30 @@ class Watch:
         m, silent, k = self._m, self._watched.silent.m, len(self._watched.turn_names)
         slip_at, gap_at, turn_at = (np.full(n, np.nan) for n in (m, silent, k))
         self.state = WatchState(
-            *(np.zeros(m), slip_at, np.full(silent, np.inf), gap_at, np.zeros(k), turn_at),
-            *(np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0))),
+            *(np.zeros(m), slip_at, np.full(silent, np.inf), gap_at, np.full(silent, np.inf), np.zeros(k), turn_at),
+            *(np.zeros(0), np.zeros((m, 0)), np.zeros((silent, 0)), np.zeros((silent, 0))),
         )
 
-    def see(self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray]) -> None:
+    def below(self, between: Callable[[FloatArray], FloatArray]) -> FloatArray:
+        """(n_band, len(silent)) `recorder.Between` of the silent gaps."""
+        A = self.rows[2][0]
+        return between(A.toarray() if sp.issparse(A) else np.asarray(A))
+
+    def see(
+        self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray], below: FloatArray | None = None
+    ) -> None:
         """Whole steps in their order.
 
         Parameters
         ----------
         time : (k,) their ends. pressed : (k, m) did a channel press in the step that ends there?
         motions : `rows` times the motion, (rows, k) each.
+        below : (len(silent), k) how far gaps may lie below the parabolas in the step that ends there.
         """
         first, second, closed, turned = motions
         if self._watched.slip:
             self._see_slip(time, np.hypot(first, second), pressed.T)
-        self._see_gaps(time, closed + self._watched.silent.gap0[:, None])
+        self._see_gaps(time, closed + self._watched.silent.gap0[:, None], np.zeros(1) if below is None else below)
         angle = np.linalg.norm(turned.reshape(-1, 3, time.size), axis=1)
         _raise_to(self.state.turn, self.state.turn_at, angle, time)
         self.state = replace(self.state, time=np.append(self.state.time, time)[-2:])
@@ -99,8 +112,9 @@ class Watch:
         _raise_to(seen.slip, seen.slip_at, np.where(pressed, np.maximum(both[:, 1:], both[:, :-1]), 0.0), time)
         self.state = replace(seen, slid=slip[:, -1:])
 
-    def _see_gaps(self, time: FloatArray, gap: FloatArray) -> None:
+    def _see_gaps(self, time: FloatArray, gap: FloatArray, below: FloatArray) -> None:
         seen = self.state
+        off = np.hstack([seen.below, np.broadcast_to(below, gap.shape)])
         at, every = np.append(seen.time[-seen.last.shape[1] :], time), np.hstack([seen.last, gap])
         low = every.copy()
         if at.size > 2:
@@ -109,13 +123,15 @@ class Watch:
             low[:, 1:-1] -= np.divide(rise**2, 8.0 * bend, out=np.zeros_like(bend), where=turns)
         lower = -seen.gap
         _raise_to(lower, seen.gap_at, -low, at)
-        self.state = replace(seen, gap=-lower, last=every[:, -2:])
+        least = np.minimum(low[:, :-1], low[:, 1:]) - off[:, 1 - at.size :] if at.size > 1 else low
+        least = np.minimum(seen.least, least.min(axis=1, initial=np.inf))
+        self.state = replace(seen, gap=-lower, least=least, last=every[:, -2:], below=off[:, -1:])
 
     @property
     def extremes(self) -> Extremes:
         """All that was seen so far."""
         w, s = self._watched, self.state
-        return Extremes(s.slip, s.slip_at, w.silent.names, s.gap, s.gap_at, w.turn_names, s.turn, s.turn_at)
+        return Extremes(s.slip, s.slip_at, w.silent.names, s.gap, s.gap_at, s.least, w.turn_names, s.turn, s.turn_at)
 
 
 def _raise_to(most: FloatArray, at: FloatArray, values: FloatArray, time: FloatArray) -> None:

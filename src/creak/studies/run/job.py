@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.contact.gap_operator import GapOperator
+from creak.contact.gap_operator import GapOperator, join
 from creak.linalg.threads import one_blas_thread
 from creak.model.units import UNITS
 from creak.progress import Progress, Sentence
@@ -36,7 +36,7 @@ from creak.studies.run.foretold import foretold
 from creak.studies.run.integrate import limited, sprung, step_warnings
 from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
-from creak.studies.run.precheck import ready, run_with_closed, with_closed
+from creak.studies.run.precheck import may_have_rung, ready, run_with_closed, sure_of_dropped, with_closed
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned, attempted
 from creak.verify.reliability import UNRELIABLE, reasons_against
@@ -167,7 +167,14 @@ def run_study(
 
                 def march(model: ReducedModel) -> Run:
                     compiled(progress)
-                    return march_run("reduced", marching, seen, model, gaps, progress)
+                    run = march_run("reduced", marching, seen, model, gaps, progress)
+
+                    def again(dropped: GapOperator) -> Run:
+                        progress(Sentence(may_have_rung(dropped)), 1, 1)
+                        channels, _ = limit(join([gaps, dropped]))
+                        return march_run("reduced", marching, setup.observed(channels), model, channels, progress)
+
+                    return sure_of_dropped(setup.contacts, run, again)
 
                 found = ReducedRun(setup.reduction, marching, scope, gaps, model, march(model))
                 settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None

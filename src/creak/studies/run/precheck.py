@@ -251,6 +251,42 @@ def with_closed(
     return join([contacts, connectors]), note
 
 
+def may_have_rung(dropped: GapOperator) -> str:
+    """What is said of channels whose run is made again."""
+    return (
+        f"contact makes parts ring so that {dropped.m} gap(s) which the pre-check dropped may have closed between two "
+        "steps: the run is made again with them"
+    )
+
+
+def sure_of_dropped(contacts: GapOperator, run: Run, again: Callable[[GapOperator], Run]) -> Run:
+    """A run that knows whether the dropped channels closed that its modes may have rung shut between two steps.
+
+    Parameters
+    ----------
+    contacts : all channels. again : the run of the same model, these channels with those of its own.
+    """
+    seen = run.history.extremes
+    if seen is None or run.stopped is not None:
+        return run
+    maybe = (seen.least <= 0.0) & (seen.gap > 0.0)
+    if not maybe.any():
+        return run
+    names = [name for name, one in zip(seen.silent, maybe, strict=True) if one]
+    more = again(contacts.select(np.array([contacts.names.index(name) for name in names])))
+    if more.stopped is not None:
+        return replace(run, stopped=more.stopped)
+    h, gap, gap_at, least = more.history, seen.gap.copy(), seen.gap_at.copy(), seen.least.copy()
+    for k, name in zip(np.flatnonzero(maybe), names, strict=True):
+        own = more.gaps.names.index(name)
+        lowest = int(h.gap[:, own].argmin())
+        if h.gap[lowest, own] < gap[k]:
+            gap[k], gap_at[k] = h.gap[lowest, own], h.time[lowest]
+        least[k] = gap[k]
+    extremes = replace(seen, gap=gap, gap_at=gap_at, least=least)
+    return replace(run, history=replace(run.history, extremes=extremes))
+
+
 def run_with_closed(
     gaps: GapOperator,
     limit: Callable[[GapOperator], tuple[GapOperator, list[str]]],
