@@ -86,7 +86,7 @@ def _keys(elements: Sequence[IntArray]) -> IntArray:
     """One number for each side of each element, the same for the same two nodes."""
     sides = [np.sort(np.stack([e, np.roll(e, -1, axis=1)], axis=2), axis=2).reshape(-1, 2) for e in elements]
     every = np.concatenate(sides).astype(np.int64)
-    return np.asarray(every[:, 0] * (every.max() + 1) + every[:, 1], dtype=np.int64)
+    return np.asarray(every[:, 0] * (every.max(initial=0) + 1) + every[:, 1], dtype=np.int64)
 
 
 def _by_element(of_sides: BoolArray, elements: Sequence[IntArray]) -> list[BoolArray]:

@@ -14,11 +14,13 @@ from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.linalg.factor import Factor
 from creak.model.constraints import Fixed, KinematicCoupling
+from creak.model.materials import SolidSection
 from creak.model.mesh import Model
 from creak.reduction import inside as inside_module
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.inside import Inside
-from helpers_core import NO_DAMPING, NONE, block, model_of, plate, shell
+from helpers_core import NO_DAMPING, NONE, STEEL, block, model_of, plate, shell
+from helpers_solids import solid_mesh
 
 NX, NY = 6, 4
 
@@ -62,6 +64,25 @@ def test_pieces_tied_at_shared_nodes_are_the_whole():
     assert joined.n == whole.n
     # Round-off: eps x (highest / lowest eigenvalue), some 1e9 here.
     np.testing.assert_allclose(frequencies(joined)[:40], frequencies(whole)[:40], rtol=1e-6)
+
+
+def test_solids_are_cut_beside_a_shell_that_is_another_part():
+    """A shell that shares no node with them has no side in common with either half; both keep their mass."""
+    bricks, elements = solid_mesh((2, 1, 1), (0.4, 0.1, 0.1))
+    corners, squares = plate(2, 1, (0.4, 0.1), z=1.0)
+    model = model_of(
+        np.concatenate([bricks, corners]),
+        [
+            block("hex8", elements, SolidSection("SOLID", STEEL)),
+            block("quad4", squares + len(bricks), shell(1e-3), 1, 10),
+        ],
+        [("BRICKS", range(len(bricks))), ("SHELL", range(len(bricks), len(bricks) + len(corners)))],
+    )
+    pieces = cut(model, [np.array([0, 1]), np.zeros(2, dtype=np.int64)], ["RIGHT"]).model
+    moving = [(system, system.coordinates % 6 == 0) for system in parts_of(pieces)]
+    masses = [to_dense(system.M)[along][:, along].sum() for system, along in moving]
+    # Sums of few terms of one size: round-off.
+    np.testing.assert_allclose([masses[0], masses[2]], STEEL.density * 0.2 * 0.1 * 0.1, rtol=1e-12)
 
 
 @pytest.mark.parametrize("reduce", [(0,), (1,), (0, 1)])
