@@ -14,11 +14,16 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.coordinate_systems import CoordinateSystem, axes_at, point_in_basic
 from creak.formats.measured.uff_sets import DataSet
 
 SAME = 1e-5
 """Share by which two tellings of a place or unit may differ, which formats of few digits make."""
-CARTESIAN, CYLINDRICAL, SPHERICAL = 0, 1, 2
+Frames = dict[int, CoordinateSystem]
+"""By their label."""
+KINDS = {0: "R", 1: "C"}
+"""Cartesian and cylindrical frames, as `CoordinateSystem` has them."""
+SPHERICAL = 2
 RECORDS = 6
 """Lines of a frame."""
 SQUARE = 1e-4
@@ -43,7 +48,7 @@ class Points:
 
     path: Path
     points: dict[int, _Point]
-    frames: dict[int, Frame]
+    frames: Frames
     units: tuple[float, float] | None
     """Units of length in 1 m and of force in 1 N, where the file tells."""
     lines: tuple[tuple[str, str], ...]
@@ -60,9 +65,9 @@ class Points:
         p = self.points.get(node, NOWHERE)
         # (3,) where a point of a frame is in global axes; they are those of its frame where the file does not tell it.
         frame = _frame(self.frames, p.defined, "points are", self.path, self.notes)
-        if frame is not None and frame.kind == CYLINDRICAL:
+        if frame is not None and frame.kind == "C":
             self.notes.append("angles of points in cylindrical frames are taken in degrees")
-        return p.coords if frame is None else frame.place(p.coords)
+        return p.coords if frame is None else point_in_basic(frame, p.coords)
 
     def axes(self, node: int) -> FloatArray:
         """(3, 3) unit vectors of its motion, a row each.
@@ -177,36 +182,7 @@ def units_told(sets: list[DataSet]) -> tuple[float, float] | None:
     return told
 
 
-@dataclass(frozen=True)
-class Frame:
-    """A frame: x_global = origin + x_local @ axes, x_local of a cylindrical one (r cos t, r sin t, z)."""
-
-    kind: int
-    axes: FloatArray
-    """(3, 3) a row for each local axis, in global components."""
-    origin: FloatArray
-    """(3,)"""
-
-    def place(self, x: FloatArray) -> FloatArray:
-        """(3,) in global axes of a point of this frame: x, y, z, or radius, angle in degrees, z."""
-        if self.kind == CYLINDRICAL:
-            angle = np.radians(x[1])
-            x = np.array([x[0] * np.cos(angle), x[0] * np.sin(angle), x[2]])
-        return np.asarray(self.origin + x @ self.axes)
-
-    def directions(self, place: FloatArray) -> FloatArray:
-        """(3, 3) unit vectors of the motion at a global point: x, y, z, or radial, tangential, axial, a row each."""
-        if self.kind == CARTESIAN:
-            return self.axes
-        local = (place - self.origin) @ self.axes.T
-        radius = float(np.hypot(local[0], local[1]))
-        if not radius > 0.0:
-            return self.axes
-        c, s = local[0] / radius, local[1] / radius
-        return np.asarray(np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) @ self.axes)
-
-
-def read_frames(one: DataSet) -> dict[int, Frame]:
+def read_frames(one: DataSet) -> Frames:
     """The frames of a data set 2420 by their label.
 
     Three rows are the local axes in global components, the fourth is the origin.
@@ -215,12 +191,12 @@ def read_frames(one: DataSet) -> dict[int, Frame]:
     ------
     InputError : the set is cut short, a frame is spherical, or its axes are no right-handed frame of unit vectors.
     """
-    found: dict[int, Frame] = {}
+    found: Frames = {}
     for row in range(2, len(one.lines), RECORDS):
         if not one.lines[row].strip():
             continue
         label, kind = one.integers(row, 2)
-        if kind not in (CARTESIAN, CYLINDRICAL):
+        if kind not in KINDS:
             raise InputError(
                 f"frame {label} is of type {kind}{' (spherical)' * (kind == SPHERICAL)}",
                 where=one.where(row),
@@ -237,20 +213,20 @@ def read_frames(one: DataSet) -> dict[int, Frame]:
                 expected="three rows at right angles, x cross y along z",
                 fix="Correct the frame, or export the shapes in global axes.",
             )
-        found[label] = Frame(kind, axes, np.array(rows[3]))
+        found[label] = CoordinateSystem(KINDS[kind], np.array(rows[3]), axes.T)
     return found
 
 
-def frame_axes(frames: dict[int, Frame], label: int, place: FloatArray, path: Path, notes: list[str]) -> FloatArray:
+def frame_axes(frames: Frames, label: int, place: FloatArray, path: Path, notes: list[str]) -> FloatArray:
     """(3, 3) directions of the motion at a point; global axes where the file does not tell its frame."""
     if frame := _frame(frames, label, "motion is", path, notes):
-        if frame.kind == CYLINDRICAL and not np.isfinite(place).all():
+        if frame.kind == "C" and not np.isfinite(place).all():
             raise InputError("a point in a cylindrical frame without coordinates", where=path)
-        return frame.directions(place)
+        return axes_at(frame, place).T
     return np.eye(3)
 
 
-def _frame(frames: dict[int, Frame], label: int, what: str, path: Path, notes: list[str]) -> Frame | None:
+def _frame(frames: Frames, label: int, what: str, path: Path, notes: list[str]) -> CoordinateSystem | None:
     """A frame by its label; None for the global one, and where the file has no frames."""
     if label in frames:
         return frames[label]

@@ -8,9 +8,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.refusals import referred
 from creak.formats.deck.stops import Gap, in_a_study, stops_of
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.steps import Stop

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.sections.materials import damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import LINEAR, Deck

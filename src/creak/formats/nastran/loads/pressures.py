@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.pressure import Pressed, nodal_forces
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.face_shapes import FaceShapes, face_shapes, joined

@@ -9,9 +9,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.refusals import referred
 from creak.formats.nastran.loads.pressures import CARDS as PRESSURES
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.mesh.coordinate_systems import CoordinateSystem, axes_at, point_in_basic
+from creak.formats.deck.coordinate_systems import CoordinateSystem, axes_at, point_in_basic
 from creak.formats.nastran.text.bulk_data import Card, id_list
 from creak.model.mesh import Nodes
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.formats.deck.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.mesh.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.sections.shells import is_directed, shell_section

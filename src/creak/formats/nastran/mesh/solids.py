@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from creak.arrays import FloatArray
+from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.mesh.coordinate_systems import axes_at
 from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card

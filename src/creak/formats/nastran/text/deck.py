@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from typing import TypeVar
 
 from creak.arrays import FloatArray
+from creak.formats.deck.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.deck.groups import Group, group_of
-from creak.formats.nastran.mesh.coordinate_systems import BASIC, CoordinateSystem
 from creak.formats.nastran.mesh.grids import Grids
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.case_control import CaseControl
