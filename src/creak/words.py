@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from itertools import islice
+from typing import Any
 
 ROUND_OFF = 1e-6
 """Per cent below which nothing is left but round-off."""
+FEW = 5
+"""Names that a sentence gives of many."""
 
 
 def percent(x: float, digits: int = 2) -> str:
@@ -20,10 +23,10 @@ def listed(items: Sequence[str]) -> str:
     return items[0] if len(items) == 1 else f"{', '.join(items[:-1])} and {items[-1]}"
 
 
-def first_few(items: Iterable[str], count: int, most: int) -> str:
-    """`a, b and 7 more`: the first `most` of `count` items."""
-    shown = ", ".join(islice(items, most))
-    return f"{shown} and {count - most} more" if count > most else shown
+def first_few(items: Collection[Any], most: int = FEW, name: Callable[[Any], str] = str) -> str:
+    """`a, b and 7 more`: the names of the first `most` items, and how many there are besides."""
+    shown = ", ".join(map(name, islice(items, most)))
+    return f"{shown} and {len(items) - most} more" if len(items) > most else shown
 
 
 def duration(seconds: float) -> str:

@@ -49,7 +49,7 @@ DECK_MISTAKES = {
     ),
     "folded shell": (
         ("1, 1, 2, 15, 14", "1, 1, 2, 14, 16"),
-        ["strips.inp:", "element(s) 1: a corner angle is not between 0 and 180"],
+        ["strips.inp:", "element 1: a corner angle is not between 0 and 180"],
     ),
     "keyword that changes the answer": (
         ("*BOUNDARY\n", "*EMBEDDED ELEMENT\nLOWER\n*BOUNDARY\n"),

@@ -13,7 +13,7 @@ import pytest
 
 from creak import version
 from creak.later import is_made, later
-from creak.words import duration, listed, percent
+from creak.words import duration, first_few, listed, percent
 
 
 @pytest.mark.parametrize(
@@ -36,6 +36,16 @@ def test_shares_have_so_many_digits_and_no_powers_of_ten(share, digits, text):
 
 def test_lists_end_in_and():
     assert [listed(items) for items in (["a"], ["a", "b"], ["a", "b", "c"])] == ["a", "a and b", "a, b and c"]
+
+
+def test_the_first_few_and_how_many_there_are_besides():
+    assert [first_few(items, 2) for items in ([], ["a"], ["a", "b"], ["a", "b", "c", "d"])] == [
+        "",
+        "a",
+        "a, b",
+        "a, b and 2 more",
+    ]
+    assert first_few(range(7), name=lambda k: f"N{k}") == "N0, N1, N2, N3, N4 and 2 more"
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ from creak.model.materials import (
     has_stiffness,
     rayleigh,
 )
-from creak.model.mesh import ElementBlock, Model
+from creak.model.mesh import ElementBlock, Model, elements_named
 from creak.model.rigid import rigid_vectors
 
 CHUNK = 300_000
@@ -197,9 +197,8 @@ def _made(
 
 
 def _degenerate(block: ElementBlock, bad: IntArray, reason: str) -> InputError:
-    shown = ", ".join(str(i) for i in bad[:5])
     return InputError(
-        f"element(s) {shown}{f', ... ({bad.size} in all)' if bad.size > 5 else ''}: {reason}",
+        f"{elements_named(bad)}: {reason}",
         where=block.where,
         fix="Repair these elements: check node order and coincident nodes.",
     )

@@ -21,13 +21,13 @@ def list_unread(output: Output, unread: tuple[Unread, ...]) -> None:
     alike: dict[tuple[str, str], list[str]] = {}
     idle = list(dict.fromkeys(u.keyword for u in unread if not (u.changes_answer or u.used)))
     if idle:
-        output.say(f"not read, without effect (creak info tells why): {first_few(idle, len(idle), KEYWORDS)}")
+        output.say(f"not read, without effect (creak info tells why): {first_few(idle, KEYWORDS)}")
     for u in unread:
         if not (u.changes_answer or u.used):
             continue
         alike.setdefault((u.word, u.why), []).append(f"{u.keyword} ({u.where})")
     for (word, why), names in alike.items():
-        output.say(f"{word}: {first_few(names, len(names), KEYWORDS)}: {why}")
+        output.say(f"{word}: {first_few(names, KEYWORDS)}: {why}")
 
 
 def tell_vain(output: Output, model: Model, ignore: Iterable[str]) -> None:

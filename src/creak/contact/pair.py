@@ -18,7 +18,6 @@ from creak.model.constraints import Constraint, Equation, Tie
 from creak.model.contact_law import BY_THE_ELEMENTS, ContactLaw
 from creak.model.dofs import TRANSLATIONS, nodes_of
 from creak.model.mesh import Model
-from creak.words import first_few
 
 T = TypeVar("T")
 
@@ -32,8 +31,6 @@ ROUND_OFF = 1e-9
 """Share of an element's width by which surfaces that touch may seem to overlap."""
 WHOLE = ("channel", "label", "nodes_idx")
 """Fields of channels that are whole numbers."""
-SHOWN = 5
-"""Nodes that a note names."""
 Arrays = dict[str, FloatArray]
 Keep = Callable[[Sequence[FloatArray | IntArray], Callable[[], Arrays]], Arrays]
 """All that a search depends on, and the search -> what it finds, or what an earlier one has found."""
@@ -240,13 +237,13 @@ def _given_gaps(model: Model, pair: ContactPair, channels: Channels) -> tuple[Fl
     if without.size:
         notes.append(
             f"{pair.where} {without.size} node(s) have no row in the table of clearances and keep their geometric "
-            f"gap: {listed(model, without)}"
+            f"gap: {model.nodes.first_few(without)}"
         )
     unused = np.array(sorted(set(table) - set(channels.nodes_idx.tolist())), dtype=np.int64)
     if unused.size:
         notes.append(
             f"{pair.where} {unused.size} row(s) of the table of clearances are for nodes that face nothing: "
-            f"{listed(model, unused)}"
+            f"{model.nodes.first_few(unused)}"
         )
     return given, notes
 
@@ -300,11 +297,6 @@ def _side_asked(pair: ContactPair) -> str:
     if pair.normal is None:
         return "Does the main surface name the side (SPOS or SNEG) that looks at the secondary one?"
     return "Does the normal point from the main to the secondary surface?"
-
-
-def listed(model: Model, rows: IntArray) -> str:
-    """The first few nodes by their labels."""
-    return first_few((model.nodes.label(int(i)) for i in rows), rows.size, SHOWN)
 
 
 def gap_normals(projection: Projection, sides: IntArray) -> tuple[FloatArray, FloatArray]:

@@ -9,6 +9,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import CreakError
 from creak.model.mesh import COMMON, Own
+from creak.words import first_few
 
 CHUNK = 1024
 """Elements computed at once: their scratch memory, some 25 MB, stays in the caches."""
@@ -28,8 +29,7 @@ class DegenerateElement(CreakError):
 
     def __init__(self, rows: IntArray, reason: str) -> None:
         self.rows, self.reason = rows, reason
-        shown = ", ".join(str(row) for row in rows[:8])
-        super().__init__(f"{reason} (rows {shown}{', ...' if rows.size > 8 else ''} of the block)")
+        super().__init__(f"{reason} (rows {first_few(rows.tolist())} of the block)")
 
 
 def require_sound(bad: BoolArray, reason: str) -> None:

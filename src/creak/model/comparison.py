@@ -90,7 +90,7 @@ def _of_elements(a: Model, b: Model, how: _How) -> Iterator[str]:
 
 
 def _block_title(a: ElementBlock) -> str:
-    return f"elements {a.ids[:3].tolist()}... ({a.kind}, section {a.section.name})"
+    return f"{a.title} ({a.kind}, section {a.section.name})"
 
 
 def _of_block(a: ElementBlock, b: ElementBlock, how: _How) -> Iterator[str]:

@@ -13,6 +13,7 @@ from creak.model.constraints import Constraint, Fixed
 from creak.model.dofs import AXES, node_and_dof
 from creak.model.materials import Section
 from creak.model.steps import DeckContact, NodeTemperatures, StaticLoads, StaticStep, Stop
+from creak.words import first_few
 
 
 @dataclass(frozen=True)
@@ -40,10 +41,19 @@ class Nodes:
             return f"{self.instance[self.instance_idx[idx]]}.{self.ids[idx]}"
         return str(self.ids[idx])
 
+    def first_few(self, rows: IntArray) -> str:
+        """Names of nodes for people: `17, 18, 21, 22, 23 and 9 more`."""
+        return first_few(rows.tolist(), name=self.label)
+
     def dof_name(self, label: int) -> str:
         """Name of a dof for people: `node 17 RZ`."""
         node, dof = node_and_dof(label)
         return f"node {self.label(node)} {AXES[dof - 1]}"
+
+
+def elements_named(ids: IntArray) -> str:
+    """`element 7`, or `elements 1, 2, 3, 4, 5 and 9 more`."""
+    return f"element{'s' * (ids.size > 1)} {first_few(ids.tolist())}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +103,11 @@ class ElementBlock:
     where: str = ""
     """file:line of the first line of the block."""
     own: Own = COMMON
+
+    @property
+    def title(self) -> str:
+        """The elements for people: `elements 1, 2, 3, 4, 5 and 9 more`."""
+        return elements_named(self.ids)
 
 
 def some_of(block: ElementBlock, rows: IntArray) -> ElementBlock:

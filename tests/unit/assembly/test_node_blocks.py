@@ -101,5 +101,5 @@ def test_every_bad_element_is_counted_whatever_the_pieces(monkeypatch):
     coords[:14] = 0.0  # the first two rows of nodes fall together: six quadrilaterals without area
     broken = model_of(coords, model.blocks, [("PLATE", range(coords.shape[0]))])
     monkeypatch.setattr(part, "CHUNK", 2 * 24**2)
-    with pytest.raises(InputError, match=r"1, 2, 3, 4, 5, \.\.\. \(6 in all\)"):
+    with pytest.raises(InputError, match=r"elements 1, 2, 3, 4, 5 and 1 more"):
         assemble_blocks(broken, broken.blocks, labels(broken), NO_DAMPING, override=True)

@@ -89,7 +89,7 @@ class Catalogue:
 def ignored_in_vain(model: Model, ignore: Iterable[str]) -> list[str]:
     """A sentence for each word of `ignore` that names nothing of the deck that was left unread."""
     unread = dict.fromkeys(_word(u.keyword) for u in model.unread)
-    left = first_few(unread, len(unread), SHOWN) or "nothing"
+    left = first_few(unread, SHOWN) or "nothing"
     return [
         f"--ignore {word!r} names nothing that was left unread ({left}): it changes nothing"
         for word in ignore

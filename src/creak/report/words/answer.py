@@ -265,7 +265,7 @@ def _let_by_tolerances(summary: Mapping[str, Any]) -> str:
     ):
         if names:
             word = "E-line" if len(names) == 1 else "E-lines"
-            which = listed(names) if len(names) <= SHOWN else first_few(names, len(names), SHOWN)
+            which = listed(names) if len(names) <= SHOWN else first_few(names, SHOWN)
             return f"tolerances let {word} {which} {does}"
     return ""
 

@@ -32,11 +32,11 @@ def sentence(found: ModeFit) -> str:
     extra = [f"{found.frequencies_model[k]:.6g} Hz" for k in found.alone_model]
     parts = [said]
     if off:
-        parts.append(f"not so {first_few(off, len(off), NAMED)}")
+        parts.append(f"not so {first_few(off, NAMED)}")
     if alone:
-        parts.append(f"without partner in the model: {first_few(alone, len(alone), NAMED)}")
+        parts.append(f"without partner in the model: {first_few(alone, NAMED)}")
     if extra:
-        parts.append(f"in the model alone: {first_few(extra, len(extra), NAMED)}")
+        parts.append(f"in the model alone: {first_few(extra, NAMED)}")
     return "; ".join(parts) + "."
 
 
@@ -86,7 +86,7 @@ def frf_sentence(found: FrfFit) -> str:
         for p in found.pairs
         if not frf_fits(p)
     ]
-    more = f"; not so {first_few(off, len(off), NAMED)}" if off else ""
+    more = f"; not so {first_few(off, NAMED)}" if off else ""
     return f"{len(found.pairs) - len(off)} of {count} fit ({bar}){more}."
 
 

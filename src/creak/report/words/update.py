@@ -107,7 +107,7 @@ def _lost(found: ModelUpdate) -> Iterator[str]:
 
 
 def _hz_of(found: ModelUpdate, tests: Sequence[int]) -> str:
-    return first_few([f"{found.after.measured.frequencies[k]:g} Hz" for k in tests], len(tests), NAMED)
+    return first_few([f"{found.after.measured.frequencies[k]:g} Hz" for k in tests], NAMED)
 
 
 def _parameter_notes(found: ModelUpdate) -> Iterator[str]:

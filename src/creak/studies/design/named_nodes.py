@@ -44,9 +44,9 @@ def with_named_nodes(
         assert table.near is not None
         rows, off = nearest_nodes(model, table.near, table.within, table.part, where, unit)
         sets[name.upper()] = rows
-        labels = ", ".join(model.nodes.label(int(row)) for row in rows[:4]) + (", ..." if rows.size > 4 else "")
         notes.append(
-            f"[nodes.{name}]: node {labels}, {off:.3g} {unit} from the given place" + (" at most" * (rows.size > 1))
+            f"[nodes.{name}]: node {model.nodes.first_few(rows)}, {off:.3g} {unit} from the given place"
+            + " at most" * (rows.size > 1)
         )
     return (replace(model, node_sets=sets), notes) if tables else (model, notes)
 

@@ -182,13 +182,13 @@ def _nothing_computed(names: Sequence[str], known: Sequence[str], test: Path) ->
     return InputError(
         f"none of its {len(names)} channels is one that the run computed",
         where=test,
-        expected=f"names as {first_few(known, len(known), NAMED)}" if known else "a run of watched nodes or contacts",
+        expected=f"names as {first_few(known, NAMED)}" if known else "a run of watched nodes or contacts",
         fix=f"{fix if known else ''} {DROPPED if any(map(OF_CONTACT.fullmatch, names)) else ''}".strip(),
     )
 
 
 def _left_out(names: Sequence[str]) -> str:
-    told = first_few(names, len(names), NAMED)
+    told = first_few(names, NAMED)
     subject, verb = ("channel", "is") if len(names) == 1 else ("channels", "are")
     hint = f". {DROPPED}" if any(OF_CONTACT.fullmatch(name.strip("'")) for name in names) else ""
     nothing = "" if all(OF_LINES.search(name) for name in names) else f"nothing that the run computed and {verb} "

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from creak.contact.gap_operator import GapOperator, join
 from creak.contact.node_to_surface import node_to_surface, overhang
-from creak.contact.pair import ContactPair, Keep, listed, tied_channels
+from creak.contact.pair import ContactPair, Keep, tied_channels
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.formats.safe_names import file_stem
@@ -53,7 +53,7 @@ def _overhang(model: Model, pair: ContactPair, operator: GapOperator) -> list[st
     nodes, count = overhang(model, pair, operator)
     said = (
         f"{pair.where} {nodes.size} of {count} nodes of {pair.secondary!r} face no facet of {pair.main!r} and touch "
-        f"nothing: {listed(model, nodes)}"
+        f"nothing: {model.nodes.first_few(nodes)}"
     )
     return ([Warned(said)] if 2 * nodes.size > count else [said]) if nodes.size else []
 
@@ -65,7 +65,7 @@ def _that_can_move(model: Model, pair: ContactPair, operator: GapOperator) -> tu
         return operator, []
     said = (
         f"{pair.where} {stuck.sum()} of {stuck.size} channels are left out: a tie holds both sides together there, at "
-        f"nodes {listed(model, operator.nodes_idx[stuck])}"
+        f"nodes {model.nodes.first_few(operator.nodes_idx[stuck])}"
     )
     return operator.select((~stuck).nonzero()[0]), [said]
 

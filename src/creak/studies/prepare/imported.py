@@ -20,6 +20,7 @@ from creak.model.rigid import rigid_vectors
 from creak.model.superelement import Superelement
 from creak.studies.file.config import SuperelementTable
 from creak.studies.file.places import Places
+from creak.words import first_few
 
 PLACE = 1e-3
 """A node may lie this share of the model's size from where the superelement says it is."""
@@ -55,10 +56,9 @@ def imported_superelements(
         superelement = read_superelement(places.sibling(table.file), map_file)
         superelement, turned = in_global_axes(superelement, model, where, table.instance)
         if turned:
-            some = ", ".join(map(str, turned[:3])) + (", ..." if len(turned) > 3 else "")
             notes.append(
-                f"superelement {name}: its rows of {len(turned)} grid(s) ({some}) are along the displacement frames "
-                "(CD) of the deck, as its file has no GRID cards for them"
+                f"superelement {name}: its rows of {len(turned)} grid(s) ({first_few(turned)}) are along the "
+                "displacement frames (CD) of the deck, as its file has no GRID cards for them"
             )
         if override and superelement.C is not None:
             notes.append(f"superelement {name}: its own damping is left out, as [damping] of the study replaces all")

@@ -297,9 +297,9 @@ def twin_doubts(found: Channels, other: FloatArray, choices: Sequence[str]) -> I
         tried[here] = other[here]
         if (mac := replace(found, motion=tried).mean_mac) > highest:
             best, highest = tried, mac
-    named = (f"{sensor} ({choices[here[0]]})" for sensor, here in rows.items())
+    named = [f"{sensor} ({choices[here[0]]})" for sensor, here in rows.items()]
     yield Warned(
-        f"sensors that lie at nodes of two parts, of which the first was taken: {first_few(named, len(rows), NAMED)}: "
+        f"sensors that lie at nodes of two parts, of which the first was taken: {first_few(named, NAMED)}: "
         f"the mean MAC is {as_it_is:.2f}, and {highest:.2f} with the better choices: name their nodes in a table "
         "sensor,node (--sensors)"
     )
@@ -320,14 +320,14 @@ def _ways(turned: TurnedSensors, found: Channels) -> Iterator[str]:
     if turned.axes is not None:
         yield f"the axes of all sensors look turned, {_axes(turned.axes)}"
     if turned.reversed:
-        named = (f"{found.sensors[c]} ({_axis_name(found.directions[c])})" for c in turned.reversed)
-        yield f"sensors that look reversed: {first_few(named, len(turned.reversed), NAMED)}"
+        named = [f"{found.sensors[c]} ({_axis_name(found.directions[c])})" for c in turned.reversed]
+        yield f"sensors that look reversed: {first_few(named, NAMED)}"
     if turned.turned:
-        named = (f"{sensor} ({_axes(turn)})" for sensor, turn in turned.turned.items())
-        yield f"sensors that look turned: {first_few(named, len(turned.turned), NAMED)}"
+        named = [f"{sensor} ({_axes(turn)})" for sensor, turn in turned.turned.items()]
+        yield f"sensors that look turned: {first_few(named, NAMED)}"
     if turned.exchanged:
-        named = (f"{a} with {b}" for a, b in turned.exchanged)
-        yield f"sensors that look exchanged: {first_few(named, len(turned.exchanged), NAMED)}"
+        named = [f"{a} with {b}" for a, b in turned.exchanged]
+        yield f"sensors that look exchanged: {first_few(named, NAMED)}"
 
 
 def _axes(turn: IntArray) -> str:

@@ -17,6 +17,7 @@ from creak.studies.file.case import Lines
 from creak.studies.file.quantities import length_in
 from creak.studies.file.tolerance_tables import GapTolerance, ToleranceFile, read_tolerances, table_of
 from creak.studies.warned import Warned
+from creak.words import first_few
 
 SAME = 1e-9
 """Of the model's size, at which two places are one."""
@@ -114,7 +115,7 @@ def no_row(file: str, points: Points, line: str, where: str) -> InputError:
     return InputError(
         f"{file} has no row for a point of the line {line!r}",
         where=where,
-        expected=f"a row named {line} or as its points: {', '.join(mine[:3])}{', ...' if len(mine) > 3 else ''}",
+        expected=f"a row named {line} or as its points: {first_few(mine)}",
         fix="Add one, or give the line a tolerance of its own.",
     )
 

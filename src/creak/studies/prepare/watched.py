@@ -133,7 +133,7 @@ def _warning(
     at: FloatArray | None,
 ) -> str:
     worst = far[np.argsort(-share[far], kind="stable")]
-    names = first_few((gaps.names[i] for i in worst), worst.size, SHOWN)
+    names = first_few([gaps.names[i] for i in worst], SHOWN)
     i = int(worst[0])
     when = "" if at is None else f" at t = {at[i]:.4g} s"
     return (

@@ -215,7 +215,7 @@ def _damping(model: Model) -> list[str]:
     none = f"{bare} of the deck have none" if bare else "the deck has none"
     none += ". Without any no vibration dies out, and each blow decides over all that follow."
     return [
-        f"# Damping: {f'creak does not read {first_few(unread, len(unread), SHOWN)} of the deck.' if unread else none}",
+        f"# Damping: {f'creak does not read {first_few(unread, SHOWN)} of the deck.' if unread else none}",
         f"# {100.0 * DAMPING:g} % of critical is usual for trim and sheet metal that are clipped or screwed together; "
         "1 to 5 % is measured.",
         "[damping]",

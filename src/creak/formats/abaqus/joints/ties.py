@@ -31,12 +31,9 @@ from creak.model.constraints import Constraint
 from creak.model.face_shapes import shapes_of
 from creak.model.mesh import Nodes
 from creak.model.solid_faces import FACES
-from creak.words import first_few
 
 ROUNDING = 1e-3
 """Share of the mean edge length within which nodes of a tied contact pair touch, whatever ADJUST says."""
-SHOWN = 8
-"""Untied nodes that a message names."""
 NAME = "CONTACT PAIR, TIED"
 
 
@@ -155,7 +152,7 @@ def _note_untied(source: _Source, block: Block, secondary: RawSurface, main: Raw
     if not met.tied.all():
         out = np.sort(met.rows[~met.tied])
         why = f"{out.size} of {met.rows.size} nodes of {secondary.name!r} lie farther than {met.tolerance:.4g} "
-        why += f"from {main.name!r} and stay untied: {_listed(out, source.nodes)}"
+        why += f"from {main.name!r} and stay untied: node {source.nodes.first_few(out)}"
         source.deck.note(block, why, changes=False, what=title, used=True)
     offset = float(np.linalg.norm(met.arm[met.tied], axis=1).max())
     if offset > 0.0 and block.option("ADJUST", "YES") != "NO":
@@ -199,10 +196,6 @@ def _tolerance(block: Block, main: MainSurface) -> float:
             fix="Give the largest distance at which a node is tied.",
         )
     return value if block.name == "TIE" else max(value, ROUNDING * main.size)
-
-
-def _listed(rows: IntArray, nodes: Nodes) -> str:
-    return f"node {first_few((nodes.label(int(i)) for i in rows), rows.size, SHOWN)}"
 
 
 def _nothing_tied(block: Block, secondary: RawSurface, main: RawSurface, found: _Search, where: str) -> InputError:

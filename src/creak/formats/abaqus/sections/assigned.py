@@ -49,6 +49,7 @@ from creak.model.materials import (
 )
 from creak.model.mesh import COMMON, Own
 from creak.model.solid_faces import FACES
+from creak.words import first_few
 
 Materials = dict[str, RawMaterial]
 _Reader = Callable[[Scope, Block, Materials], Section]
@@ -186,10 +187,10 @@ class _Found:
             return
         kind = elements.of(int(without[0]))
         same = without[elements.type_idx[without] == elements.type_idx[without[0]]]
-        shown = ", ".join(str(i) for i in elements.ids[same[:5]]) + (", ..." if same.size > 5 else "")
         count = f"{same.size} element{'s' if same.size > 1 else ''}"
+        lack = f"ha{'ve' if same.size > 1 else 's'} no section"
         raise InputError(
-            f"{count} of type {kind.name} ha{'ve' if same.size > 1 else 's'} no section: {shown}",
+            f"{count} of type {kind.name} {lack}: {first_few(elements.ids[same].tolist())}",
             expected=f"*{' or *'.join(kind.sections)} with an ELSET that holds each of them",
             where=elements.where(int(without[0])),
             fix=f"Add *{kind.sections[0]} for them.",

@@ -86,11 +86,11 @@ def element_type(block: ElementBlock) -> str:
         return "B33"
     if block.kind == "hex20s":
         why = "Abaqus has no hexahedron with reduced shear; IN = 2 and ISOP = 1 of PSOLID make it a C3D20R"
-        raise unwritable(f"elements {block.ids[:3].tolist()}...", why)
+        raise unwritable(block.title, why)
     if block.kind not in _TYPES:
-        raise unwritable(f"elements {block.ids[:3].tolist()}... of kind {block.kind}", "Abaqus has no such element")
+        raise unwritable(f"{block.title} of kind {block.kind}", "Abaqus has no such element")
     if block.own.arms is not None and block.own.arms.any():
-        raise unwritable(f"elements {block.ids[:3].tolist()}...", "rigid arms lead from their nodes to their corners")
+        raise unwritable(block.title, "rigid arms lead from their nodes to their corners")
     return _TYPES[block.kind]
 
 

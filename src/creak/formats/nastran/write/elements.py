@@ -84,7 +84,7 @@ def element_lines(model: Model, properties: Properties, systems: Systems) -> Ite
             for identifier, (row,) in zip(block.ids.tolist(), block.nodes_idx.tolist(), strict=True):
                 yield from card("CONM1", [identifier, _grid(model, row), 0, *lower])
         elif not isinstance(section, NodalMatrices):
-            raise unwritable(f"elements {block.ids[:3].tolist()}... of kind {block.kind}", "no card says them")
+            raise unwritable(f"{block.title} of kind {block.kind}", "no card says them")
 
 
 def is_conm1(block: ElementBlock) -> bool:
@@ -142,7 +142,7 @@ def _corner_shares(block: ElementBlock, n: int) -> list[list[float]]:
     assert block.own.thickness is not None
     corner, middle = block.own.thickness[:, :n], block.own.thickness[:, n:]
     if middle.size and np.abs(middle - 0.5 * (corner + np.roll(corner, -1, axis=1))).max() > NORMAL * corner.max():
-        raise unwritable(f"elements {block.ids[:3].tolist()}...", "T1 to T4 give no thickness at their middle nodes")
+        raise unwritable(block.title, "T1 to T4 give no thickness at their middle nodes")
     return list(corner.tolist())
 
 
@@ -174,7 +174,7 @@ def _heights(block: ElementBlock, normal: FloatArray) -> list[Field]:
         return [None] * len(normal)
     height = np.einsum("ni,ni->n", arms[:, 0], normal)
     if np.abs(arms - (height[:, None] * normal)[:, None]).max() > NORMAL * max(np.abs(arms).max(), 1e-300):
-        raise unwritable(f"elements {block.ids[:3].tolist()}...", "their rigid arms are not along the normal (ZOFFS)")
+        raise unwritable(block.title, "their rigid arms are not along the normal (ZOFFS)")
     return [float(h) for h in height]
 
 

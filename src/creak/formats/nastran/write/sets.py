@@ -14,6 +14,7 @@ from creak.formats.nastran.write.fields import card
 from creak.formats.nastran.write.properties import Properties
 from creak.model.mesh import Model, Surface
 from creak.model.solid_faces import FACES
+from creak.words import first_few
 
 _NUMBER = re.compile(r"SET_([1-9][0-9]{0,7})")
 _UNREADABLE = re.compile(r'[\s"]+')
@@ -49,7 +50,7 @@ def with_plain_names(model: Model) -> tuple[Model, list[str]]:
             plain[name] = new
             taken.add(new)
             changed.append(f"{name!r} is {new}")
-    notes = [f"{len(changed)} name(s) of sets and surfaces have no blanks and quotes in the deck: {_first(changed)}"]
+    notes = [f"{len(changed)} name(s) of sets and surfaces have no blanks and quotes in the deck: {first_few(changed)}"]
     named = replace(
         model,
         node_sets={plain[name]: rows for name, rows in model.node_sets.items()},
@@ -65,12 +66,8 @@ def without_matrix_elements(model: Model) -> tuple[Model, list[str]]:
     kept = {name: rows[~np.isin(rows[:, 0], added)] for name, rows in model.element_sets.items()}
     lost = [name for name, rows in kept.items() if len(rows) < len(model.element_sets[name])]
     why = "element set(s) lose springs, dampers and masses along turned axes, which are matrices on nodes (DMIG)"
-    notes = [f"{len(lost)} {why}: {_first(lost)}"]
+    notes = [f"{len(lost)} {why}: {first_few(lost)}"]
     return replace(model, element_sets={n: rows for n, rows in kept.items() if len(rows)}), notes if lost else []
-
-
-def _first(names: list[str]) -> str:
-    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def with_surface_sets(model: Model) -> tuple[Model, list[str]]:
@@ -91,7 +88,7 @@ def with_surface_sets(model: Model) -> tuple[Model, list[str]]:
         notes.append(f"surface {name} is {name}{_side(model, surface)}")
     if nodes:
         notes.append(
-            f"{len(nodes)} surface(s) of nodes are not in the deck, whose couplings name nodes: {_first(nodes)}"
+            f"{len(nodes)} surface(s) of nodes are not in the deck, whose couplings name nodes: {first_few(nodes)}"
         )
     return replace(model, element_sets=sets), notes
 
