@@ -125,6 +125,7 @@ bench: $(VENV)/dev.stamp
 	$(BIN)/python -m benchmarks.modes_cost
 	$(BIN)/python -m benchmarks.modes_peers
 	$(BIN)/python -m benchmarks.sound
+	$(BIN)/python -m benchmarks.start
 
 dist: $(VENV)/dev.stamp
 	rm -rf dist

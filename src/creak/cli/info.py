@@ -53,8 +53,8 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     """All of it as plain numbers, strings and lists."""
     from creak.contact.crossing import crossing_warnings
     from creak.model.constraints import supported_nodes
+    from creak.studies.prepare.deck_contact import contact_facts, contact_flaw
     from creak.studies.prepare.unit_check import guessed_units, named_systems
-    from creak.studies.propose.deck_pairs import contact_facts, contact_flaw
 
     parts = _parts(model, progress)
     mass = sum(p["mass"] for p in parts.values())

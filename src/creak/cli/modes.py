@@ -54,7 +54,6 @@ def modes(
     Example: creak modes door/door.inp --f-max 100 --vtk modes.vtu
     """
     from creak.formats.deck.command_files import will_read
-    from creak.studies.models.beside_test import deck_beside_test
     from creak.studies.models.deck_modes import deck_modes
 
     point = _point(about)
@@ -74,6 +73,8 @@ def modes(
                     None,
                 )
             else:
+                from creak.studies.models.beside_test import deck_beside_test
+
                 beside = deck_beside_test(
                     deck,
                     test,
@@ -126,20 +127,22 @@ def _write(
     output: Output, found: DeckModes, paths: tuple[Path | None, Path | None, Path | None], units: UnitsName, title: str
 ) -> None:
     """The shapes, for ParaView, as a universal file, as a punch file."""
-    from creak.formats.measured.punch import write_mode_punch
-    from creak.formats.measured.uff import write_uff
-    from creak.formats.vtu import write_vtu
-
     vtk, uff, pch = paths
     if vtk is not None:
+        from creak.formats.vtu import write_vtu
+
         with output.progress.phase("write the shapes for ParaView"):
             write_vtu(vtk, found.model, found.frequencies, found.translations())
         output.wrote(vtk)
     if uff is not None:
+        from creak.formats.measured.uff import write_uff
+
         with output.progress.phase("write the universal file"):
             write_uff(uff, found.model, found.frequencies, found.translations(), units, title=title)
         output.wrote(uff)
     if pch is not None:
+        from creak.formats.measured.punch import write_mode_punch
+
         with output.progress.phase("write the punch file"):
             write_mode_punch(pch, found.model, found.frequencies, found.motion(), title=title)
         output.wrote(pch)

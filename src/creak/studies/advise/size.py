@@ -29,8 +29,8 @@ from creak.reduction.room import pieces_of
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.substructures import Partition, Substructure, partition, required
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.reduction import Reduction
+from creak.studies.prepare.structure import Structure
 from creak.studies.run.foretold import median_s
 
 BLOCK = 32

@@ -29,9 +29,9 @@ from creak.studies.cause.decompose import Cause
 from creak.studies.findings.places import Place
 from creak.studies.models.reduced import ReducedModel, coupled_again, with_damping
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 
 GAP = 0.1
 """Share of the clearance by which a gap is opened."""

@@ -34,9 +34,8 @@ from creak.model.mesh import Model, Unread
 from creak.model.steps import StaticStep
 from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
-from creak.studies.file.reader import read_study
 from creak.studies.models.dof_names import dof_name
-from creak.studies.prepare.linear_model import Structure, linear_structure
+from creak.studies.prepare.structure import Structure
 
 DEFAULT_COUNT = 20
 UNDAMPED = Rayleigh(0.0, 0.0)
@@ -147,6 +146,9 @@ def deck_modes(
 
 def _of_study(path: Path, ignore: Sequence[str], progress: Progress) -> tuple[Structure, list[System]]:
     """The linear structure of a study, and its parts without damping."""
+    from creak.studies.file.reader import read_study  # what reads studies takes as long to import as a deck has modes
+    from creak.studies.prepare.linear_model import linear_structure
+
     study = read_study(path)
     if study.config.superelement:
         raise InputError(

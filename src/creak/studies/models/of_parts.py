@@ -35,8 +35,8 @@ from creak.studies.models.reference import (
     modal_band,
 )
 from creak.studies.models.substructures import required_labels, touched
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.reduction import Band, Reduction
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
 SPREAD = 2.0

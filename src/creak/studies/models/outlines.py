@@ -17,7 +17,7 @@ from creak.formats.stored.solved import as_numbers, as_text
 from creak.later import is_made
 from creak.model.mesh import Model
 from creak.progress import Progress
-from creak.studies.prepare.linear_model import Structure
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
 

@@ -18,8 +18,8 @@ from creak.linalg.modes import Modes, modes, small_shift
 from creak.progress import Progress
 from creak.reduction.modal import ModalDamping, modal_system, support_motion, with_modal_damping
 from creak.studies.models.outlines import Assembled, Marks, assembled
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.reduction import Band, Reduction
+from creak.studies.prepare.structure import Structure
 from creak.studies.solved import solved
 
 SMALL = 40_000

@@ -24,8 +24,8 @@ from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.outlines import Marks
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.reduction import Exterior, Reduction, reduction_set
+from creak.studies.prepare.structure import Structure
 
 UNREDUCED = "{part} (unreduced)"
 

@@ -27,10 +27,11 @@ from creak.studies.file.reader import Study
 from creak.studies.models.correlation import Correlation, correlate
 from creak.studies.models.deck_modes import structure_modes
 from creak.studies.prepare.channels import contact_channels
-from creak.studies.prepare.linear_model import Structure, linear_structure, modes_up_to
+from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.measured_damping import ABOVE, shapes_at
 from creak.studies.prepare.pairs import plays_of
 from creak.studies.prepare.sensors import Sensors, locate
+from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.mac import mac_matrix, pair_measured, real_shapes, turned_twins
 
 STEP = 1e-3

@@ -21,11 +21,9 @@ from creak.model.steps import (
     Amplitude,
     DeckRun,
     DynamicStep,
-    Interaction,
     PointLoad,
     Prescribed,
     Stop,
-    SurfacePair,
 )
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
@@ -33,6 +31,7 @@ from creak.studies.file.identity import digests_of
 from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
+from creak.studies.prepare.deck_contact import contact_table, friction_of
 from creak.studies.prepare.modal_step import damped_by_number, tables_in_modes
 from creak.studies.prepare.setup import Setup, set_up_model
 from creak.studies.prepare.unit_check import units_of_study
@@ -299,49 +298,3 @@ def connector_table(stop: Stop) -> dict[str, Any]:
         "stiffness": "hard" if stop.stiffness == np.inf else stop.stiffness,
         "friction": friction_of(stop.friction),
     }
-
-
-def contact_table(model: Model, pair: SurfacePair, law: Interaction) -> dict[str, Any]:
-    """A pair of the deck as a [contact.NAME] table.
-
-    Raises
-    ------
-    InputError : damping beside a stiffness from the elements, node by node.
-    """
-    table: dict[str, Any] = {
-        "secondary": pair.secondary,
-        "main": pair.main,
-        "method": pair.method,
-        "clearance": pair.clearance,
-        "damping": law.damping,
-        "friction": friction_of(law.friction),
-    }
-    if law.law == "tabular":
-        table["overclosure"] = law.curve
-    else:
-        table["stiffness"] = law.stiffness if law.law == "linear" else _enforced(pair, law)
-    has_facets = not model.surfaces[pair.secondary].is_node_based
-    if pair.method == "node-to-surface" and has_facets and law.law in ("linear", "tabular"):
-        table["per_area"] = True
-    elif law.damping and pair.method == "node-to-surface" and has_facets and table["stiffness"] == "auto":
-        raise InputError(
-            f"interaction {law.name!r} damps node-to-surface contact with a stiffness from the elements",
-            where=law.where,
-            expected="a pressure-overclosure law beside *CONTACT DAMPING",
-            fix="Give PRESSURE-OVERCLOSURE=LINEAR with a stiffness, or TYPE=SURFACE TO SURFACE.",
-        )
-    return table
-
-
-def friction_of(law: tuple[float, float, float]) -> float | dict[str, float]:
-    """Static and kinetic coefficient and decay speed as a contact table has them."""
-    static, kinetic, decay = law
-    return static if static == kinetic else {"static": static, "kinetic": kinetic, "decay": decay}
-
-
-def _enforced(pair: SurfacePair, law: Interaction) -> str:
-    """Hard contact as Abaqus enforces it unless told otherwise: finite sliding between surfaces by a penalty."""
-    if law.law == "penalty":
-        return "auto"
-    by_penalty = pair.method == "surface-to-surface" and not pair.small_sliding
-    return "auto" if law.law == "default" and by_penalty else "hard"

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
-from creak.assembly.coupling import Driven, couple
-from creak.assembly.part import Rayleigh, common_rayleigh, part_system
-from creak.assembly.system import System
+from creak.assembly.part import Rayleigh, common_rayleigh
 from creak.contact.play import Play
 from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, with_named_stops, without_unread_damping
-from creak.linalg.factor import regular_factor
-from creak.linalg.modes import Modes, modes
 from creak.model.mesh import Model
 from creak.model.units import UNITS
-from creak.reduction.modal import ModalDamping
 from creak.studies.design.clips import with_clips
 from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.named_nodes import with_named_nodes
@@ -24,6 +18,7 @@ from creak.studies.file.config import DampingTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import driven_dofs
 from creak.studies.prepare.imported import imported_superelements
+from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.unit_check import check_units
 from creak.studies.warned import Warned
 
@@ -81,43 +76,3 @@ def linear_structure(study: Study, model: Model, ignore: Sequence[str] = ()) -> 
     rayleigh, override = own_damping(model, DampingTable(rayleigh=c.damping.rayleigh))
     superelements, _ = imported_superelements(model, c.superelement, study.places, rayleigh, override)
     return Structure(model, driven, rayleigh, override, superelements, None)
-
-
-@dataclass(frozen=True)
-class Structure:
-    """All that stiffness, mass and damping of the joined parts depend on."""
-
-    model: Model
-    driven: Driven
-    rayleigh: Rayleigh
-    override_damping: bool
-    """Whether the numbers of `rayleigh` replace all damping of the deck."""
-    superelements: tuple[System, ...]
-    """Parts that came as matrices."""
-    modal: ModalDamping | None
-    """Share of critical damping of every mode, where the study says it or a test."""
-
-    def part(self, k: int, model: Model | None = None) -> System:
-        """System of part k of the model, or of another one that it was cut into."""
-        return part_system(model or self.model, k, self.rayleigh, override=self.override_damping)
-
-    def joined(self, parts: Sequence[System], loose: System | None, model: Model | None = None) -> System:
-        """Parts, full or reduced, and those that came as matrices, coupled by links and supports.
-
-        Parameters
-        ----------
-        loose : nodes between parts. model : whose links they are, where parts were cut.
-        """
-        systems = [*parts, *self.superelements, *([loose] if loose is not None else [])]
-        return couple(systems, model or self.model, self.driven, self.rayleigh, override=self.override_damping)
-
-
-def modes_up_to(system: System, f_max: float) -> Modes:
-    """All undamped modes K x = omega^2 M x of a joined structure up to f_max (Hz), held or free.
-
-    Raises
-    ------
-    NumericalError : the modes could not be found.
-    """
-    regular = regular_factor(system.K)
-    return modes(system.K, system.M, f_max=f_max, free=regular is None, stiffness_factor=regular)

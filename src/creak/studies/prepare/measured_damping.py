@@ -19,8 +19,8 @@ from creak.formats.measured.mode_files import read_measured_modes
 from creak.formats.measured.modes import Measured, MeasuredModes, high_damping
 from creak.model.dofs import TRANSLATIONS, dofs_of, node_dofs
 from creak.reduction.modal import ModalShares
-from creak.studies.prepare.linear_model import Structure, modes_up_to
 from creak.studies.prepare.sensors import Sensors, locate
+from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.studies.warned import Warned
 from creak.verify.mac import mac_matrix, pair_measured, phase_collinearity, real_shapes, turned_twins
 from creak.verify.mode_fit import GOOD_HZ, GOOD_MAC, does_fit

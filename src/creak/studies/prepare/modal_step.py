@@ -13,7 +13,7 @@ from creak.linalg.factor import regular_factor
 from creak.linalg.modes import modes
 from creak.model.steps import BASE, DynamicStep, InModes
 from creak.reduction.modal import ModalShares
-from creak.studies.prepare.linear_model import Structure
+from creak.studies.prepare.structure import Structure
 
 
 def tables_in_modes(step: DynamicStep, of: InModes, notes: list[str]) -> dict[str, Any]:

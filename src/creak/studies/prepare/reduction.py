@@ -17,7 +17,7 @@ from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable
 from creak.studies.file.places import Places
 from creak.studies.prepare.elines import Elines
-from creak.studies.prepare.linear_model import Structure
+from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.watched import watched_labels
 
 

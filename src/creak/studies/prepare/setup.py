@@ -42,7 +42,7 @@ from creak.studies.prepare.excitation import (
 )
 from creak.studies.prepare.flight_steps import RESOLUTIONS, bandwidth, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
-from creak.studies.prepare.linear_model import Structure, designed_model, own_damping
+from creak.studies.prepare.linear_model import designed_model, own_damping
 from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
@@ -59,6 +59,7 @@ from creak.studies.prepare.start_check import (
     undamped_warnings,
 )
 from creak.studies.prepare.static_loads import StaticStart, check_static, gravity_warnings, press_fit_warnings
+from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.watched import watched
 from creak.studies.unraised import none_ignored
 from creak.studies.warned import Warned

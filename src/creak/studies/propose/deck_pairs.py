@@ -11,13 +11,12 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.model.mesh import Model
-from creak.model.steps import Interaction, SurfacePair
+from creak.model.steps import SurfacePair
 from creak.progress import Progress
-from creak.studies.prepare.deck_step import contact_table, friction_of
+from creak.studies.prepare.deck_contact import contact_table, friction_of
 from creak.studies.propose.contacts import Contact, Tools, tried
 from creak.studies.propose.opposite import element_numbers
 from creak.studies.propose.proximity import Near, looks_at, numbers_of
-from creak.studies.warned import Warned
 
 LAW = ("stiffness", "overclosure", "per_area", "friction", "damping")
 """Keys of a contact table that a deck may give."""
@@ -45,30 +44,6 @@ def deck_pairs(model: Model, progress: Progress, tools: Tools) -> list[Contact]:
         found.append(tried(model, replace(c, law=law), tools))
     progress("try the contacts of the deck", len(of.pairs), len(of.pairs))
     return found
-
-
-def contact_facts(model: Model) -> dict[str, str]:
-    """`OVER - UNDER`: `friction 0.3, clearance 0.4`, of each pair; general contact and what it keeps apart."""
-    of, found = model.contact, dict[str, str]()
-    if of is None:
-        return found
-    for p in of.pairs:
-        gap = "by node" if isinstance(p.clearance, Mapping) else p.clearance
-        found[f"{p.secondary} - {p.main}"] = _law_words(of.interactions[p.interaction], gap)
-    if of.everywhere:
-        found["all that is near"] = _law_words(of.interactions[of.everywhere], None)
-    return found | {f"{a or 'all'} - {b}": "kept apart" for a, b in of.apart}
-
-
-def _law_words(law: Interaction, gap: str | float | None) -> str:
-    static, kinetic, _ = law.friction
-    falls = f" to {kinetic:g}" if kinetic < static else ""
-    return f"friction {static:g}{falls}" + ("" if gap is None else f", clearance {gap}")
-
-
-def contact_flaw(said: str) -> Warned:
-    """Of what `DeckContact.flaws` tells."""
-    return Warned(f"contact of the deck that is not taken over as it stands: {said}")
 
 
 def general_law(model: Model) -> dict[str, Any]:

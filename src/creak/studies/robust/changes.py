@@ -16,8 +16,8 @@ from creak.progress import silent
 from creak.studies.file.changes import with_changes
 from creak.studies.file.design.clip_tables import ClipTable
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.setup import Setup
+from creak.studies.prepare.structure import Structure
 from creak.studies.prepare.varied import varied
 from creak.studies.robust.draws import Draw, Drawn
 from creak.studies.run.static_start import started

@@ -27,11 +27,11 @@ from creak.studies.models.dof_names import dof_name
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, in_modes
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Exterior, Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, nothing_closes
+from creak.studies.prepare.structure import Structure
 from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.kernels import Compiled

@@ -25,9 +25,9 @@ from creak.studies.design.heat import heat_forces, heat_of
 from creak.studies.file.case import Driving
 from creak.studies.file.places import Places
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.linear_model import Structure
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.static_loads import StaticStart, static_forces, static_gravity, static_supports
+from creak.studies.prepare.structure import Structure
 from creak.studies.run.elines import relative_motion
 
 STAGE = "static start"

@@ -18,7 +18,7 @@ from creak.studies.file.design.model_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
 from creak.studies.file.reader import read_study
 from creak.studies.models.trials import Joined, UpdateCase, joined
-from creak.studies.prepare.linear_model import modes_up_to
+from creak.studies.prepare.structure import modes_up_to
 from helpers_decks import STEEL, strip
 from helpers_nastran import read
 

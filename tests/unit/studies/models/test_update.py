@@ -16,7 +16,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.parameters import candidates, read_parameters
 from creak.studies.models.trials import Trial, UpdateCase, frequency_slopes, joined, slopes, tried
 from creak.studies.models.update import sensitivities, update, update_case
-from creak.studies.prepare.linear_model import Structure, modes_up_to
+from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.bounded_fit import bounded_fit
 from creak.verify.mac import mac_matrix
 from helpers_decks import STUDY, write_strips, write_study
