@@ -180,6 +180,8 @@ class InModes:
 
     by_number: tuple[tuple[int, int, float], ...] = ()
     """First and last mode, from 1 on, and their share of critical damping; empty: the step gives none."""
+    by_frequency: tuple[tuple[float, float], ...] = ()
+    """Hz, rising, and share of critical damping of modes there: straight lines between, beyond them as at the ends."""
     rayleigh: tuple[float, float] | None = None
     """alpha, 1/s, and beta, s, instead of a share; None: the step gives none."""
 

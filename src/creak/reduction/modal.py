@@ -30,16 +30,20 @@ SAME_MODE = 0.05
 
 @dataclass(frozen=True)
 class ModalShares:
-    """Shares of critical damping by mode: those near some frequencies, and one of all others."""
+    """Shares of critical damping by mode: those near some frequencies, and one of all others; or a curve over them."""
 
     freq: FloatArray
     """(k,) Hz, rising."""
     zeta: FloatArray
     """(k,)"""
     other: float
+    curve: bool = False
+    """All modes take the straight lines between the points, and beyond these the values at the ends."""
 
     def at(self, omega2: FloatArray) -> FloatArray:
         """(n_mode,) share of each mode: of the frequency that is nearest, within `SAME_MODE`, each taken once."""
+        if self.curve:
+            return np.asarray(np.interp(np.sqrt(np.maximum(omega2, 0.0)) / (2.0 * np.pi), self.freq, self.zeta))
         freq, found = np.sqrt(np.maximum(omega2, 0.0)) / (2.0 * np.pi), np.full(omega2.size, self.other)
         off = np.abs(freq[:, None] / self.freq - 1.0)
         while off.size and off.min() <= SAME_MODE:
@@ -50,7 +54,7 @@ class ModalShares:
 
     def times(self, factor: float, most: float) -> ModalShares:
         """All shares times a factor, up to a largest one."""
-        return ModalShares(self.freq, np.minimum(factor * self.zeta, most), min(factor * self.other, most))
+        return replace(self, zeta=np.minimum(factor * self.zeta, most), other=min(factor * self.other, most))
 
 
 ModalDamping = float | ModalShares
@@ -63,7 +67,7 @@ def shares_at(zeta: ModalDamping, omega2: FloatArray) -> FloatArray:
 
 
 def one_share(zeta: ModalDamping | None) -> float | None:
-    """One share for all modes."""
+    """One share for all modes, where one is asked for."""
     return zeta.other if isinstance(zeta, ModalShares) else zeta
 
 
@@ -163,7 +167,7 @@ def with_modal_damping(system: System, modes: Modes, R: FloatArray, zeta: ModalD
     ----------
     beyond : damp what was not computed in proportion to its stiffness, beta = 2 zeta / omega_b, omega_b the highest
         computed frequency: zeta omega / omega_b of critical, which goes on from zeta without a step. Of fractions by
-        mode zeta is there the one of all others.
+        mode zeta is there the one of all others, of a curve its value at omega_b.
     """
     W = np.asarray(system.M @ modes.shapes)
     beta, d = modal_values(modes.omega2, zeta, beyond)
@@ -195,6 +199,7 @@ def modal_values(omega2: FloatArray, zeta: ModalDamping, beyond: bool) -> tuple[
     omega = np.sqrt(omega2)
     top = float(omega.max(initial=0.0))
     each, most = (zeta.at(omega2), zeta.zeta.max()) if isinstance(zeta, ModalShares) else (zeta, zeta)
-    beta = 2.0 * (one_share(zeta) or 0.0) / top if beyond and top > 0.0 else 0.0
+    last = float(zeta.at(np.array([top**2]))[0]) if isinstance(zeta, ModalShares) and zeta.curve else one_share(zeta)
+    beta = 2.0 * (last or 0.0) / top if beyond and top > 0.0 else 0.0
     d = 2.0 * each * omega - beta * omega2
     return beta, np.where(np.abs(d) > ROUND_OFF * most * top, d, 0.0)

@@ -32,7 +32,7 @@ from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.deck_contact import contact_table, friction_of
-from creak.studies.prepare.modal_step import damped_by_number, tables_in_modes
+from creak.studies.prepare.modal_step import damped_in, tables_in_modes
 from creak.studies.prepare.setup import Setup, set_up_model
 from creak.studies.prepare.unit_check import units_of_study
 from creak.studies.unraised import none_ignored
@@ -100,8 +100,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
     loads = model.static_loads if run.static is None else {STATIC: run.static}
     model = replace(model, node_sets={**model.node_sets, **sets}, static_loads=loads)
     setup = set_up_model(study, model, ignore, free=True)
-    if run.step.modes is not None and run.step.modes.by_number:
-        setup = replace(setup, structure=damped_by_number(setup.structure, run.step.modes.by_number))
+    if run.step.modes is not None:
+        setup = replace(setup, structure=damped_in(setup.structure, run.step.modes))
     notes = [*_steps_note(run), *notes, *_jumps(setup.structure.driven.names, setup.loads.support[0]), *setup.notes]
     return replace(setup, notes=notes, digests=digests_of(study))
 

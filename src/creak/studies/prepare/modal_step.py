@@ -29,6 +29,8 @@ def tables_in_modes(step: DynamicStep, of: InModes, notes: list[str]) -> dict[st
         damping["rayleigh"] = dict(zip(("alpha", "beta"), of.rayleigh, strict=True))
     elif of.by_number:
         damping["modal"] = of.by_number[-1][2]
+    elif of.by_frequency:
+        damping["modal"] = _middle(of.by_frequency)
     else:
         notes.append("the step has no *MODAL DAMPING: what damps the rest of the deck acts, which Abaqus leaves out")
     return {
@@ -38,6 +40,26 @@ def tables_in_modes(step: DynamicStep, of: InModes, notes: list[str]) -> dict[st
         "precheck": {},
         "verification": {},
     }
+
+
+def damped_in(structure: Structure, of: InModes) -> Structure:
+    """The structure with the shares of critical damping that a step gives its modes.
+
+    Raises
+    ------
+    NumericalError : the modes, which have them by number, could not be found.
+    """
+    if of.by_number:
+        return damped_by_number(structure, of.by_number)
+    if of.by_frequency:
+        freq, shares = np.array(of.by_frequency).T
+        return replace(structure, modal=ModalShares(freq, shares, _middle(of.by_frequency), curve=True))
+    return structure
+
+
+def _middle(points: Sequence[tuple[float, float]]) -> float:
+    """One share for all modes, where one is asked for: the ends of a curve are often far above what moves."""
+    return points[len(points) // 2][1]
 
 
 def damped_by_number(structure: Structure, ranges: Sequence[tuple[int, int, float]]) -> Structure:

@@ -178,3 +178,11 @@ def test_one_damping_at_a_time_and_a_file_that_is_there(tmp_path):
         study_of(tmp_path, 'damping.modal = 0.02\ndamping.from_test = "modes.unv"')
     with pytest.raises(InputError, match="no such file"):
         set_up(study_of(tmp_path, 'damping.from_test = "absent.unv"'))
+
+
+def test_a_curve_of_shares_goes_on_in_proportion_to_stiffness_without_a_step():
+    """At the highest computed mode, 30 Hz, the curve is at .04; beyond it zeta grows as omega."""
+    known, top = ModalShares(np.array([10.0, 50.0]), np.array([0.02, 0.06]), 0.5, curve=True), 2.0 * np.pi * 30.0
+    beta, d = modal_values(np.array([(2.0 * np.pi * 5.0) ** 2, top**2]), known, beyond=True)
+    assert beta * top == pytest.approx(2.0 * 0.04)
+    np.testing.assert_allclose(d, [2.0 * 0.02 * 10.0 * np.pi - beta * (10.0 * np.pi) ** 2, 0.0], atol=1e-12)

@@ -90,10 +90,12 @@ def test_the_base_moves(motion):
         "*MODAL DAMPING, VISCOUS=RAYLEIGH\n1, 1, 1., 0.0025\n",
         "*MODAL DAMPING, VISCOUS=FRACTION OF CRITICAL DAMPING\n1,, 0.05\n",
         "*MODAL DAMPING, DEFINITION=FREQUENCY RANGE\n0., 0.05\n100., 0.05\n",
+        "*MODAL DAMPING, DEFINITION=FREQUENCY RANGE\n0., 0.\n6.366197723675814, 0.1\n",
+        "*MODAL DAMPING, DEFINITION=FREQUENCY RANGE\n100., 0.05\n200., 0.5\n",
     ],
 )
 def test_other_words_for_the_same_damping(motion, damping):
-    """2 zeta w = alpha + beta w^2 = 2 1/s."""
+    """2 zeta w = alpha + beta w^2 = 2 1/s; over the frequency .05 half-way to .1 at 20 Hz / pi, and before .05."""
     t, u, _ = motion(MODES + step("*CLOAD, AMPLITUDE=SINE\nTOP, 3, 4.\n", damping))
     np.testing.assert_allclose(u, under_sine(t, 4.0), atol=1e-7 * np.abs(u).max())
 

@@ -268,9 +268,42 @@ def test_one_damping_of_all_modes(tmp_path, table):
 
 
 @pytest.mark.parametrize(
+    ("table", "zeta"),
+    [
+        ("TABDMP1,9,CRIT\n,0.,.02,{f2},.08,ENDT\n", 0.05),
+        ("TABDMP1,9,G\n,{f2},.16,{f4},.28,ENDT\n", 0.05),
+        ("TABDMP1,9,CRIT\n,{f2},.08,{f4},.14,ENDT\n", 0.05),
+        ("TABDMP1,9,CRIT\n,{f8},.05,0.,.05,ENDT\n", 0.05),
+        ("TABDMP1,9,CRIT\n,0.,.04,{f8},.0,SKIP,SKIP,ENDT\n", 0.035),
+    ],
+)
+def test_damping_that_depends_on_the_frequency_of_the_mode(tmp_path, table, zeta):
+    """zeta = .02 + .06 f / 2 f_1 is .05 at f_1, between its points and on the line before the first of them."""
+    f1 = W / (2.0 * math.pi)
+    table = table.format(**{f"f{k}": f"{k * f1:.5f}" for k in (2, 4, 8)})
+    path = deck(tmp_path, BULK + constant() + table, "DLOAD = 7\nSDAMPING = 9\n", "112")
+    history = run_study(set_up_deck(path, units="m-kg-s"), lambda *_: None).runs["reduced"].history
+    t, wd = history.time[history.output_index], W * math.sqrt(1.0 - zeta**2)
+    exact = 50.0 / K * (1.0 - np.exp(-zeta * W * t) * (np.cos(wd * t) + zeta * W / wd * np.sin(wd * t)))
+    # Frequencies of the table have eight digits
+    np.testing.assert_allclose(history.displacement[:, 2], exact, atol=1e-6 * 50.0 / K)
+
+
+def test_lines_of_a_damping_table_go_on_to_no_damping_and_to_critical(tmp_path):
+    table = "TABDMP1,9,CRIT\n,10.,.05,20.,.03,ENDT\n"
+    path = deck(tmp_path, BULK + constant() + table, "DLOAD = 7\nSDAMPING = 9\n", "112")
+    of = read_nastran_run(path)[1].step.modes.by_frequency
+    np.testing.assert_allclose(of, [(0.0, 0.07), (10.0, 0.05), (20.0, 0.03), (35.0, 0.0)])
+    path.write_text(path.read_text().replace(",10.,.05,20.,.03", ",10.,.03,20.,.05"))
+    low, *_, high = read_nastran_run(path)[1].step.modes.by_frequency
+    np.testing.assert_allclose([low, high], [(0.0, 0.01), (495.0, 1.0)], rtol=1e-5)
+
+
+@pytest.mark.parametrize(
     ("table", "solution"),
     [
-        ("TABDMP1,9,CRIT\n,0.,.05,99.,.02,ENDT\n", "112"),
+        ("TABDMP1,9,Q\n,0.,10.,99.,20.,ENDT\n", "112"),
+        ("TABDMP1,9,CRIT\n,0.,.05,50.,.05,50.,.02,99.,.02,ENDT\n", "112"),
         ("TABDMP1,9,CRIT\n,0.,2.,ENDT\n", "112"),
         ("TABDMP1,9,CRIT\n,0.,.05,ENDT\n", "109"),
     ],

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -62,7 +63,8 @@ def list_damping(deck: Outline) -> None:
     for block in blocks:
         shares = set[float]()
         with suppress(InputError):  # of a step that is not run
-            shares = {share for _, _, share in _damping(replace(deck, unread={}), block, InModes()).by_number}
+            found = _damping(replace(deck, unread={}), block, InModes())
+            shares = {p[-1] for p in (*found.by_number, *found.by_frequency)}
         if len(shares) == 1 and (share := shares.pop()) > 0.0:
             deck.note(block, same_share(share), changes=False, damps=True, share=share)
 
@@ -94,14 +96,27 @@ def _damping(deck: Outline, block: Block, before: InModes) -> InModes:
     elif kind in _CRITICAL and block.option("DEFINITION", "MODE NUMBERS") == "MODE NUMBERS":
         return replace(before, by_number=tuple(sorted(_share(fields, where) for fields, where in rows)))
     elif kind in _CRITICAL:
-        shares = {_share(["1", "1", *fields[1:2]], where)[2] for fields, where in rows}
-        if len(shares) == 1:
-            return replace(before, by_number=((1, 1, shares.pop()),))
-        refused = "it differs from frequency to frequency"
+        return replace(before, by_frequency=tuple(_points(rows)))
     else:
         refused = f"of modal damping creak reads the share of critical and Rayleigh's numbers, not {kind}"
     deck.note(block, f"{refused}; {_WAY_OUT}", changes=True, damps=True)
     return before
+
+
+def _points(rows: Sequence[tuple[Sequence[str], str]]) -> Iterator[tuple[float, float]]:
+    """Frequency, rising, and share of critical damping of each line."""
+    last = -inf
+    for fields, where in rows:
+        freq, _, share = to_float(fields[0], where, "frequency"), *_share(["1", "1", *fields[1:2]], where)[1:]
+        if not freq > last:
+            raise InputError(
+                f"modal damping at {freq:g} Hz stands after {last:g} Hz",
+                expected="frequencies that rise from line to line",
+                where=where,
+                fix="Sort the lines.",
+            )
+        last = freq
+        yield freq, share
 
 
 def _share(fields: Sequence[str], where: str) -> tuple[int, int, float]:

@@ -11,7 +11,7 @@ from creak.errors import InputError
 from creak.formats.deck.refusals import referred
 from creak.formats.nastran.joints.gaps import read_gaps
 from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
-from creak.formats.nastran.loads.modal_damping import damping_table, share_of
+from creak.formats.nastran.loads.modal_damping import damping_table, points_of
 from creak.formats.nastran.loads.sets import READ, LoadSet, load_set
 from creak.formats.nastran.loads.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.loads.static_loads import by_value, subcase_loads
@@ -67,7 +67,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     """The run: TSTEP of one length, TLOAD1 and TLOAD2 with DLOAD, gaps as stops; what SPCD moves is not held.
     It starts from the loads of a static subcase before it.
 
-    SOL 112 is run in all dofs instead of modes, but with one damping of all modes (SDAMPING), which makes it a step in
+    SOL 112 is run in all dofs instead of modes, but with damping of the modes (SDAMPING), which makes it a step in
     modes; SOL 129, with TSTEPNL, linear but for its gaps. creak integrates by HHT
     with alpha = 0 (with gaps -0.05) where Nastran has Newmark's method with beta = 1/3; both are of second order in the
     step.
@@ -100,7 +100,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         amplitudes[amplitude.name] = amplitude
         _excite(deck, term, amplitude.name, moved, loads)
     stops, table = read_gaps(deck), damping_table(deck)
-    share = share_of(table) if table is not None and SOLUTIONS[case.solution] == "modal" else None
+    damped = points_of(table) if table is not None and SOLUTIONS[case.solution] == "modal" else ()
     static = None if case.static is None else subcase_loads(deck, case.static)
     held = moved if static is None else [*moved, *static.moved]
     step = DynamicStep(
@@ -116,7 +116,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
         loads=tuple(loads),
         output_sets=case.output,
         places={"time": where, "dynamic": where},
-        modes=None if share is None else InModes(((1, 1, share),)),
+        modes=InModes(by_frequency=damped) if damped else None,
     )
     return DeckRun(step, amplitudes, {}, (), stops=stops, static=static)
 

@@ -216,7 +216,11 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         )
         return Meaning("harmless", why)
     if name == "TABDMP1" and own_run and "SDAMPING" in case.commands:
-        return Meaning("changes", "creak's own run has no modal damping: write a study with [damping]")
+        why = (
+            "creak's own run takes damping of modes in SOL 112 alone, from 0 to below critical: G or CRIT over rising "
+            "frequencies, or Q of one value; write a study with [damping]"
+        )
+        return Meaning("changes", why)
     return None
 
 
