@@ -119,3 +119,23 @@ STOP = """*NODE
 TIP, 1, 1.0
 """
 """A mass of 100 on a spring of 1e4, moving at 1 along x."""
+
+
+def stop_study(step: float, end: float, method: str = "none") -> str:
+    """It meets a stop of stiffness 1e6 at once, and goes through forced steps without numerical damping."""
+    return f"""[model]
+deck = "strips.inp"
+units = "m-kg-s"
+[[connector]]
+type = "play"
+nodes = "TIP"
+dof = "x"
+upper = 0.0
+stiffness = 1e6
+[reduction]
+method = "{method}"
+[time]
+step = {step}
+end = {end}
+alpha = 0.0
+"""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from helpers_cli import say
-from helpers_decks import STOP, STUDY, write_strips
+from helpers_decks import STOP, STUDY, stop_study, write_strips
 
 
 @pytest.fixture(scope="module")
@@ -113,29 +113,11 @@ def test_node_to_surface_and_output_interval(creak, tmp_path):
         assert np.isin([13, 26, 39], file["runs/reduced/node_ids"][:]).all()
 
 
-STOP_STUDY = """[model]
-deck = "strips.inp"
-units = "m-kg-s"
-[[connector]]
-type = "play"
-nodes = "TIP"
-dof = "x"
-upper = 0.0
-stiffness = 1e6
-[reduction]
-method = "{method}"
-[time]
-step = 2e-5
-end = 0.05
-alpha = 0.0
-"""
-
-
 @pytest.mark.parametrize("method", ["none", "craig-bampton"])
 @pytest.mark.usefixtures("no_page")
 def test_mass_on_a_penalty_stop_from_a_deck(creak, method, tmp_path):
     """omega = sqrt((k + K)/m): half a period in contact, F = K v / omega (phase error of the step 1e-7)."""
-    study = write_strips(tmp_path, deck=STOP, study=STOP_STUDY.format(method=method))
+    study = write_strips(tmp_path, deck=STOP, study=stop_study(2e-5, 0.05, method))
     creak("run", study, "--quiet", "--out", tmp_path / "out").done()
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
     run = summary["runs"]["reference"]

@@ -48,25 +48,9 @@ from creak.studies.run.job import run_study
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES, change
 from creak.verify.rubbing import Pressing, Rub
-from helpers_decks import STOP, STUDY, write_strips
+from helpers_decks import STOP, STUDY, stop_study, write_strips
 from helpers_findings import summarised
 
-STOP_STUDY = """[model]
-deck = "strips.inp"
-units = "m-kg-s"
-[[connector]]
-type = "play"
-nodes = "TIP"
-dof = "x"
-upper = 0.0
-stiffness = 1e6
-[reduction]
-method = "none"
-[time]
-step = {step}
-end = {end}
-alpha = 0.0
-"""
 OMEGA = math.sqrt(1.01e6 / 100.0)
 """Of the mass while it presses: half a period of contact, F = K v / omega, then the spring brings it back."""
 
@@ -127,7 +111,7 @@ def brief(tmp_path_factory):
 
 def test_mass_on_a_stop_settles_to_the_exact_blow(tmp_path):
     """Trapezoidal rule, omega h = 0.05 at h: period and force are off by (omega h)^2 / 12 = 2e-4, far below 5 %."""
-    c = converge(solved(tmp_path, STOP_STUDY.format(step=5e-4, end=0.1), STOP), silent)
+    c = converge(solved(tmp_path, stop_study(5e-4, 0.1), STOP), silent)
     assert list(c.outcomes) == [BASE, HALF, QUARTER]  # a connector, and nothing reduced: only the step varies
     assert c.model == "reference"
     first = c.events[0]
@@ -141,7 +125,7 @@ def test_mass_on_a_stop_settles_to_the_exact_blow(tmp_path):
 
 def test_a_coarse_step_does_not_settle(tmp_path):
     """omega h = 6, 3, 1.5: one or two instants in contact; exact is 2 K v / omega^2 = 198 N s."""
-    c = converge(solved(tmp_path, STOP_STUDY.format(step=0.06, end=0.48), STOP), silent)
+    c = converge(solved(tmp_path, stop_study(0.06, 0.48), STOP), silent)
     first = c.events[0]
     assert not first.settled
     assert not first.figures["impulse"].settled
@@ -486,7 +470,7 @@ def test_an_event_that_goes_on_when_the_run_ends_decides_nothing(unfinished, wor
 
 def test_the_answer_tells_that_an_event_goes_on(tmp_path):
     """The mass presses for pi / omega = 31.3 ms: cut at 20 ms its impulse is F (1 - cos) / omega of F sin(omega t)."""
-    result = solved(tmp_path, STOP_STUDY.format(step=1e-4, end=0.02), STOP)
+    result = solved(tmp_path, stop_study(1e-4, 0.02), STOP)
     (e,) = result.runs["reference"].events
     assert e.unfinished
     force = 1e6 / OMEGA
