@@ -31,14 +31,15 @@ from creak.studies.robust.batches import batches, march_batches
 from creak.studies.robust.changes import check_ends, damped_by_modes, keeps_model
 from creak.studies.robust.draws import ContactGaps, Design, Draw, Drawn, make_causes, whole_power
 from creak.studies.robust.further import Further, further_draws, keep, kept, told_of
-from creak.studies.robust.linear import FACTORS
 from creak.studies.robust.shared_model import (
     FIGURES,
     FORETOLD,
     SharedModel,
     foretold,
     march_draws,
+    parts_of,
     places_of,
+    record_width,
     shared_model,
 )
 from creak.studies.tasks.queue import Runner
@@ -113,8 +114,7 @@ def run_draws(
     design, again = _design(study, setup, n, indices=indices)
     drawn = Drawn.at(design.causes, design.points())
     check_ends(setup, drawn)
-    places = places_of(channels)
-    width = 1 + len(places) * (len(FIGURES) + len(FACTORS)) + channels.m
+    places, width = places_of(channels), record_width(channels)
     made_from = _made_from(setup, design)
     path = None if out is None else log_path(out, LOG, made_from, width)
     found, used = read_records(path, made_from, width) if path is not None else ({}, 0)
@@ -158,27 +158,11 @@ def run_draws(
                 found[number] = record
                 progress("draws", len(found), len(wanted))
     if further is not None:
-        records = np.array([found[k] for k in _further_numbers(further, design)]).reshape(-1, width)
-        events = records[:, 1 : 1 + len(FIGURES) * len(places) : len(FIGURES)]
-        further = replace(further, events=events, state=records[:, 0])
-    table = np.stack([found[k] for k in range(design.total)])
-    cuts = np.cumsum([1, len(FIGURES) * len(places), len(FACTORS) * len(places)])
-    state, figures, slack, impulse = np.split(table, cuts, axis=1)
-    shape = (design.total, len(places), -1)
-    return Draws(
-        setup,
-        design,
-        channels,
-        drawn,
-        state[:, 0],
-        figures.reshape(shape),
-        slack.reshape(shape),
-        impulse,
-        further,
-        taken,
-        again,
-        (*setup.notes, *notes),
-    )
+        rows = np.array([found[k] for k in _further_numbers(further, design)]).reshape(-1, width)
+        state, figures, _, _ = parts_of(rows, channels)
+        further = replace(further, events=figures[:, :, FIGURES.index("events")], state=state)
+    parts = parts_of(np.stack([found[k] for k in range(design.total)]), channels)
+    return Draws(setup, design, channels, drawn, *parts, further, taken, again, (*setup.notes, *notes))
 
 
 def _design(study: Study, setup: Setup, n: int, *, indices: bool) -> tuple[Design, tuple[str, ...]]:

@@ -72,6 +72,19 @@ class Seen:
         return np.concatenate([[self.state], self.figures.ravel(), self.slack.ravel(), self.impulse])
 
 
+def record_width(channels: GapOperator) -> int:
+    """Numbers of a record of a study with these channels."""
+    return 1 + len(places_of(channels)) * (len(FIGURES) + len(FACTORS)) + channels.m
+
+
+def parts_of(records: FloatArray, channels: GapOperator) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """State (k,), figures (k, n_place, 5), slack (k, n_place, n_factor) and impulse (k, n_channel) of `Seen` of several
+    draws, from their records (k, width)."""
+    k, n = len(records), len(places_of(channels))
+    state, figures, slack, impulse = np.split(records, np.cumsum([1, len(FIGURES) * n, len(FACTORS) * n]), axis=1)
+    return state[:, 0], figures.reshape(k, n, len(FIGURES)), slack.reshape(k, n, len(FACTORS)), impulse
+
+
 @dataclass(frozen=True)
 class SharedModel:
     """The model of a study, reduced once."""
