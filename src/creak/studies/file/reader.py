@@ -269,7 +269,7 @@ def explain(path: Path, text: str, error: ValidationError, root: type[BaseModel]
     if problem["type"] == "missing" and isinstance(keys[-1], int):
         return InputError(f"{dotted(keys[:-1])} has {keys[-1]} value(s)", where=where, expected="one more at least")
     if problem["type"] == "missing":
-        return InputError(f"{name!r} is missing", where=where, fix="Add it.")
+        return InputError(f"{name!r} is missing", where=where, fix=_told_of(problem["loc"], root))
     if problem["type"] == GONE:
         return InputError(
             f"{name} = {problem['input']!r}: {problem['msg']}",
@@ -346,8 +346,23 @@ def _is_tag(key: Any, before: Any) -> bool:
     )
 
 
+def _told_of(loc: Sequence[str | int], root: type[BaseModel]) -> str:
+    """What to add at a location where a key is missing, in the words of the schema."""
+    from creak.studies.file.schema import texts_of
+
+    table = _table_at(loc[:-1], root)
+    text = "" if table is None else texts_of(table).get(str(loc[-1]), "")
+    return f"Add it: {' '.join(text.split())}" if text else "Add it."
+
+
 def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
     """Keys allowed in the table at a location."""
+    table = _table_at(loc, root)
+    return [] if table is None else [field.alias or name for name, field in table.model_fields.items()]
+
+
+def _table_at(loc: Sequence[str | int], root: type[BaseModel]) -> type[BaseModel] | None:
+    """The one kind of table that may stand at a location."""
     table: Any = root
     for key in loc:
         if isinstance(table, type) and issubclass(table, BaseModel):
@@ -361,9 +376,7 @@ def _known_keys(loc: Sequence[str | int], root: type[BaseModel]) -> list[str]:
         elif isinstance(table, list):
             named = [t for t in table if str(key) in get_args(t.model_fields["type"].annotation)]
             table = named[0] if named else table
-    if not (isinstance(table, type) and issubclass(table, BaseModel)):
-        return []
-    return [field.alias or name for name, field in table.model_fields.items()]
+    return table if isinstance(table, type) and issubclass(table, BaseModel) else None
 
 
 def _flatten(annotation: Any) -> list[Any]:

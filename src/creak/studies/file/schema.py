@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
+from pydantic import BaseModel
+
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.table import Table
 
@@ -36,7 +38,7 @@ def _described(schema: dict[str, Any]) -> dict[str, Any]:
     """The schema with the text below each key as its description; what reads studies does without them."""
     tables = {kind.__name__: kind for kind in _below(Table)}
     for name, found in [("StudyConfig", schema), *schema["$defs"].items()]:
-        texts = _texts(tables[name]) if name in tables else {}
+        texts = texts_of(tables[name]) if name in tables else {}
         for key, value in found.get("properties", {}).items():
             if key in texts:
                 found["properties"][key] = dict(sorted({"description": texts[key], **value}.items()))
@@ -49,7 +51,7 @@ def _below(kind: type[Table]) -> Iterator[type[Table]]:
         yield from _below(other)
 
 
-def _texts(kind: type[Table]) -> dict[str, str]:
+def texts_of(kind: type[BaseModel]) -> dict[str, str]:
     """Key -> the text below it, of a table and of those that it extends."""
     found: dict[str, str] = {}
     for base in reversed([k for k in kind.__mro__ if issubclass(k, Table)]):

@@ -127,7 +127,7 @@ MISTAKES = {
         "frequenzy",
         r"(unknown key|missing).*frequen[cz]y",
     ),
-    "missing key": ('nodes = ["MASS"]\n', "", "[[connector]]", r"connector.*nodes' is missing"),
+    "missing key": ('nodes = ["MASS"]\n', "", "[[connector]]", r"connector.*nodes' is missing\. Add it: "),
     "no direction": ('dof = "x"\nlower', "lower", "[[connector]]", r"connector.*either dof .* or axis"),
     "two directions": ("lower", "axis = [1, 0, 0]\nlower", "[[connector]]", r"connector.*either dof .* or axis"),
     "no length": ('dof = "x"', "axis = [0, 0, 0]", "[[connector]]", r"connector.*axis has length zero"),
