@@ -13,13 +13,15 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file, will_read
-from creak.formats.measured.csv_rows import csv_rows, number, separator_of
+from creak.formats.measured.csv_rows import SEPARATORS, csv_rows, number, separator_of
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
 from creak.model.magnitude import LARGEST, SMALLEST, computable
 
 POINTS = "Write decimals with a point, or semicolons between the cells, and leave out further columns."
 FIRST = "Put it into the first line, with commas, semicolons or tabs between the names, and nothing before it."
+MOST_BEFORE = 200
+"""Lines before the first row of numbers that are looked at."""
 KEPT = 16
 """Signals in memory that were read last."""
 
@@ -90,6 +92,7 @@ def _read_signal(path: Path, channel: str | None, where: str, stamp: tuple[int, 
             raise InputError(f"channel {found.name!r} has values that are no numbers", where=path)
         return Samples(found.time, found.values, found.unit)
     lines = read_lines(path, where, "table")
+    _refuse_before_heads(path, lines)
     header, rows = header_of(lines, path)
     column = channel or _only_column(path, lines)
     if channel is None and header[:2] == ["time", "value"]:
@@ -206,6 +209,38 @@ def header_of(lines: Sequence[str], path: Path) -> tuple[list[str], Rows]:
     separator = separator_of(next((line for line in lines if line.strip()), ""))
     rows = [(i, row) for i, row in csv_rows(lines, path, separator) if any(cell.strip() for cell in row)]
     return [cell.strip().lower() for cell in rows[0][1]] if rows else [], rows[1:]
+
+
+def _refuse_before_heads(path: Path, lines: Sequence[str]) -> None:
+    """Name what stands before the heads of columns in time, as loggers write it; a row of units is none of that.
+
+    Raises
+    ------
+    InputError : there is something.
+    """
+    before = list[tuple[int, list[str]]]()
+    for at, line in enumerate(lines[:MOST_BEFORE], start=1):
+        if any(_is_numbers(line.split(separator)) for separator in SEPARATORS):
+            break
+        if line.strip():
+            before.append((at, [cell.strip() for cell in line.split(separator_of(line))]))
+    else:
+        return
+    if len(before) < 2:
+        return
+    at, head = before[-1]
+    units = head[0].strip("[]() ").lower() in SECONDS
+    if len(head) > 1 and not units and not any(np.isfinite(number(cell)) for cell in head):
+        raise InputError(
+            f"the heads of the columns stand in line {at}: {', '.join(head)}",
+            where=f"{path}:1",
+            expected="the heads in the first line",
+            fix=f"Delete the lines before line {at}.",
+        )
+
+
+def _is_numbers(cells: Sequence[str]) -> bool:
+    return len(cells) > 1 and all(np.isfinite(number(cell)) for cell in cells if cell.strip())
 
 
 def read_lines(path: Path, where: str, kind: str) -> list[str]:

@@ -156,6 +156,12 @@ def test_records_are_read_and_integrated_once_as_long_as_their_files_stay(tmp_pa
     [
         ("time,acc", "0,001,3,2", "4 values; expected 2, as the head has names: time,acc. Write decimals with a point"),
         ("time,acc", "s,mm/s2", "Drop the row: units stand in the head, as in acc [m/s2]."),
+        (
+            "road 12\n\nDate;12.03.2026\nt [s];a [g]",
+            "0,5;1,5",
+            "road.csv:1: the heads of the columns stand in line 4: t [s], ",
+        ),
+        ("# by hand\ntime,acc", "0,1", "Delete the lines before line 2."),
         ("time acc", "0 1", "with commas, semicolons or tabs between the names, and nothing before it."),
         ("time;acc;", "0,5;1,5;", ""),
     ],
