@@ -22,8 +22,11 @@ from creak.errors import InputError, NumericalError, Unreliable
 from creak.model.units import UnitsName
 
 if TYPE_CHECKING:
+    from creak.api.result import Result
+    from creak.progress import Progress
     from creak.studies.converge.settling import Convergence
     from creak.studies.file.reader import Study
+    from creak.studies.run.checkpoint import Checkpoints
 
 QUICK = {"time.accuracy": "quick", "reference.run": "none"}
 """Changes of a first look."""
@@ -106,11 +109,9 @@ def run(
 
     Example: creak run door/door.toml --out door/results
     """
-    from creak.api.extras import missing_for_report, no_report_text
     from creak.api.study import run_setup, set_up
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
-    from creak.report.words.terminal import answer_lines
     from creak.studies.file.identity import STORE
     from creak.studies.findings.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints
@@ -158,31 +159,12 @@ def run(
                 runner=runner,
                 ignore=ignore,
             )
-            progress("write results", 0, 2)
-            page = None
-            try:
-                if not missing_for_report():
-                    page = result.page(animation_mb)
-                progress("write results", 1, 2)
-            finally:  # a page that cannot be drawn, or an interruption, does not cost the results
-                output.wrote(*result.save(folder, animation_mb, page))
-                if result.stopped is None:
-                    checkpoints.remove()
-            progress("write results", 2, 2)
+            page = _write(output, progress, result, checkpoints, animation_mb)
         list_unread(output, setup.model.unread)
         if (why := result.summary["unanswered"]) and not setup.no_contact:
             output.alarm(why)
         tell_notes(output, result.notes, told)
-        if missing_for_report():
-            output.warn(no_report_text())
-        if output.verbose:
-            _print_tables(output, result.summary)
-            if result.convergence is not None:
-                _print_convergence(output, result.convergence, result.summary)
-        for line in answer_lines(result.summary):
-            output.say(line)
-        output.say(f"wrote {folder}: {', '.join(path.name for path in output.written)}")
-        _tell_verdict(output, result.summary)
+        _tell(output, result, folder)
         if show and page is not None:
             typer.launch(str(folder / "report.html"))
         output.result({**result.summary, "written": [str(path) for path in output.written]})
@@ -190,6 +172,47 @@ def run(
         raise NumericalError(f"{result.stopped}. What was computed until then is in {folder}")
     if result.unreliable:
         raise Unreliable(f"{'; '.join(result.unreliable)}. The results are in {folder}")
+
+
+def _write(
+    output: Output, progress: Progress, result: Result, checkpoints: Checkpoints, animation_mb: float
+) -> str | None:
+    """Write results and page beside the checkpoints, which go; the page, where it can be drawn. Its failure, or an
+    interruption, costs no results."""
+    from creak.api.extras import missing_for_report
+
+    progress("write results", 0, 2)
+    page = None
+    try:
+        if not missing_for_report():
+            page = result.page(animation_mb)
+        progress("write results", 1, 2)
+    finally:
+        output.wrote(*result.save(checkpoints.folder, animation_mb, page))
+        if result.stopped is None:
+            checkpoints.remove()
+    progress("write results", 2, 2)
+    return page
+
+
+def _tell(output: Output, result: Result, folder: Path) -> None:
+    """Tables where they are asked for, the answer, what was written, and the verdict."""
+    from creak.api.extras import missing_for_report, no_report_text
+    from creak.report.words.terminal import answer_lines
+    from creak.report.words.verdict import verdict_line
+    from creak.studies.run.compared import main_of
+
+    if missing_for_report():
+        output.warn(no_report_text())
+    if output.verbose:
+        _print_tables(output, result.summary)
+        if result.convergence is not None:
+            _print_convergence(output, result.convergence, result.summary)
+    for line in answer_lines(result.summary):
+        output.say(line)
+    output.say(f"wrote {folder}: {', '.join(path.name for path in output.written)}")
+    if said := verdict_line(main_of(result.summary)):
+        output.say(f"verdict: {said}")
 
 
 def changed_study(study_file: Path, changes: list[str]) -> Study:
@@ -247,15 +270,6 @@ def _print_tables(output: Output, summary: dict[str, Any]) -> None:
         output.say(f"E-lines: {eline_words(summary['elines'])}")
     for text in [*cause_lines(summary), *limit_words(summary["limits"])]:
         output.say(text)
-
-
-def _tell_verdict(output: Output, summary: dict[str, Any]) -> None:
-    """The last line: how far the answer can be trusted."""
-    from creak.report.words.verdict import verdict_line
-    from creak.studies.run.compared import main_of
-
-    if said := verdict_line(main_of(summary)):
-        output.say(f"verdict: {said}")
 
 
 def _print_convergence(output: Output, convergence: Convergence, summary: dict[str, Any]) -> None:
