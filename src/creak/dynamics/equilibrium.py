@@ -106,7 +106,19 @@ def equilibrium(system: System, stiffness: Factor, gaps: GapOperator, f: FloatAr
     work = float((force - some.resting) @ np.asarray(on.rows @ q))
     residual, error, strain = _checked(system, q, s, f, push, work)
     springs = float(contact_energy(gaps.laws, gap))
-    return Equilibrium(q, s, gap, whole, held, count, residual, error, strain, springs, free)
+    return Equilibrium(
+        q=q,
+        support=s,
+        gap=gap,
+        force=whole,
+        held=held,
+        increments=count,
+        residual=residual,
+        energy_error=error,
+        strain=strain,
+        contact=springs,
+        free=free,
+    )
 
 
 def _compliance(on: ChannelMatrices, stiffness: Factor) -> FloatArray:

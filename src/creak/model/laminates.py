@@ -128,7 +128,18 @@ def _of_plies(name: str, layup: Layup) -> GeneralShell:
     share = density * np.diff(z) / mass if mass > 0.0 else np.diff(z) / total
     alpha, beta = (float(share @ np.array([getattr(p.material, key) for p in plies])) for key in ("alpha", "beta"))
     middle = GeneralShell(
-        name, A, B, D, _shear_stiffness(z, Q, G, A, B, D), mass, moment, inertia, total, 0.0, alpha, beta
+        name=name,
+        A=A,
+        B=B,
+        D=D,
+        S=_shear_stiffness(z, Q, G, A, B, D),
+        mass=mass,
+        first_moment=moment,
+        rotary_inertia=inertia,
+        thickness=total,
+        offset=0.0,
+        alpha=alpha,
+        beta=beta,
     )
     middle = replace(middle, expansion=_expansion(plies, z))
     return replace(shifted(middle, offset), plies=plies, bottom=z0, made_of=layup)
@@ -145,7 +156,20 @@ def _of_moduli(name: str, m: Moduli) -> GeneralShell:
     if heat is not None and m.coupling is not None:
         heat = replace(heat, moment=-t * t * sheet_stress(m.coupling))
     mass, rotary = base.density * t, base.density * t**3 / 12.0 if m.turns else 0.0
-    made = GeneralShell(name, A, B, D, S, mass, 0.0, rotary, t, 0.0, base.alpha, base.beta)
+    made = GeneralShell(
+        name=name,
+        A=A,
+        B=B,
+        D=D,
+        S=S,
+        mass=mass,
+        first_moment=0.0,
+        rotary_inertia=rotary,
+        thickness=t,
+        offset=0.0,
+        alpha=base.alpha,
+        beta=base.beta,
+    )
     return replace(made, expansion=heat, made_of=m)
 
 
@@ -188,18 +212,18 @@ def shifted(shell: GeneralShell, height: float) -> GeneralShell:
     """
     h, m, heat = height, shell.mass, shell.expansion
     return GeneralShell(
-        shell.name,
-        shell.A,
-        shell.B + h * shell.A,
-        shell.D + 2.0 * h * shell.B + h * h * shell.A,
-        shell.S,
-        m,
-        shell.first_moment + h * m,
-        shell.rotary_inertia + 2.0 * h * shell.first_moment + h * h * m,
-        shell.thickness,
-        shell.offset + h,
-        shell.alpha,
-        shell.beta,
+        name=shell.name,
+        A=shell.A,
+        B=shell.B + h * shell.A,
+        D=shell.D + 2.0 * h * shell.B + h * h * shell.A,
+        S=shell.S,
+        mass=m,
+        first_moment=shell.first_moment + h * m,
+        rotary_inertia=shell.rotary_inertia + 2.0 * h * shell.first_moment + h * h * m,
+        thickness=shell.thickness,
+        offset=shell.offset + h,
+        alpha=shell.alpha,
+        beta=shell.beta,
         expansion=None if heat is None else replace(heat, moment=heat.moment + h * heat.force),
         area_mass=shell.area_mass,
     )

@@ -82,19 +82,19 @@ def read_histories(path: Path, run: str | None = None) -> Histories:
         group = file["runs"][run]
         names_of_nodes, channels = (tuple(map(str, group[key].asstr()[()])) for key in ("node_names", "channels"))
         found = Histories(
-            run,
-            file.attrs["units"],
-            group["time"][()],
-            group["node_ids"][()],
-            names_of_nodes,
-            group["displacement"][()],
-            channels,
-            group["channel_nodes"][()],
-            group["gap"][()],
-            group["normal_force"][()],
-            group["peak_force"][()],
-            str(file.attrs.get("title", "")),
-            _lines(group["elines"]) if "elines" in group else None,
+            run=run,
+            units=file.attrs["units"],
+            time=group["time"][()],
+            node_ids=group["node_ids"][()],
+            node_names=names_of_nodes,
+            displacement=group["displacement"][()],
+            channels=channels,
+            channel_nodes=group["channel_nodes"][()],
+            gap=group["gap"][()],
+            normal_force=group["normal_force"][()],
+            peak_force=group["peak_force"][()],
+            title=str(file.attrs.get("title", "")),
+            elines=_lines(group["elines"]) if "elines" in group else None,
         )
         _check(found)
         return found

@@ -83,16 +83,16 @@ def uff_modes(path: Path, sets: list[DataSet]) -> MeasuredModes:
     at = read_points(sets, path, notes)
     places, turned = (np.stack([f(node) for node in nodes]) for f in (at.place, at.axes))
     return MeasuredModes(
-        path,
-        frequencies[order],
-        np.array([m.damping for m in modes])[order],
-        values[order][:, rows, axes].T,
-        tuple(str(nodes[r]) for r in rows),
-        places[rows],
-        turned[rows, axes],
-        None if at.units is None else at.units[0],
-        at.lines,
-        tuple(dict.fromkeys(notes)),
+        path=path,
+        frequencies=frequencies[order],
+        damping=np.array([m.damping for m in modes])[order],
+        shapes=values[order][:, rows, axes].T,
+        sensors=tuple(str(nodes[r]) for r in rows),
+        points=places[rows],
+        directions=turned[rows, axes],
+        per_metre=None if at.units is None else at.units[0],
+        lines=at.lines,
+        notes=tuple(dict.fromkeys(notes)),
     )
 
 

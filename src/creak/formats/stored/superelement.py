@@ -107,18 +107,18 @@ def read_where_it_fits(
 def _whole(file: h5py.File) -> SavedSuperelement:
     names = [k for k in ("K", "M", "M_alone", "C") if k in file]
     saved = SavedSuperelement(
-        str(file.attrs["name"]),
-        _text(file, "made_from"),
-        {k: _get(file, k) for k in names},
-        _get(file, "P"),
-        _array(file, "omega2", 1, "f"),
-        _modes(file),
-        float(file.attrs["first_left_out"]),
-        _array(file, "node_ids", 1, "iu"),
-        _array(file, "dofs", 1, "iu"),
-        _text(file, "about"),
-        _array(file, "static_at", 1, "iu"),
-        _array(file, "static_rows", 2, "f"),
+        name=str(file.attrs["name"]),
+        made_from=_text(file, "made_from"),
+        matrices={k: _get(file, k) for k in names},
+        shape=_get(file, "P"),
+        omega2=_array(file, "omega2", 1, "f"),
+        modes=_modes(file),
+        first_left_out=float(file.attrs["first_left_out"]),
+        node_ids=_array(file, "node_ids", 1, "iu"),
+        dofs=_array(file, "dofs", 1, "iu"),
+        about=_text(file, "about"),
+        static_at=_array(file, "static_at", 1, "iu"),
+        static_rows=_array(file, "static_rows", 2, "f"),
     )
     _check(saved)
     return saved

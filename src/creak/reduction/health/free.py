@@ -60,7 +60,18 @@ def free_modes(
     try:
         small = modes(reduced.K, reduced.M, count=wanted, free=True)
     except NumericalError:
-        return FreeModes((), (), (), (), -1, 0, 0.0, 0.0, False, False), first_left_out(reduced, inside)
+        return FreeModes(
+            full=(),
+            reduced=(),
+            error=(),
+            estimate=(),
+            rigid_full=-1,
+            rigid_reduced=0,
+            usable=0.0,
+            usable_tight=0.0,
+            at_least=False,
+            definite=False,
+        ), first_left_out(reduced, inside)
     rigid = _rigid_count(small.omega2)
     omega2 = small.omega2[rigid:]
     error, cut = _estimates(full, reduced, inside, small.shapes[:, rigid:], omega2, count, progress)
@@ -70,16 +81,16 @@ def free_modes(
     same = hertz(small.omega2[max(rigid_full, 0) :])[: exact.size]
     exact = exact[: same.size]
     return FreeModes(
-        floats(exact),
-        floats(f[: error.size]),
-        floats(same / exact - 1.0),
-        floats(error),
-        rigid_full,
-        rigid,
-        _usable(f, error, GOOD, cut, more),
-        _usable(f, error, VERY_GOOD, cut, more),
-        more and bool((error <= GOOD).all()),
-        True,
+        full=floats(exact),
+        reduced=floats(f[: error.size]),
+        error=floats(same / exact - 1.0),
+        estimate=floats(error),
+        rigid_full=rigid_full,
+        rigid_reduced=rigid,
+        usable=_usable(f, error, GOOD, cut, more),
+        usable_tight=_usable(f, error, VERY_GOOD, cut, more),
+        at_least=more and bool((error <= GOOD).all()),
+        definite=True,
     ), cut
 
 

@@ -115,16 +115,16 @@ def health(
     fixed = fixed_modes(full, reduced, inside, motions, cut, count)
     n = reduced.stats
     return Health(
-        full.name,
-        n.retained,
-        n.modes,
-        n.internal,
-        rigid,
-        energy,
-        fixed,
-        free,
-        f_excitation,
-        findings(rigid, energy, fixed, free, f_excitation),
+        name=full.name,
+        retained=n.retained,
+        modes=n.modes,
+        internal=n.internal,
+        rigid=rigid,
+        energy=energy,
+        fixed=fixed,
+        free=free,
+        f_excitation=f_excitation,
+        findings=findings(rigid, energy, fixed, free, f_excitation),
     )
 
 

@@ -111,23 +111,23 @@ def _row(
     xyz = ", ".join(number(float(x), 3) for x in model.nodes.coords[place.node_idx])
     detail = f"{plural(int(place.nodes_idx.size), 'node')}; x, y, z = {xyz} {units.length}"
     return PlaceRow(
-        place.number,
-        f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
-        detail,
-        _count(place, told),
-        number(place.force, 3) if place.events else "–",
-        number(place.speed, 3) if place.events else "–",
-        (number(told["n5"], 3), number(told["n_max"], 3)),
-        "; ".join(number(told.get(key), 2) for key in ("sharpness", "roughness", "prominence")),
-        (
+        number=place.number,
+        where=f"{place.contact}, node {model.nodes.label(place.node_idx)}{f' of {part}' if part else ''}",
+        detail=detail,
+        count=_count(place, told),
+        force=number(place.force, 3) if place.events else "–",
+        speed=number(place.speed, 3) if place.events else "–",
+        heard=(number(told["n5"], 3), number(told["n_max"], 3)),
+        quality="; ".join(number(told.get(key), 2) for key in ("sharpness", "roughness", "prominence")),
+        settled=(
             _settled(told, "force"),
             ", ".join(x for x in (_added(told), _of_ways(told), _settled(told, "n5"), _ties(told)) if x),
         ),
-        100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
-        [] if told["cause"] is None else with_minus(told["cause"]["words"]).split("; "),
-        [] if told["cause"] is None else [with_minus(text) for text in told["cause"].get("changes_words", [])],
-        audio,
-        _motion(place, motions),
+        bar=100.0 * (told["n5"] or 0.0) / loudest if loudest else 0.0,
+        cause=[] if told["cause"] is None else with_minus(told["cause"]["words"]).split("; "),
+        changes=[] if told["cause"] is None else [with_minus(text) for text in told["cause"].get("changes_words", [])],
+        audio=audio,
+        motion=_motion(place, motions),
     )
 
 

@@ -106,21 +106,23 @@ def answer(summary: Mapping[str, Any]) -> Answer:
     light, why = _light(summary, run, places)
     band = sound.get("band")
     return Answer(
-        light,
-        _headline(summary, places, seconds, before := earlier(summary, run)),
-        why,
-        tuple(limit_words(summary["limits"] or [])),
-        places,
-        _rate(summary, run, places, seconds),
-        _n5(sound, beside),
-        _n_max(sound, beside),
-        beside,
-        (sound["listener"] if sound.get("given") else "an ear off the loudest panel") if sound.get("listener") else "",
-        None if band is None else (band["low"], band["high"]),
-        computed_to(band),
-        _still(summary, run),
-        before,
-        _reached(summary, run),
+        light=light,
+        headline=_headline(summary, places, seconds, before := earlier(summary, run)),
+        why=why,
+        limits=tuple(limit_words(summary["limits"] or [])),
+        places=places,
+        rate=_rate(summary, run, places, seconds),
+        n5=_n5(sound, beside),
+        n_max=_n_max(sound, beside),
+        beside=beside,
+        listener=(sound["listener"] if sound.get("given") else "an ear off the loudest panel")
+        if sound.get("listener")
+        else "",
+        band=None if band is None else (band["low"], band["high"]),
+        computed=computed_to(band),
+        still=_still(summary, run),
+        before=before,
+        reached=_reached(summary, run),
     )
 
 
@@ -172,16 +174,16 @@ def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: f
     named = tail if hit and (tail := hit["channel"].rpartition(":")[2]).endswith(label) else label  # of an instance
     helps = cause.get("changes_words") or [""]
     return Place(
-        p["name"],
-        _does(p),
-        (p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
-        p.get("slip_rate") if p["friction"] == STICK_SLIP else None,
-        p["force"],
-        _n5(p, beside),
-        _n_max(p, beside),
-        "" if hit is None else f"node {named}, {number(hit['t_start'], 4)}\u00a0s",
-        cause.get("words", ""),
-        helps[0],
+        name=p["name"],
+        does=_does(p),
+        rate=(p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
+        squeak=p.get("slip_rate") if p["friction"] == STICK_SLIP else None,
+        force=p["force"],
+        n5=_n5(p, beside),
+        n_max=_n_max(p, beside),
+        hit="" if hit is None else f"node {named}, {number(hit['t_start'], 4)}\u00a0s",
+        cause=cause.get("words", ""),
+        helps=helps[0],
     )
 
 

@@ -217,7 +217,18 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
             most = SHARE * solves_for(kept.retained, kept.modes)
             beyond = beyond_cost(reference.system, one_share(setup.structure.modal), columns, (modes_end, band), most)
         sound = _sound(setup.model, METRES[c.model.units], band, option, modes_end, beyond)
-    return Facts(excitation, channels, found, options, cost, steps, end, gaps, taken, sound)
+    return Facts(
+        excitation=excitation,
+        channels=channels,
+        sizes=found,
+        options=options,
+        unreduced=cost,
+        steps=steps,
+        end=end,
+        gaps=gaps,
+        memory=taken,
+        sound=sound,
+    )
 
 
 def _without_the_whole(table: ReductionTable) -> ReductionTable:
@@ -260,17 +271,17 @@ def _options(
     for f_max, modes in counted.below.items():
         out.append(
             Option(
-                WHOLE,
-                f_max,
-                f_max / f,
-                rows,
-                modes,
-                modes + rows,
-                assembly_modes_s(counted, f_max, rows),
-                step.seconds(modes + rows),
-                0.0,
-                0.0,
-                measured(WHOLE, f_max / f),
+                method=WHOLE,
+                f_max=f_max,
+                multiple=f_max / f,
+                retained=rows,
+                modes=modes,
+                unknowns=modes + rows,
+                offline_s=assembly_modes_s(counted, f_max, rows),
+                step_s=step.seconds(modes + rows),
+                bound=0.0,
+                rule=0.0,
+                door=measured(WHOLE, f_max / f),
             )
         )
     return tuple(out)
@@ -279,18 +290,18 @@ def _options(
 def _by_parts(found: Sizes, f_max: float, f: float, step: ReducedStep, cube: float) -> Option:
     n = found.unknowns(f_max)
     return Option(
-        "craig-bampton",
-        f_max,
-        f_max / f,
-        sum(p.boundary for p in found.parts),
-        sum(p.modes.below[f_max] for p in found.parts),
-        n,
-        superelements_s(found.parts, f_max, n, cube),
-        step.seconds(n),
-        float(error_bound(np.array([f]), f_max)[0]),
-        rule_of_thumb(f_max / f),
-        measured("craig-bampton", f_max / f),
-        all(p.held for p in found.parts),
+        method="craig-bampton",
+        f_max=f_max,
+        multiple=f_max / f,
+        retained=sum(p.boundary for p in found.parts),
+        modes=sum(p.modes.below[f_max] for p in found.parts),
+        unknowns=n,
+        offline_s=superelements_s(found.parts, f_max, n, cube),
+        step_s=step.seconds(n),
+        bound=float(error_bound(np.array([f]), f_max)[0]),
+        rule=rule_of_thumb(f_max / f),
+        door=measured("craig-bampton", f_max / f),
+        possible=all(p.held for p in found.parts),
     )
 
 
@@ -331,16 +342,16 @@ def _steps(
         words = "coarser than any measured" if evidence is None else evidence.hht
         out.append(
             StepAdvice(
-                h,
-                n,
-                1.0 / (f * h),
-                period_error(scheme, angle),
-                numerical_damping(scheme, angle),
-                auto,
-                given,
-                n * step_s,
-                np.inf if cost is None else cost.run_s(n),
-                words,
+                step=h,
+                steps=n,
+                per_period=1.0 / (f * h),
+                period_error=period_error(scheme, angle),
+                damping=numerical_damping(scheme, angle),
+                automatic=auto,
+                fixed=given,
+                reduced_s=n * step_s,
+                unreduced_s=np.inf if cost is None else cost.run_s(n),
+                hht=words,
             )
         )
     progress("contact against the step", len(wanted), len(wanted))

@@ -84,20 +84,22 @@ def assess(
     new = {name: tuple(match.extra) for name, match in matches.items()}
     of_all = {name: {UNREDUCED: x} for name, x in _of_all(structure).items()}
     return Convergence(
-        model,
-        outcomes,
-        families,
-        window,
-        events,
-        new,
-        _totals(outcomes, families, told, {name: of_all.get(name, {}) | by_chance.get(name, {}) for name in WHOLE_RUN}),
-        samples,
-        FINER in outcomes,
-        chaotic,
-        notes,
-        _places(outcomes, families, told, of_all, places, hits),
-        structure,
-        places.band_ends,
+        model=model,
+        outcomes=outcomes,
+        families=families,
+        window=window,
+        events=events,
+        new=new,
+        totals=_totals(
+            outcomes, families, told, {name: of_all.get(name, {}) | by_chance.get(name, {}) for name in WHOLE_RUN}
+        ),
+        statistics=samples,
+        exact=FINER in outcomes,
+        chaotic=chaotic,
+        notes=notes,
+        places=_places(outcomes, families, told, of_all, places, hits),
+        structure=structure,
+        band_ends=places.band_ends,
         rubs=settled_rubs(outcomes, families, told, places.rub_names, hits, structure),
     )
 

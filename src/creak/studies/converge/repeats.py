@@ -309,16 +309,16 @@ def outcome_of(
     """What a run found."""
     h = run.history
     return Outcome(
-        repeat,
-        tuple(run.events),
-        float((h.weights @ h.force).sum()),
-        h.energy_created,
-        h.energy_dissipated_by_scheme,
-        h.time.size - 1,
-        float(h.time[-1]),
-        run.cost.wall_s,
-        run.stopped,
-        places,
-        run.modes,
-        rubs,
+        repeat=repeat,
+        events=tuple(run.events),
+        impulse=float((h.weights @ h.force).sum()),
+        energy_created=h.energy_created,
+        dissipated=h.energy_dissipated_by_scheme,
+        steps=h.time.size - 1,
+        end=float(h.time[-1]),
+        wall_s=run.cost.wall_s,
+        stopped=run.stopped,
+        places=places,
+        modes=run.modes,
+        rubs=rubs,
     )

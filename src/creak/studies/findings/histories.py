@@ -146,7 +146,18 @@ def followed(scope: Scope, run: Run | None, sound: Sound | str | None) -> Follow
     here = _Places(places, scope, ear, rub)
     names, rubs = tuple((p.contact, p.number) for p in rub), tuple(p.rub for p in rub)
     impulses = tuple(tuple(e.impulse for e in p.events) for p in every)
-    return Followed(base, here.figures, impulses, band, ways, scatter, ends, names, rubs, here.rubs)
+    return Followed(
+        base=base,
+        of=here.figures,
+        impulses=impulses,
+        band=band,
+        ways=ways,
+        scatter=scatter,
+        band_ends=ends,
+        rub_names=names,
+        rubs=rubs,
+        rubs_of=here.rubs,
+    )
 
 
 def _figures(place: Place, n5: float | None) -> dict[str, float]:

@@ -134,15 +134,15 @@ def _histories(main: Run, units: UnitsName, nodes: Nodes, watch: Watch, marching
     """Motion, gaps and forces of the run as results.h5 holds them."""
     record = record_of(main, nodes, watch, marching)
     return Histories(
-        main.name,
-        units,
-        record.time,
-        record.node_ids,
-        tuple(record.node_names),
-        record.displacement,
-        tuple(record.channels),
-        record.channel_nodes,
-        record.gap,
-        record.normal_force,
-        record.peak_force,
+        run=main.name,
+        units=units,
+        time=record.time,
+        node_ids=record.node_ids,
+        node_names=tuple(record.node_names),
+        displacement=record.displacement,
+        channels=tuple(record.channels),
+        channel_nodes=record.channel_nodes,
+        gap=record.gap,
+        normal_force=record.normal_force,
+        peak_force=record.peak_force,
     )

@@ -180,17 +180,17 @@ def structure_modes(
         system, found.shapes, _carriers(parts, model), model.nodes, np.asarray(about, dtype=np.float64)
     )
     return DeckModes(
-        found.frequencies.tolist(),
-        float(effective.rigid_mass[0, 0]),
-        int((found.omega2 == 0.0).sum()),
-        found.residual,
-        found.sturm_ok,
-        effective,
-        model,
-        system,
-        found.shapes,
-        structure,
-        prestress,
+        frequencies=found.frequencies.tolist(),
+        mass=float(effective.rigid_mass[0, 0]),
+        rigid=int((found.omega2 == 0.0).sum()),
+        residual=found.residual,
+        sturm_ok=found.sturm_ok,
+        effective=effective,
+        model=model,
+        system=system,
+        shapes=found.shapes,
+        structure=structure,
+        prestress=prestress,
     )
 
 

@@ -184,17 +184,17 @@ def opposite(model: Model, skin: Skin, other: Skin, distance: float, tied: BoolA
     excused = np.where(edge, half, np.where(np.isfinite(thin), thin, 0.0)) + SLIVER * size
     unsure = edge & ~other.solid[facet] & ((np.abs(lean) < LEANS) | through)
     met = Met(
-        rows,
-        np.full(rows.size, side),
-        kind,
-        facet,
-        other.element[facet],
-        point,
-        toward,
-        gap,
-        apart,
-        excused,
-        unsure,
+        nodes=rows,
+        side=np.full(rows.size, side),
+        kind=kind,
+        facet=facet,
+        element=other.element[facet],
+        point=point,
+        toward=toward,
+        gap=gap,
+        apart=apart,
+        excused=excused,
+        unsure=unsure,
     )
     return met.where((kind < 3) & (gap <= distance))
 

@@ -139,22 +139,22 @@ def propose(
     held = held_dofs(model)
     drive = _drive(model, held, contacts)
     return Proposal(
-        system,
-        guess,
-        distance,
-        contacts,
-        None if contacts else closest_parts(model),
-        _held_sets(model, held),
-        int(supported_nodes(model.constraints, model.fixed).size),
-        drive,
-        "" if drive is not None else _undriven(model, held),
-        _pairs(model),
-        _outputs(model),
-        joints_of(model),
-        tuple(Warned(said) for said in near_beams(model, skins, distance, system.words[0])),
-        tuple(contact_flaw(said) for said in flaws),
-        tuple(apart),
-        model.stops,
+        units=system,
+        guess=guess,
+        distance=distance,
+        contacts=contacts,
+        closest=None if contacts else closest_parts(model),
+        held=_held_sets(model, held),
+        n_held=int(supported_nodes(model.constraints, model.fixed).size),
+        drive=drive,
+        undriven="" if drive is not None else _undriven(model, held),
+        pairs=_pairs(model),
+        outputs=_outputs(model),
+        joints=joints_of(model),
+        beams=tuple(Warned(said) for said in near_beams(model, skins, distance, system.words[0])),
+        flaws=tuple(contact_flaw(said) for said in flaws),
+        apart=tuple(apart),
+        stops=model.stops,
     )
 
 

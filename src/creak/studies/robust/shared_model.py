@@ -194,7 +194,19 @@ def shared_model(
     linear = own_linear(system, gaps, dropped.silent, setup.loads, window)
     silent = unhindered(OutputRequest(NOTHING, every))
     notes = [*reduced.notes, *notes]
-    return SharedModel(before, reference, gaps, system, base, silent, window, linear, tuple(notes), lowest, plain)
+    return SharedModel(
+        setup=before,
+        reference=reference,
+        gaps=gaps,
+        system=system,
+        base=base,
+        silent=silent,
+        window=window,
+        linear=linear,
+        notes=tuple(notes),
+        lowest=lowest,
+        plain=plain,
+    )
 
 
 def foretold(model: SharedModel, channels: GapOperator, total: int) -> Iterator[tuple[int, FloatArray]]:

@@ -95,7 +95,18 @@ def plate_heard(push: Push, listener: Listener, metre: float) -> PlateHeard:
     cosine = np.einsum("nx,nx->n", to, push.normal) / far
     sine, share = np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), float(area.sum()) / whole if whole else 1.0
     side = np.where(cosine < 0.0, -1.0, 1.0)
-    found = PlateHeard(push, spread, share, away, middle, listener.head, sine, far, side, way)
+    found = PlateHeard(
+        push=push,
+        spread=spread,
+        share=share,
+        away=away,
+        middle=middle,
+        head=listener.head,
+        sine=sine,
+        far=far,
+        side=side,
+        way=way,
+    )
     return found if share >= WHOLE and not listener.rims else _by_faces(found, own, listener, metre)
 
 

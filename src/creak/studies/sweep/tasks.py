@@ -68,17 +68,17 @@ def tasks_of(
         reference = None if case.reference_key is None else out / "references" / f"{case.reference_key}.npz"
         hashes = {"study_hash": case.study_hash, "deck_hash": case.deck_hash}
         tasks[case.name] = Task(
-            case.name,
-            case.id,
-            study,
-            out / case.folder_name,
-            out / "superelements",
-            reference,
-            hashes,
-            version(),
-            tuple(ignore),
-            write,
-            case.converge,
+            name=case.name,
+            id=case.id,
+            study=study,
+            folder=out / case.folder_name,
+            superelements=out / "superelements",
+            reference=reference,
+            hashes=hashes,
+            creak=version(),
+            ignore=tuple(ignore),
+            write=write,
+            converge=case.converge,
         )
     return tasks
 

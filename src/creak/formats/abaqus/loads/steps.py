@@ -250,20 +250,20 @@ def _dynamic(
     check_global(moved, transforms)
     loads = along_global_axes(loads, transforms)
     return DynamicStep(
-        step.block.get("NAME") or str(row + 1),
-        step.block.where,
-        increment,
-        period,
-        block.has("DIRECT"),
-        alpha,
-        application,
-        ramped,
-        fixed,
-        moved,
-        loads,
-        _output_sets(step, nodes),
-        {"time": where, "dynamic": block.where},
-        modes,
+        name=step.block.get("NAME") or str(row + 1),
+        where=step.block.where,
+        increment=increment,
+        period=period,
+        direct=block.has("DIRECT"),
+        alpha=alpha,
+        application=application,
+        ramped=ramped,
+        fixed=fixed,
+        moved=moved,
+        loads=loads,
+        output_sets=_output_sets(step, nodes),
+        places={"time": where, "dynamic": block.where},
+        modes=modes,
     )
 
 
