@@ -31,7 +31,7 @@ from creak.contact.pair import (
 from creak.contact.search import Projection, project_along, project_closest
 from creak.contact.secondary import SecondaryNodes, nodes_of
 from creak.errors import InputError
-from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
+from creak.model.dofs import ROTATIONS, TRANSLATIONS, dof_labels, node_dofs
 from creak.model.mesh import Model
 
 ANOTHER = 0.5
@@ -71,7 +71,7 @@ def node_to_surface(model: Model, pair: ContactPair, keep: Keep | None = None) -
     depends_on.append(np.zeros(0) if given is None else given)
     walls = searched(keep, depends_on, lambda: _searched(points, outward, secondary, main, given, limit))
     if pair.per_area:
-        walls = [(rows, replace(c, scale=_areas(model, pair, c.nodes_idx))) for rows, c in walls]
+        walls = [(rows, replace(c, scale=_areas(model, pair, rows, c.nodes_idx))) for rows, c in walls]
     return channels_of_walls(model, pair, walls, limit)
 
 
@@ -197,8 +197,13 @@ def overhang(model: Model, pair: ContactPair, operator: GapOperator) -> tuple[In
     return left, left.size + np.unique(operator.nodes_idx).size
 
 
-def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
-    """(n,) area of the secondary surface that belongs to each node: an equal share of every facet around it.
+def _areas(model: Model, pair: ContactPair, rows: ChannelRows, nodes: IntArray) -> FloatArray:
+    """(n,) area of the secondary surface that belongs to each channel: an equal share of every facet around its node
+    that looks at the wall, as the other faces of a solid at its edges do not. Of a node without any, it is that of all.
+
+    Parameters
+    ----------
+    rows : of the channels, their nodes (n,).
 
     Raises
     ------
@@ -212,12 +217,19 @@ def _areas(model: Model, pair: ContactPair, nodes: IntArray) -> FloatArray:
             fix="Give one, or leave out per_area.",
         )
     facets = facets_of(model, pair.secondary, where=f"{pair.where} secondary")
-    area = np.linalg.norm(facets.area_normals, axis=1) / np.where(facets.is_triangle, 3.0, 4.0)
-    corners = np.where(facets.is_triangle, 3, 4)[:, None] > np.arange(4)
-    share = np.bincount(
-        facets.nodes[corners], np.broadcast_to(area[:, None], corners.shape)[corners], model.nodes.count
-    )
-    return np.asarray(share[nodes])
+    size = np.linalg.norm(facets.area_normals, axis=1) / np.where(facets.is_triangle, 3.0, 4.0)
+    node = np.where(np.where(facets.is_triangle, 3, 4)[:, None] > np.arange(4), facets.nodes, -1)
+    normal = np.zeros((nodes.size, 3))
+    for x, dof in enumerate(TRANSLATIONS):
+        own = rows.label == dof_labels(nodes[rows.channel], np.array(dof))
+        normal[rows.channel[own], x] = rows.normal[own]
+    order = np.argsort(node.ravel(), kind="stable")
+    first, last = (np.searchsorted(node.ravel(), nodes, side, order) for side in ("left", "right"))
+    channel = np.repeat(np.arange(nodes.size), last - first)
+    facet = order[np.arange(channel.size) - np.repeat(np.cumsum(last - first) - last, last - first)] // 4
+    looks = looks_along(facets, facet, -normal[channel], EDGE_ON)
+    facing, every = (np.bincount(channel, size[facet] * x, nodes.size) for x in (looks, np.ones(looks.size)))
+    return np.asarray(np.where(facing > 0.0, facing, every), dtype=np.float64)
 
 
 def _subset(meet: Projection, keep: IntArray) -> Projection:

@@ -11,6 +11,7 @@ from creak.contact.pair import ContactPair
 from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
+from creak.model.contact_law import ContactLaw
 from creak.model.materials import BeamSection, SolidSection
 from creak.model.mesh import Model, Surface
 from creak.model.solid_faces import FACES, faces_of, volumes
@@ -72,6 +73,19 @@ def test_part_of_a_body_leaves_its_cut_faces_out():
     model = model_of(x, [block("hex8", elements, SOLID)], element_sets={"LAYER": np.column_stack([0 * low, low])})
     facets = facets_of(model, "LAYER", where="")
     assert np.linalg.norm(facets.area_normals, axis=1).sum() == pytest.approx(0.06 + 2 * 0.05 * 0.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", ["hex8", "hex20", "tet10", "wedge6"])
+def test_area_of_a_node_is_that_of_the_faces_that_look_at_the_other_side(kind):
+    """A set of solids has all of its free faces; at its edges only the lower ones meet the block below."""
+    rotation = random_rotation(4)
+    model = blocks_apart(0.01, ("hex8", kind), rotation, rim=0.02)
+    law = ContactLaw(stiffness=7.0, where="[contact.stack]")
+    pair = ContactPair(name="stack", secondary="TOP", main="LOW", law=law, per_area=True)
+    operator, _ = node_to_surface(model, pair)
+    below = (model.nodes.coords @ rotation)[operator.nodes_idx, 2] < SIZE[2] + 0.02
+    assert operator.stiffness[below].sum() == pytest.approx(7.0 * 0.26 * 0.16, rel=1e-12)
+    assert (operator.stiffness > 0.0).all()
 
 
 def test_normals_are_not_averaged_round_the_edges_of_a_block():

@@ -56,7 +56,7 @@ class ContactTable(Table):
     "hard"."""
     per_area: bool = False
     """node-to-surface: stiffness, overclosure and damping as surface-to-surface takes them, times the area of the
-    secondary surface that belongs to each node."""
+    secondary surface that belongs to each node: of the faces around it, those that look at the main surface."""
     clearance: Finite | str | None = None
     """length; replaces the geometric gap. A string names a CSV file, header node,clearance."""
     normal: tuple[Finite, Finite, Finite] | None = None
