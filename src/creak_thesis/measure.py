@@ -152,15 +152,15 @@ def _load_outcome(case: Case, bay: Bay, load: str, run: Run) -> tuple[FloatArray
     history = run.history
     mean_square = np.sqrt((np.abs(spectra) ** 2).mean(axis=1))
     return freq, LoadOutcome(
-        run.cost.cpu_s,
-        run.cost.wall_s,
-        history.time.size - 1,
-        history.contact_steps,
-        history.energy_created,
-        rows,
-        pairs,
-        fit,
-        [[float(f"{x:.4g}") for x in row] for row in mean_square.tolist()],
+        cpu_s=run.cost.cpu_s,
+        wall_s=run.cost.wall_s,
+        steps=history.time.size - 1,
+        contact_steps=history.contact_steps,
+        energy_created=history.energy_created,
+        events=rows,
+        pairs=pairs,
+        nrmse=fit,
+        spectra=[[float(f"{x:.4g}") for x in row] for row in mean_square.tolist()],
     )
 
 

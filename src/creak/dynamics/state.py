@@ -127,7 +127,7 @@ class LinearTerms:
         pull = contact - Cv - Ku
         pull[self.driven] += now.load - now.inertia
         a = (1.0 - scheme.alpha_m) * solver.solve(pull)
-        return State(u, v, a, Ku, Kv, np.asarray(K @ a), Mv, np.asarray(M @ a), Cv)
+        return State(u=u, v=v, a=a, Ku=Ku, Kv=Kv, Ka=np.asarray(K @ a), Mv=Mv, Ma=np.asarray(M @ a), Cv=Cv)
 
     def inside_at_rest(self, order: int) -> FloatArray:
         """Coordinates that hold the inside of reduced parts at rest while the supports start with s or s'.
@@ -189,7 +189,7 @@ class LinearTerms:
             Ma = np.asarray(M @ a)
         to_motion, moved = (scheme.beta * h * h, scheme.gamma * h), (half.u, half.v, half.Ku, half.Kv, half.Mv)
         Ma, Cv = correct(moved, (a, Ka, Ma), to_motion, (c_M, c_K), (d.alpha, d.beta))
-        x = State(half.u, half.v, a, half.Ku, half.Kv, Ka, half.Mv, Ma, Cv)
+        x = State(u=half.u, v=half.v, a=a, Ku=half.Ku, Kv=half.Kv, Ka=Ka, Mv=half.Mv, Ma=Ma, Cv=Cv)
         if fresh:
             x.Ku, x.Kv, x.Mv = np.asarray(K @ x.u), np.asarray(K @ x.v), np.asarray(M @ x.v)
             x.Cv = self.damped(x.v, x.Mv, x.Kv)

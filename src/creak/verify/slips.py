@@ -153,15 +153,15 @@ def find_squeaks(history: History, gaps: GapOperator, window: tuple[float, float
             continue
         speed = np.hypot(history.sliding[:, 2 * i], history.sliding[:, 2 * i + 1])
         found[gaps.group[j]] = Squeak(
-            gaps.group[j],
-            gaps.names[j],
-            int(gaps.nodes_idx[j]),
-            len(slips),
-            float((weights * speed)[inside & (history.force[:, j] > 0.0)].sum()),
-            sum(s.length for s in slips) / len(slips),
-            max(s.drop for s in slips),
-            energy,
-            len(slips) / (window[1] - window[0]),
+            group=gaps.group[j],
+            channel=gaps.names[j],
+            node_idx=int(gaps.nodes_idx[j]),
+            slips=len(slips),
+            travel=float((weights * speed)[inside & (history.force[:, j] > 0.0)].sum()),
+            slip_length=sum(s.length for s in slips) / len(slips),
+            force_drop=max(s.drop for s in slips),
+            energy=energy,
+            rate=len(slips) / (window[1] - window[0]),
         )
     return list(found.values())
 
@@ -217,7 +217,19 @@ def slides_of(
             end = _at_rest(time, speed, last, max(last - 1, 0), last + 1)
         stuck = stuck and start > time[0]  # what begins with the run begins from nothing that is known
         length, peak, work = float(w @ speed[rows]), float(speed[rows].max()), float(w @ power[rows])
-        found.append(Slide(channel, first, start, end, length, peak, work, drop, bool(stuck and sticks)))
+        found.append(
+            Slide(
+                channel=channel,
+                row=first,
+                start=start,
+                end=end,
+                length=length,
+                peak=peak,
+                work=work,
+                drop=drop,
+                between_sticks=bool(stuck and sticks),
+            )
+        )
     least = max(SHALLOW * depth, DUST * max((s.length for s in found), default=0.0))
     return [s for s in found if s.length > least]
 

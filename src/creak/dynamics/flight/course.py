@@ -153,7 +153,7 @@ class Course:
         moved, rate, bend = weights @ self._basis.T
         Ku, Kv, Ka = weights @ KB.T
         Mv, Ma = weights[1:, 1:] @ MB.T
-        return State(moved, rate, bend, Ku, Kv, Ka, Mv, Ma, self.terms.damped(rate, Mv, Kv))
+        return State(u=moved, v=rate, a=bend, Ku=Ku, Kv=Kv, Ka=Ka, Mv=Mv, Ma=Ma, Cv=self.terms.damped(rate, Mv, Kv))
 
     @cached_property
     def _with_products(self) -> tuple[FloatArray, FloatArray]:

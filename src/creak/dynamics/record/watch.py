@@ -131,7 +131,17 @@ class Watch:
     def extremes(self) -> Extremes:
         """All that was seen so far."""
         w, s = self._watched, self.state
-        return Extremes(s.slip, s.slip_at, w.silent.names, s.gap, s.gap_at, s.least, w.turn_names, s.turn, s.turn_at)
+        return Extremes(
+            slip=s.slip,
+            slip_at=s.slip_at,
+            silent=w.silent.names,
+            gap=s.gap,
+            gap_at=s.gap_at,
+            least=s.least,
+            turn_names=w.turn_names,
+            turn=s.turn,
+            turn_at=s.turn_at,
+        )
 
 
 def _raise_to(most: FloatArray, at: FloatArray, values: FloatArray, time: FloatArray) -> None:

@@ -53,7 +53,15 @@ def _shape() -> Shape:
     tying = shear_tying(_shear_space, full.points, sampled, conditions)
     tied = reference(sampled, np.zeros(17))
     return Shape(
-        4, reference(NODES, np.zeros(8)), full, few, spread, _bubble(full.points), tied, _bubble(sampled)[:, 0], tying
+        n_corner=4,
+        nodes=reference(NODES, np.zeros(8)),
+        full=full,
+        few=few,
+        spread=spread,
+        bubble=_bubble(full.points),
+        tied=tied,
+        tied_bubble=_bubble(sampled)[:, 0],
+        tying=tying,
     )
 
 

@@ -79,7 +79,15 @@ def _shape() -> Shape:
     tying = shear_tying(_shear_space, points, sampled, conditions)
     few, tied = reference(at, np.zeros(9)), reference(sampled, np.zeros(12))
     return Shape(
-        3, reference(NODES, np.zeros(6)), full, few, spread, _bubble(points), tied, _bubble(sampled)[:, 0], tying
+        n_corner=3,
+        nodes=reference(NODES, np.zeros(6)),
+        full=full,
+        few=few,
+        spread=spread,
+        bubble=_bubble(points),
+        tied=tied,
+        tied_bubble=_bubble(sampled)[:, 0],
+        tying=tying,
     )
 
 

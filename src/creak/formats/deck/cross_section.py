@@ -85,7 +85,17 @@ def composed(
     if torsion is None:
         torsion = sum(max(w, h) * min(w, h) ** 3 for _, _, w, h in parts) / 3.0
     at = (x, y) if shear_centre is None else shear_centre
-    return CrossSection(area, i11, i22, i12, torsion, (x, y), at, shear_factor, radius)
+    return CrossSection(
+        area=area,
+        i11=i11,
+        i22=i22,
+        i12=i12,
+        torsion=torsion,
+        centroid=(x, y),
+        shear_centre=at,
+        shear_factor=shear_factor,
+        radius=radius,
+    )
 
 
 def box(
@@ -129,7 +139,17 @@ def trapezoid(bottom: float, height: float, top: float, below: float, shear_fact
     centre = (0.0, height * (bottom + 2.0 * top) / (3.0 * both) - below)
     torsion = trapezoid_torsion(bottom, height, top)
     radius = 0.5 * min(0.5 * both, height)
-    return CrossSection(0.5 * both * height, i11, i22, 0.0, torsion, centre, centre, shear_factor, radius)
+    return CrossSection(
+        area=0.5 * both * height,
+        i11=i11,
+        i22=i22,
+        i12=0.0,
+        torsion=torsion,
+        centroid=centre,
+        shear_centre=centre,
+        shear_factor=shear_factor,
+        radius=radius,
+    )
 
 
 TERMS = 7

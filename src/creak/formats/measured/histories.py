@@ -170,7 +170,17 @@ def _functions(h: Histories) -> Iterator[Function]:
     for label, name, time, moved in _relative(h):
         for axis in range(3):
             title, line = f"{h.run} run: relative {AXES[axis].lower()} of {name}", name.partition(":")[0]
-            yield Function(title, label, axis + 1, DISPLACEMENT, "Relative motion", length, time, moved[:, axis], line)
+            yield Function(
+                title=title,
+                node=label,
+                direction=axis + 1,
+                kind=DISPLACEMENT,
+                label="Relative motion",
+                unit=length,
+                time=time,
+                values=moved[:, axis],
+                entity=line,
+            )
     for k, (label, name) in enumerate(zip(h.channel_nodes.tolist(), h.channels, strict=True)):
         title = f"{h.run} run: normal force of {name}"
         yield Function(title, label, 0, REACTION_FORCE, "Normal force", force, h.time, h.normal_force[:, k])

@@ -116,15 +116,15 @@ def _frf(
     if not some.any():
         raise InputError("a frequency response without a frequency above 0", where=f.where())
     return MeasuredFrf(
-        f.name,
-        f.where(),
-        channels[f.response],
-        channels[f.reference],
-        order,
-        x[some],
-        (1.0 if factor is None else factor) * values[some],
-        factor is not None,
-        None if coherence is None else _coherence(coherence, x)[some],
+        name=f.name,
+        where=f.where(),
+        response=channels[f.response],
+        reference=channels[f.reference],
+        order=order,
+        freq=x[some],
+        values=(1.0 if factor is None else factor) * values[some],
+        has_units=factor is not None,
+        coherence=None if coherence is None else _coherence(coherence, x)[some],
     )
 
 

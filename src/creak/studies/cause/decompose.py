@@ -145,15 +145,15 @@ def find_causes(
         support = loads.support[0, SAMPLES * step]
         found.append(
             Cause(
-                place.number,
-                channel,
-                float(history.time[row]),
-                float(gaps.gap0[channel]),
-                float(history.gap[row, channel]),
-                seen.frequencies,
-                seen.damping,
-                _with_supports(columns, seen, sources, support, channel),
-                seen.of_parts(reduction.structure.model, channel, q[step], support),
+                place=place.number,
+                channel=channel,
+                time=float(history.time[row]),
+                gap0=float(gaps.gap0[channel]),
+                gap=float(history.gap[row, channel]),
+                frequencies=seen.frequencies,
+                damping=seen.damping,
+                sources=_with_supports(columns, seen, sources, support, channel),
+                parts=seen.of_parts(reduction.structure.model, channel, q[step], support),
             )
         )
     return tuple(found)

@@ -243,7 +243,17 @@ def _outcomes(
     shared = Shared(progress)
 
     def failed(repeat: Repeat, error: CreakError) -> Outcome:
-        return Outcome(repeat, (), 0.0, 0.0, 0.0, 0, 0.0, 0.0, f"{repeat.name} was not run: {error}")
+        return Outcome(
+            repeat=repeat,
+            events=(),
+            impulse=0.0,
+            energy_created=0.0,
+            dissipated=0.0,
+            steps=0,
+            end=0.0,
+            wall_s=0.0,
+            stopped=f"{repeat.name} was not run: {error}",
+        )
 
     def made(repeat: Repeat) -> _Ready | Outcome:
         try:

@@ -121,15 +121,15 @@ def _settled(
     squeaks = any(friction[name].shares[1] > SETTLED for name in runs if name in friction)
     lasting = rubs[BASE].force is not None
     return RubSettling(
-        contact,
-        number,
-        {name: r.state for name, r in friction.items()},
-        figures,
-        tuple(name for name in figures if _decides(name, states, squeaks, lasting)),
-        tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting and f not in parted)),
-        tuple(parted),
-        lasting,
-        max((r.energy for r in friction.values()), default=0.0),
+        contact=contact,
+        number=number,
+        states={name: r.state for name, r in friction.items()},
+        figures=figures,
+        deciding=tuple(name for name in figures if _decides(name, states, squeaks, lasting)),
+        turned=tuple(f for f, (a, b) in pairs.items() if _turned(a, b, lasting and f not in parted)),
+        parted=tuple(parted),
+        lasting=lasting,
+        energy=max((r.energy for r in friction.values()), default=0.0),
     )
 
 

@@ -193,15 +193,15 @@ def _sound(sound: Sound) -> FoundSound:
         **of_base(SoundBase, sound),
         listeners=tuple(
             FoundListener(
-                x.name,
-                tuple(x.position.tolist()),
-                x.given,
-                x.parts,
-                compact,
-                heard,
-                () if x.looks is None else tuple(x.looks.tolist()),
-                x.ear,
-                background,
+                name=x.name,
+                position=tuple(x.position.tolist()),
+                given=x.given,
+                parts=x.parts,
+                compact=compact,
+                heard=heard,
+                faces=() if x.looks is None else tuple(x.looks.tolist()),
+                ear=x.ear,
+                background=background,
             )
             for x, compact, heard, background in every
         ),

@@ -140,15 +140,15 @@ class FoundRun(RunBase):
         """Forces and energy of the run; it holds neither gaps nor motion."""
         none = np.zeros((0, 0))
         return History(
-            self.time,
-            none,
-            self.force,
-            none,
-            np.zeros(0, dtype=np.int64),
-            none,
-            self.energy,
-            self.contact_steps,
-            self.setup_s,
+            time=self.time,
+            gap=none,
+            force=self.force,
+            slip=none,
+            output_index=np.zeros(0, dtype=np.int64),
+            displacement=none,
+            energy=self.energy,
+            contact_steps=self.contact_steps,
+            setup_s=self.setup_s,
             residual=self.residual,
         )
 

@@ -243,7 +243,18 @@ def _together(
     retained = sum(r.system.stats.retained for r in superelements)
     kept = sum(r.system.stats.modes for r in superelements)
     freed = sum(sub.freed for sub in cut.substructures)
-    return ReducedModel(tuple(superelements), cut.model, system, retained, kept, 0.0, 0.0, [], coupled, freed=freed)
+    return ReducedModel(
+        superelements=tuple(superelements),
+        model=cut.model,
+        system=system,
+        retained=retained,
+        modes=kept,
+        wall_s=0.0,
+        cpu_s=0.0,
+        notes=[],
+        coupled=coupled,
+        freed=freed,
+    )
 
 
 def with_more_modes(

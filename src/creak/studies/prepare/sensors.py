@@ -112,7 +112,17 @@ def locate(
     twins = np.where(by_place, twins, -1)
     name = model.nodes.label
     choices = (f"{name(a)} or {name(b)}" if b >= 0 else "" for a, b in zip(rows.tolist(), twins.tolist(), strict=True))
-    return Sensors(rows, shown, distance, tuple(how), scale, twins, tuple(choices), units, test_units)
+    return Sensors(
+        nodes_idx=rows,
+        points=shown,
+        distance=distance,
+        how=tuple(how),
+        scale=scale,
+        twins_idx=twins,
+        choices=tuple(choices),
+        units=units,
+        test_units=test_units,
+    )
 
 
 def read_sensor_map(path: Path | None, model: Model, measured: Measured) -> dict[str, int]:

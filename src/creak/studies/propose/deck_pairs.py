@@ -33,7 +33,19 @@ def deck_pairs(model: Model, progress: Progress, tools: Tools) -> list[Contact]:
         if pair.method == "surface-to-surface" and model.surfaces[pair.secondary].is_node_based:
             pair = replace(pair, method="node-to-surface")
         parts = (_part_of(model, pair.secondary), _part_of(model, pair.main))
-        c = Contact("", pair.secondary, pair.main, 0.0, "", 0, 0, 0, None, parts=parts, method=pair.method)
+        c = Contact(
+            name="",
+            secondary=pair.secondary,
+            main=pair.main,
+            gap=0.0,
+            place="",
+            near=0,
+            elements=0,
+            channels=0,
+            start=None,
+            parts=parts,
+            method=pair.method,
+        )
         c = replace(c, clearance=_clearance(model, pair), deck=PurePath(pair.where).name)
         try:
             table = contact_table(model, replace(pair, clearance=None), of.interactions[pair.interaction])

@@ -85,7 +85,17 @@ def plate_heard(push: Push, listener: Listener, metre: float) -> PlateHeard:
     """What contact pushes of a part, as a listener hears it; `spread` is 0 where it does not."""
     own, nothing = shells_of(listener, push.part), np.zeros(len(push.point))
     if not own.count:
-        return PlateHeard(push, 0.0, 0.0, 0.0, np.zeros(3), None, nothing, nothing, nothing)
+        return PlateHeard(
+            push=push,
+            spread=0.0,
+            share=0.0,
+            away=0.0,
+            middle=np.zeros(3),
+            head=None,
+            sine=nothing,
+            far=nothing,
+            side=nothing,
+        )
     area, whole = np.linalg.norm(own.areas, axis=1) * metre**2, float(push.part.areas.sum())
     offset = (own.centres - listener.position) * metre
     r = np.linalg.norm(offset, axis=1)

@@ -68,15 +68,15 @@ def read_shell_general_section(scope: Scope, block: Block, materials: Materials)
     thickness = math.sqrt(12.0 * float(np.trace(full[3:5, 3:5])) / float(np.trace(full[:2, :2])))
     mass = positive(block.get("DENSITY"), block.where, "DENSITY (mass per area) of the shell")
     plain = GeneralShell(
-        block.get("ELSET"),
-        full[:3, :3],
-        full[:3, 3:],
-        full[3:, 3:],
-        np.zeros((2, 2)),
-        mass,
-        0.0,
-        mass * thickness**2 / 12.0,
-        thickness,
+        name=block.get("ELSET"),
+        A=full[:3, :3],
+        B=full[:3, 3:],
+        D=full[3:, 3:],
+        S=np.zeros((2, 2)),
+        mass=mass,
+        first_moment=0.0,
+        rotary_inertia=mass * thickness**2 / 12.0,
+        thickness=thickness,
     )
     section = _with_shear(block, plain)
     if isinstance(section, ShellSection) or not section.S.any():
