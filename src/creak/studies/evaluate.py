@@ -149,7 +149,8 @@ def evaluate(
         notes.append(Warned(f"no sound: {sound}"))
     elif sound == COUPLED and places:
         notes.append(
-            f"no loudness of what touches, forces alone: {COUPLED} (dashpots, materials with their own damping)"
+            f"forces, but no loudness of what touches: {COUPLED.removeprefix('none: ')} (dashpots, materials with "
+            "their own damping)"
         )
     causes: dict[int, dict[str, Any]] = {}
     if told:

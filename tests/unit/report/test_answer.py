@@ -287,3 +287,11 @@ def test_of_a_run_that_stopped_before_what_is_counted_nothing_is_known():
     assert told[0].detail == told[2].detail == "the run stopped before what is counted"
     stopped["runs"]["reduced"]["end"] = 1.5
     assert tiles(answer(stopped), "")[0].value == "none"
+
+
+def test_loudness_that_is_not_computed_is_not_taken_for_silence():
+    coupled = {"missing": "none: damping couples the modes of the reduced model"}
+    loud = tiles(answer(summary([place(force=20.0)], sound=coupled)), "")[1]
+    assert (loud.value, loud.detail) == ("not computed", "damping couples the modes of the reduced model")
+    still = tiles(answer(summary(sound={"missing": "none: nothing touches in the window"})), "")[1]
+    assert (still.value, still.detail) == ("not heard", "nothing touches")

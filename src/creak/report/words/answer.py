@@ -93,6 +93,8 @@ class Answer:
     """What hit harder before the time that is counted; empty where nothing did."""
     reached: bool
     """Whether the run came to what is counted."""
+    unheard: str
+    """Why the loudness of what touches is not computed; empty: it is."""
 
 
 def answer(summary: Mapping[str, Any]) -> Answer:
@@ -123,6 +125,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
         still=_still(summary, run),
         before=before,
         reached=_reached(summary, run),
+        unheard=str(sound.get("missing") or "").removeprefix("none: ") if places else "",
     )
 
 
@@ -354,14 +357,20 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
         ),
         Tile(
             f"loudness{of_all}{ADDED}" if found.beside else f"loudness{of_all}, N5",
-            sones(found.n5) if found.n5 is not None else "not heard" if found.reached else UNKNOWN,
-            "; ".join(text for text in (loud, band_words(found), found.why) if text),
+            _loudness(found),
+            found.unheard or "; ".join(text for text in (loud, band_words(found), found.why) if text),
         ),
         Tile("events a second", number(found.rate, 2), f"{slips}at {plural(len(found.places), 'place')}")
         if found.reached
         else Tile("events a second", UNKNOWN, found.still),
         Tile("how sure", first or "not checked", trust[len(first) + 1 :].strip() and "why stands below"),
     ]
+
+
+def _loudness(found: Answer) -> str:
+    if found.n5 is not None:
+        return sones(found.n5)
+    return "not computed" if found.unheard else "not heard" if found.reached else UNKNOWN
 
 
 def _worst(places: Sequence[Place]) -> Place | None:
