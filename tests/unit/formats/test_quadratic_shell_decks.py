@@ -14,7 +14,8 @@ from creak.formats.decks import read_model
 from creak.formats.measured.uff import DESCRIPTORS, ORDER
 from creak.formats.nastran.writer import write_nastran
 from creak.formats.vtu import CELLS
-from creak.model.shell_facets import facets_of_shells
+from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
+from creak.model.solid_faces import FACES
 from creak.studies.models.deck_modes import deck_modes
 
 RECORDED = {"section": "decks"}
@@ -192,6 +193,11 @@ def test_quadratic_shells_go_to_nastran_and_back(kind, tmp_path):
     back = read_model(tmp_path / "b.bdf")
     assert [b.kind for b in back.blocks] == [b.kind for b in model.blocks]
     assert np.array_equal(back.blocks[0].nodes_idx, model.blocks[0].nodes_idx)
+
+
+def test_viewers_know_every_shape_that_has_faces():
+    """A kind without a cell would be drawn as a line."""
+    assert {*FACES, *SHELL_FACETS} <= CELLS.keys()
 
 
 def test_files_for_viewers_have_quadratic_cells():
