@@ -52,6 +52,11 @@ class Extremes:
     """(k,) largest rotation, rad."""
     turn_at: FloatArray
 
+    @property
+    def doubtful(self) -> IntArray:
+        """Which of the gaps without force are open as far as they were seen, and may have closed between the steps."""
+        return np.flatnonzero((self.least <= 0.0) & (self.gap > 0.0))
+
 
 class Watch:
     """Takes the motion of a run, some whole steps at a time, and keeps its extremes."""

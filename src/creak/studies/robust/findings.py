@@ -231,7 +231,7 @@ def _notes(draws: Draws) -> list[str]:
         notes.append(
             Warned(
                 f"in {left} of {states.size} runs a channel closed that the pre-check had left out: raise [precheck] "
-                "margin"
+                "margin, or set its enabled = false"
             )
         )
     if created:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -270,7 +270,7 @@ def march_draws(
             figures[places.index(event.group), 4] += event.t_end < model.window[0]
         inside = counted_instants(history.time, events, model.window)
         impulse[at] = history.weights[inside] @ history.force[inside]
-        closed = closes(dropped_of(history, model.linear.dropped[0]))
+        closed = closes(dropped_of(history, model.linear.dropped[0])) or _rung_shut(model, variant, history)
         state = LEFT_OUT if closed else CREATED if reasons_against(history) else 0.0
         known = _foretold(model, variant)
         if known is None and not history.force.any():
@@ -278,6 +278,22 @@ def march_draws(
         return Seen(state, figures, _slack(model, variant, places, known), impulse)
 
     return march_many(model.base, (variant_of(model, draw) for draw in draws), look, threads)
+
+
+def _rung_shut(model: SharedModel, variant: Variant, history: History) -> bool:
+    """Does a dropped channel close that contact may have rung shut between two steps? The draw is marched with it."""
+    seen, contacts = history.extremes, model.setup.contacts
+    if seen is None or not seen.doubtful.size:
+        return False
+    dropped = contacts.select(np.array([contacts.names.index(seen.silent[k]) for k in seen.doubtful]))
+    dropped = replace(dropped, gap0=model.linear.dropped[0][seen.doubtful])
+    gaps, asked = join([variant.gaps, dropped]), OutputRequest(NOTHING, model.base.n_step)
+    system, resolution = variant.system or model.system, model.setup.marching.resolution
+    try:
+        again = march_chunks(FlowRun(system, gaps, variant.loads, asked, resolution, model.base.solver), None)
+    except Stopped:
+        return True
+    return bool(again.force[:, variant.gaps.m : gaps.m].any())
 
 
 def places_of(channels: GapOperator) -> tuple[str, ...]:

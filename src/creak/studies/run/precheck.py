@@ -269,15 +269,15 @@ def sure_of_dropped(contacts: GapOperator, run: Run, again: Callable[[GapOperato
     seen = run.history.extremes
     if seen is None or run.stopped is not None:
         return run
-    maybe = (seen.least <= 0.0) & (seen.gap > 0.0)
-    if not maybe.any():
+    maybe = seen.doubtful
+    if not maybe.size:
         return run
-    names = [name for name, one in zip(seen.silent, maybe, strict=True) if one]
+    names = [seen.silent[k] for k in maybe]
     more = again(contacts.select(np.array([contacts.names.index(name) for name in names])))
     if more.stopped is not None:
         return replace(run, stopped=more.stopped)
     h, gap, gap_at, least = more.history, seen.gap.copy(), seen.gap_at.copy(), seen.least.copy()
-    for k, name in zip(np.flatnonzero(maybe), names, strict=True):
+    for k, name in zip(maybe, names, strict=True):
         own = more.gaps.names.index(name)
         lowest = int(h.gap[:, own].argmin())
         if h.gap[lowest, own] < gap[k]:
