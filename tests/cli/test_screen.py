@@ -73,3 +73,10 @@ def test_wrong_input_is_one_message(say, tmp_path):
     said = say("screen", study)
     said.refuses("without its unit")
     assert not (tmp_path / "points.csv").exists()
+
+
+def test_stops_that_are_on_no_line_are_told(say, tmp_path):
+    stop = '[[connector]]\ntype = "play"\nnodes = ["TIP_LOWER", "TIP_UPPER"]\ndof = "z"\nlower = -0.1\nstiffness = 10\n'
+    assert "on no line" not in say("screen", write_strips(tmp_path, None, STUDY)).done().words
+    said = say("screen", write_strips(tmp_path, None, STUDY + stop)).done()
+    assert "1 [[connector]] of the study is on no line, so it is not ranked here" in said.words

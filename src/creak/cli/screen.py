@@ -30,6 +30,7 @@ def screen(
     from creak.studies.file.reader import read_study
     from creak.studies.findings.elines import RISK, as_dict, line_rows, point_csv
     from creak.studies.prepare.setup import set_up
+    from creak.studies.run.screen import left_out
     from creak.studies.run.screen import screen as look
     from creak.studies.warned import warnings_of
     from creak.verify.elines import DEFINITION
@@ -54,7 +55,7 @@ def screen(
         table = screen_rows(rows, model, found.percentile)
         output.table(f"E-lines, {found.without}, no contact; {UNITS[config.model.units].length}", table)
         output.say(f"{RISK}. {DEFINITION}")
-        tell_notes(output, setup.notes, told)
+        tell_notes(output, [*setup.notes, *left_out(setup)], told)
         output.tell_written()
         data = as_dict(found, config.limit, config.model.units, model)
         written = [str(path) for path in output.written]

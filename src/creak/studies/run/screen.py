@@ -12,6 +12,16 @@ from creak.studies.run.motion import NO_STEPS
 from creak.studies.run.static_start import started
 
 
+def left_out(setup: Setup) -> list[str]:
+    """What may touch and is on no line: stops, which hold two nodes or sets apart in one direction."""
+    tables = setup.study.config.connector
+    if not tables:
+        return []
+    one = len(tables) == 1
+    said = "is on no line, so it is" if one else "are on no line, so they are"
+    return [f"{len(tables)} [[connector]] of the study {said} not ranked here: creak run has {'it' if one else 'them'}"]
+
+
 def screen(setup: Setup, progress: Progress) -> LineFindings:
     """Measures of all E-lines over the whole run, of the assembly's modes without contact.
 
