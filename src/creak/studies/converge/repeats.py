@@ -119,10 +119,11 @@ def converge(
         same = replace(first, name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
     unlooked = not_looked_at(c.reduction, result.reduced)
-    with_more = outcomes.get(MORE_MODES)
+    more_modes = outcomes.get(MORE_MODES)
     none = result.reduced is not None and not result.reduced.complete and not outcomes[BASE].modes
-    if none and with_more and not with_more.stopped and not is_moved(outcomes[BASE].impulse, with_more.impulse):
-        unlooked += (UNEXCITED.format(with_more.modes),)
+    further = more_modes if more_modes and more_modes.modes and not more_modes.stopped else None
+    if none and further and not is_moved(outcomes[BASE].impulse, further.impulse):
+        unlooked += (UNEXCITED.format(further.modes),)
     notes += [*unlooked, *(o.stopped for o in outcomes.values() if o.stopped and o.repeat.family)]
     window = (0.0, float(base.history.time[-1])) if c.time.exact else result.window
     found = assess(outcomes, base.name, window, c.verification.event_tolerance, tuple(notes), structure, places)

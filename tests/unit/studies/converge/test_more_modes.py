@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,9 @@ import pytest
 from creak.api.study import run
 from creak.studies.converge.settling import BASE, MORE_MODES, UNREDUCED
 from creak.studies.converge.words import REMEDIES, remedy_of
+from creak.studies.file.reader import read_study
 from helpers_bar import FIRST, LENGTH, WAVE, bar
+from helpers_decks import STUDY, two_strips, write_strips
 
 NO_SPOTS = '\n[reference]\nrun = "none"'
 """Where the runs of the reduced model alone are looked at."""
@@ -59,6 +62,22 @@ def test_a_complete_part_leaves_nothing_out(tmp_path, step):
     assert not any("f_max" in remedy_of(family, c)[1] for family in REMEDIES)
     assert remedy_of("modes", c) == REMEDIES["tolerance"]
     assert "finest" in remedy_of("modes", replace(c, fine=True))[1]
+
+
+def test_where_every_dof_stays_no_modes_are_told_to_be_missing(tmp_path):
+    """Nodes follow others, so nothing is complete, and none is left inside to have a mode: f_max changes nothing."""
+    deck, f_max = two_strips(), "[reduction]\nf_max = 3000\n"
+    blocks = re.findall(r"\*NODE(?:,[^\n]*)?\n((?:\s*\d[^\n]*\n)+)", deck)
+    labels = [int(line.split(",")[0]) for block in blocks for line in block.splitlines()]
+    study = STUDY.replace(f_max, f'{f_max}interface = {{ type = "interpolation", n = 2 }}\n')
+    study = study.replace("periods = 2", "end = 0.05").replace("amplitude = 0.05", "amplitude = 1.0")
+    every = f'[nodes.EVERY]\nlabels = {labels}\n[output]\nnodes = "EVERY"\n'
+    found = run(read_study(write_strips(tmp_path, deck, f"{study}\n{every}{NO_SPOTS}\n")), converge=True)
+    assert told(found)[0] == {BASE: 0, MORE_MODES: 0}
+    word, why = verdict(found)
+    assert word == "unsettled"
+    assert "interpolation" in why
+    assert "f_max" not in why
 
 
 def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
