@@ -196,8 +196,9 @@ def test_quadratic_shells_go_to_nastran_and_back(kind, tmp_path):
 
 
 def test_viewers_know_every_shape_that_has_faces():
-    """A kind without a cell would be drawn as a line."""
+    """A kind without a cell would be drawn as a line; one without a descriptor would be left out."""
     assert {*FACES, *SHELL_FACETS} <= CELLS.keys()
+    assert {*FACES, *SHELL_FACETS} <= DESCRIPTORS.keys()
 
 
 def test_files_for_viewers_have_quadratic_cells():

@@ -27,14 +27,19 @@ DESCRIPTORS = {
     "tet10": 118,
     **dict.fromkeys(HEX20, 116),
     "wedge15": 113,
+    "pyramid5": 115,
+    "coh8": 115,
+    "coh6": 112,
 }
-"""Finite element descriptors: thin shells and solids."""
+"""Finite element descriptors: thin shells and solids. Glue is drawn as a solid; a pyramid is a brick whose upper four
+nodes are one, as none has five."""
 ORDER = {
     "quad8": [0, 4, 1, 5, 2, 6, 3, 7],
     "tri6": [0, 3, 1, 4, 2, 5],
     "tet10": [0, 4, 1, 5, 2, 6, 7, 8, 9, 3],
     **{kind: [0, 8, 1, 9, 2, 10, 3, 11, 16, 17, 18, 19, 4, 12, 5, 13, 6, 14, 7, 15] for kind in HEX20},
     "wedge15": [0, 6, 1, 7, 2, 8, 12, 13, 14, 3, 9, 4, 10, 5, 11],
+    "pyramid5": [0, 1, 2, 3, 4, 4, 4, 4],
 }
 """Parabolic elements go round: corner, mid-side, corner, ...; solids so below, mid-sides between, then the top."""
 CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)")}

@@ -88,7 +88,7 @@ def element_type(block: ElementBlock) -> str:
         why = "Abaqus has no hexahedron with reduced shear; IN = 2 and ISOP = 1 of PSOLID make it a C3D20R"
         raise unwritable(block.title, why)
     if block.kind not in _TYPES:
-        raise unwritable(f"{block.title} of kind {block.kind}", "Abaqus has no such element")
+        raise unwritable(f"{block.title} of kind {block.kind}", "creak writes no such element for Abaqus")
     if block.own.arms is not None and block.own.arms.any():
         raise unwritable(block.title, "rigid arms lead from their nodes to their corners")
     return _TYPES[block.kind]
