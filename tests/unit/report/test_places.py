@@ -135,7 +135,7 @@ def test_force_is_one_number_wherever_it_is_told(result):
     inside = events_in(result.runs["reduced"].events, result.window)
     assert force == pytest.approx(max(e.force_place for e in inside), rel=1e-9)
     word = number(force, 3)
-    assert f"the hardest {word} N" in sentence(told, summary, units)
+    assert f"the hardest {word} N and" in sentence(told, summary, units)
     assert place_parts(told, summary, animations(told, drawn, units), units)["places"][0].force == word
     table = event_table(told, units)
     at = 4  # time, where, time apart, the unreduced model's force, that of the reduced one

@@ -44,6 +44,10 @@ def test_all_events_found_with_close_forces_pass(with_events):
         "2 rattle events in the last 0.02 s, the hardest 101 N and 0.101 N s around node 1, closing at 30.0 mm/s; "
     )
     assert "the reduced model found both within 12.5 ms, mean force +1.3" in text
+    apart = summarised(result)
+    apart["runs"]["reduced"]["places"] = [{"force": 51.0}, {"force": 50.0}]
+    told = sentence(result, apart, UNITS["mm-t-s"])
+    assert "the hardest 101 N at several places together and 0.101 N s around node 1" in told
     status = [c.passed for c in checks(result, summarised(result))]
     assert status[2:5] == [True, True, True]
 

@@ -23,6 +23,8 @@ PENETRATION_BAR = 0.1
 """Share of the clearance above which penetration is worth a word."""
 MOSTLY = 0.95
 """Share of the run from which contact counts as lasting."""
+TOGETHER = 1.001
+"""Force of an event over the worst of any place from which on it is that of several places of its contact."""
 FEW = 3
 """Events below which lasting contact is worth a word."""
 
@@ -68,7 +70,11 @@ def sentence(result: Findings, summary: dict[str, Any], units: Units) -> str:
         node = result.setup.model.nodes.label(hardest.node_idx)
         closing = f", closing at {number(hardest.closing_speed, 3)} {units.speed}" if hardest.closing_speed else ""
         force, impulse = number(hardest.force_place, 3), number(hardest.impulse, 3)
-        where = f", the hardest {force} {units.force} and {impulse} {units.impulse} around node {node}{closing}"
+        place = max((p["force"] for p in summary["runs"][run.name].get("places", [])), default=0.0)
+        together = " at several places together" if 0.0 < TOGETHER * place < hardest.force_place else ""
+        where = (
+            f", the hardest {force} {units.force}{together} and {impulse} {units.impulse} around node {node}{closing}"
+        )
     unsafe = alarm(summary)
     if summary.get("unanswered") and result.stopped is None:
         return f"What follows is the motion alone.{unsafe}"
