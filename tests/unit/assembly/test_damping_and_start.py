@@ -106,7 +106,7 @@ def test_degenerate_elements_are_named_by_their_labels():
     coords, e = straight_beam(3, 1.0)
     coords[2] = coords[1]
     model = model_of(coords, [block("beam2", e, beam_section(), 0, 41)])
-    with pytest.raises(InputError, match=r"test.inp:1: element\(s\) 42: the two nodes coincide"):
+    with pytest.raises(InputError, match=r"test.inp:1: element 42: the two nodes coincide"):
         part_system(model, 0, Rayleigh(0.0, 0.0))
 
 

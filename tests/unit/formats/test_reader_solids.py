@@ -172,7 +172,7 @@ def test_wrong_solids_are_refused_with_their_line(read: Reader, old: str, new: s
 
 def test_inverted_solid_is_named(read: Reader) -> None:
     model = read(DECK.replace(" 1, 1, 2, 3, 4, 5,\n 6, 7, 8\n", " 1, 5, 6, 7, 8, 1,\n 2, 3, 4\n"))
-    with pytest.raises(InputError, match=r"element\(s\) 1: no volume, or nodes in the wrong order"):
+    with pytest.raises(InputError, match=r"element 1: no volume, or nodes in the wrong order"):
         part_system(model, 0, Rayleigh(0.0, 0.0))
 
 

@@ -20,7 +20,7 @@ from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference, in_modes
 from creak.studies.models.saved import Store
 from creak.studies.models.superelements import save_superelement
-from creak.studies.prepare import linear_model
+from creak.studies.prepare import structure
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.one_run import march_run
@@ -87,7 +87,7 @@ CHANGES: tuple[dict[str, float], ...] = (
 
 def test_a_second_run_steps_before_it_assembles(here, monkeypatch):
     study, store = read_study(here / "study.toml"), here / "superelements"
-    monkeypatch.setattr(linear_model, "part_system", lambda *a, **k: pytest.fail("assembled"))
+    monkeypatch.setattr(structure, "part_system", lambda *a, **k: pytest.fail("assembled"))
     monkeypatch.setattr(surface_to_surface, "_searched", lambda *a: pytest.fail("searched"))
     for change in CHANGES:
         setup, reference, gaps, _ = ready(set_up(with_changes(study, change), store=store), silent, store)

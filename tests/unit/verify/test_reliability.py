@@ -151,7 +151,17 @@ def test_figures_that_are_not_finite(table, value):
 
 def test_channels_that_were_dropped_and_closed_are_a_reason():
     one = np.zeros(1)
-    seen = Extremes(one, one, ("back:7", "back:8"), np.array([0.1, -0.3]), np.array([0.2, 0.4]), (), one[:0], one[:0])
+    seen = Extremes(
+        one,
+        one,
+        ("back:7", "back:8"),
+        np.array([0.1, -0.3]),
+        np.array([0.2, 0.4]),
+        np.array([0.1, -0.3]),
+        (),
+        one[:0],
+        one[:0],
+    )
     (reason,) = reasons_against(replace(bounce(0.0), extremes=seen), unit="mm")
     assert reason.startswith("parts pass through each other: 1 channel(s) that the pre-check dropped closed")
     assert "farthest back:8, by 0.3 mm at t = 0.4 s" in reason

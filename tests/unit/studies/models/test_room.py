@@ -27,7 +27,7 @@ from creak.studies.models import of_parts as module
 from creak.studies.models.of_parts import Room, only_parts_fit, room
 from creak.studies.models.outlines import assembled
 from creak.studies.models.reference import build_reference
-from creak.studies.prepare import linear_model
+from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study
 from creak.studies.run.precheck import WITHOUT_WHOLE, ready
@@ -141,7 +141,7 @@ def test_parts_alone_where_the_whole_does_not_fit(setup, monkeypatch):
 def test_no_matrix_of_a_part_stays_in_memory(setup, monkeypatch):
     """Where only the parts fit, those of all of them would take as much as a factor."""
     made, left = [], []
-    for owner, name in ((linear_model, "part_system"), (of_parts, "_reduced")):
+    for owner, name in ((structure, "part_system"), (of_parts, "_reduced")):
         monkeypatch.setattr(owner, name, partial(_noted, getattr(owner, name), made, left))
     monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
     ready(setup, silent)
