@@ -7,9 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.sparse as sp
 
-from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
+from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, on_coordinates
@@ -88,9 +87,8 @@ class Watch:
         )
 
     def below(self, between: Callable[[FloatArray], FloatArray]) -> FloatArray:
-        """(n_band, len(silent)) `recorder.Between` of the silent gaps."""
-        A = self.rows[2][0]
-        return between(A.toarray() if sp.issparse(A) else np.asarray(A))
+        """(n_band, len(silent)) `recorder.Between` of the silent gaps; (0, 0) where there are none to look at."""
+        return between(to_dense(self.rows[2][0])) if self._watched.silent.m else np.zeros((0, 0))
 
     def see(
         self, time: FloatArray, pressed: BoolArray, motions: list[FloatArray], below: FloatArray | None = None

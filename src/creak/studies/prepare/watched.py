@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.dynamics.record.watch import Watched
+from creak.dynamics.record.watch import Extremes, Watched
 from creak.model.dofs import ROTATIONS, TRANSLATIONS, node_dofs
 from creak.model.mesh import Model
 from creak.words import first_few
@@ -41,6 +41,11 @@ def _silent(contacts: GapOperator, gaps: GapOperator) -> GapOperator:
     kept = set(gaps.names)
     silent = np.array([k for k, name in enumerate(contacts.names) if name not in kept], dtype=np.int64)
     return contacts.select(silent).without_force()
+
+
+def doubtful_channels(contacts: GapOperator, seen: Extremes) -> GapOperator:
+    """Those of the contacts that a run had without force, and that may have closed between its steps."""
+    return contacts.select(np.array([contacts.names.index(seen.silent[k]) for k in seen.doubtful], dtype=np.int64))
 
 
 def watched_labels(model: Model, contacts: GapOperator) -> IntArray:

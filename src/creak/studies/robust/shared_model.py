@@ -26,7 +26,7 @@ from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps
-from creak.studies.prepare.watched import silent_channels
+from creak.studies.prepare.watched import doubtful_channels, silent_channels
 from creak.studies.robust.changes import at_start, with_damping
 from creak.studies.robust.draws import Draw, Drawn
 from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, own_linear, pressed
@@ -282,10 +282,10 @@ def march_draws(
 
 def _rung_shut(model: SharedModel, variant: Variant, history: History) -> bool:
     """Does a dropped channel close that contact may have rung shut between two steps? The draw is marched with it."""
-    seen, contacts = history.extremes, model.setup.contacts
+    seen = history.extremes
     if seen is None or not seen.doubtful.size:
         return False
-    dropped = contacts.select(np.array([contacts.names.index(seen.silent[k]) for k in seen.doubtful]))
+    dropped = doubtful_channels(model.setup.contacts, seen)
     dropped = replace(dropped, gap0=model.linear.dropped[0][seen.doubtful])
     gaps, asked = join([variant.gaps, dropped]), OutputRequest(NOTHING, model.base.n_step)
     system, resolution = variant.system or model.system, model.setup.marching.resolution

@@ -32,6 +32,7 @@ from creak.studies.prepare.reduction import Exterior, Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.start_check import figure_warnings, nothing_closes
 from creak.studies.prepare.structure import Structure
+from creak.studies.prepare.watched import doubtful_channels
 from creak.studies.run.foretold import closed_in
 from creak.studies.run.integrate import linear_gaps
 from creak.studies.run.kernels import Compiled
@@ -269,15 +270,14 @@ def sure_of_dropped(contacts: GapOperator, run: Run, again: Callable[[GapOperato
     seen = run.history.extremes
     if seen is None or run.stopped is not None:
         return run
-    maybe = seen.doubtful
-    if not maybe.size:
+    maybe = doubtful_channels(contacts, seen)
+    if not maybe.m:
         return run
-    names = [seen.silent[k] for k in maybe]
-    more = again(contacts.select(np.array([contacts.names.index(name) for name in names])))
+    more = again(maybe)
     if more.stopped is not None:
         return replace(run, stopped=more.stopped)
     h, gap, gap_at, least = more.history, seen.gap.copy(), seen.gap_at.copy(), seen.least.copy()
-    for k, name in zip(maybe, names, strict=True):
+    for k, name in zip(seen.doubtful, maybe.names, strict=True):
         own = more.gaps.names.index(name)
         lowest = int(h.gap[:, own].argmin())
         if h.gap[lowest, own] < gap[k]:
