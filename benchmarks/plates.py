@@ -38,7 +38,7 @@ from creak.studies.sound.band import mesh_band
 from creak.studies.sound.ear import Ear, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
-from creak.studies.sound.source import Source
+from creak.studies.sound.radiation import Source
 from creak.studies.sound.statistics import END, Statistics, statistics_of
 
 RATE, SECONDS, WINDOW = 48_000, 2.0, (0.0, 0.3)

@@ -121,7 +121,7 @@ def made(tmp_path_factory):
 @pytest.fixture
 def here(made, tmp_path, monkeypatch, no_page):
     """A copy of it to work in; workers are this process."""
-    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", workers_here)
+    monkeypatch.setattr("creak.studies.tasks.queue.local_workers", workers_here)
     shutil.copytree(made, tmp_path / "made")
     monkeypatch.chdir(tmp_path / "made")
     return tmp_path / "made"

@@ -18,7 +18,7 @@ from creak.studies.models.part_jobs import Saved, part_jobs
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.precheck import ready
-from creak.studies.tasks import workers
+from creak.studies.tasks import queue
 from helpers_cli import workers_here
 from helpers_decks import STUDY, two_strips, write_strips
 
@@ -45,7 +45,7 @@ def here(monkeypatch):
         asked.append(count)
         return workers_here(count)
 
-    monkeypatch.setattr(workers, "local_workers", local_workers)
+    monkeypatch.setattr(queue, "local_workers", local_workers)
     return asked
 
 

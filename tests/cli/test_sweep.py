@@ -21,9 +21,9 @@ from creak.linalg.threads import cores
 from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
-from creak.studies.sweep.tasks import tasks_of
+from creak.studies.sweep.job import tasks_of
 from creak.studies.tasks.cluster import open_to_others
-from creak.studies.tasks.workers import THREADS, threads_of
+from creak.studies.tasks.queue import THREADS, threads_of
 from helpers_cli import say
 from helpers_decks import STUDY, write_strips
 
@@ -85,7 +85,7 @@ def test_a_finished_sweep_needs_no_workers(creak, tmp_path, monkeypatch):
     out.mkdir()
     cases = resolve(read_sweep(path), out)
     run_case(tasks_of(cases, out)["seed=5"])
-    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", None)
+    monkeypatch.setattr("creak.studies.tasks.queue.local_workers", None)
     assert "1 of 1 cases have results, 1 from before" in creak("sweep", path, "--out", out).done().out
     told = creak("sweep", path, "--out", out, "--dry-run", "--no-converge").done().out
     assert "1 cases, 0 of them finished" in told

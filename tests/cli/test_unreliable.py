@@ -11,7 +11,7 @@ import creak as public
 from creak.studies.sweep.case import run_case
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
-from creak.studies.sweep.tasks import finished, tasks_of
+from creak.studies.sweep.job import finished, tasks_of
 from helpers_decks import STUDY, two_strips, write_strips
 
 SOUND = STUDY.replace("periods = 2", "periods = 1").replace(
@@ -105,7 +105,7 @@ def test_a_sweep_marks_the_row_keeps_it_and_ends_with_status_1(creak, tmp_path, 
     assert {name: o.status for name, o in first.items()} == {"sound": "done", "wild": "unreliable"}
     assert finished(cases, out) == first
     assert run_case(tasks["wild"]) == first["wild"]
-    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", None)  # a finished row is not run again
+    monkeypatch.setattr("creak.studies.tasks.queue.local_workers", None)  # a finished row is not run again
     said = creak("sweep", path, "--out", out)
     assert said.status == 1
     assert "2 of 2 cases have results, 2 from before" in said.out

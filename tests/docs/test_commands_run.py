@@ -38,7 +38,7 @@ def say(monkeypatch, capsys):
     """Runs a command in a folder. The shell is bash and its files are in that folder; the thesis is short, reports empty,
     and workers are this process."""
     call = caller(monkeypatch, capsys)
-    monkeypatch.setattr("creak.studies.tasks.workers.local_workers", workers_here)
+    monkeypatch.setattr("creak.studies.tasks.queue.local_workers", workers_here)
     empty_reports(monkeypatch)
     shorten_thesis(monkeypatch)
 

@@ -35,7 +35,7 @@ from creak.studies.run.job import ReferenceRun
 from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import prechecked, with_closed, with_linear_gaps
-from creak.studies.sweep.reference import SharedReference
+from creak.studies.sweep.case import SharedReference
 from creak.verify.events import Event, events_in
 
 Progress = Callable[[str, int, int], None]

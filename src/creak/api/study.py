@@ -142,12 +142,11 @@ def set_up(
     """
     from creak.formats.endings import is_deck
     from creak.model.units import UNITS
-    from creak.studies.file.identity import store_of
+    from creak.studies.file.paths import store_of
     from creak.studies.prepare import setup
     from creak.studies.prepare.deck_step import set_up_deck
-    from creak.studies.sound.background import background_of
+    from creak.studies.sound.cabin import background_of, room_of
     from creak.studies.sound.listeners import listeners_of
-    from creak.studies.sound.rooms import room_of
 
     ignore = texts(ignore, "ignore")
     one_of(units, (*UNITS, None), "units")
@@ -195,7 +194,7 @@ def run_setup(
         factorisation failed.
     """
     from creak.studies.evaluate import Changes, evaluate
-    from creak.studies.file.identity import store_of
+    from creak.studies.file.paths import store_of
     from creak.studies.models.saved import Store
     from creak.studies.prepare.setup import Setup
 

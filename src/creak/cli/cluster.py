@@ -90,7 +90,7 @@ def distribution_of(
 def workers_of(where: Distribution, count: int) -> Iterator[Runner]:
     """The cluster of a scheduler, or else so many workers of this machine."""
     from creak.studies.tasks.cluster import running_cluster
-    from creak.studies.tasks.workers import local_workers
+    from creak.studies.tasks.queue import local_workers
 
     address = where.scheduler
     with local_workers(count) if address is None else running_cluster(address, where.certificates) as runner:

@@ -133,7 +133,7 @@ def _changed_study_of(folder: Path, changes: list[str]) -> Study:
     from creak.api.saved import open_result
     from creak.api.study import read_study
     from creak.studies.file.changes import read_changes, with_changes
-    from creak.studies.file.identity import digests_of
+    from creak.studies.file.paths import digests_of
 
     wanted = read_changes(changes)
     found = open_result(folder).findings

@@ -220,7 +220,7 @@ def _write(model: Model, out: Path, ignore: list[str]) -> tuple[str, ...]:
 def _write_matrices(model: Model, out: Path, name: str) -> tuple[list[Path], tuple[str, ...]]:
     """K, M and C of the whole, parts joined and supports held, to files named after `out`; and notes."""
     from creak.formats.matrices.superelements import FORMATS
-    from creak.studies.models.deck_matrices import deck_matrices
+    from creak.studies.models.deck_modes import deck_matrices
 
     ending = FORMATS[name].ending
     path = out if ending and out.suffix.lower() == ending else out.with_suffix(ending)

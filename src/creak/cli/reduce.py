@@ -58,7 +58,7 @@ def reduce(
 
     Example: creak reduce door/door.toml --export op4
     """
-    from creak.studies.file.identity import store_of
+    from creak.studies.file.paths import store_of
     from creak.studies.prepare.setup import set_up
 
     _check_formats(export)
@@ -196,7 +196,7 @@ def _elsewhere(jobs: Sequence[PartJob], output: Output, where: Distribution) -> 
 
 def _export(deck: Model, model: ReducedModel, folder: Path, export: Sequence[str], output: Output) -> None:
     from creak.formats.matrices.superelements import write_superelement
-    from creak.studies.models.deck_matrices import named_rows
+    from creak.studies.models.deck_modes import named_rows
 
     for reduced in model.superelements:
         given = named_rows(reduced.system, reduced.system.name, deck)

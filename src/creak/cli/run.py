@@ -112,7 +112,7 @@ def run(
     from creak.api.study import run_setup, set_up
     from creak.formats.deck.command_files import replace_foreign, will_read
     from creak.formats.endings import is_deck
-    from creak.studies.file.identity import STORE
+    from creak.studies.file.paths import STORE
     from creak.studies.findings.save import check_folder, refuse_other_study
     from creak.studies.run.checkpoint import Checkpoints
     from creak.studies.solved import opened

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from creak.studies.evaluate import Evaluation
     from creak.studies.sweep.case import Outcome, Task
     from creak.studies.sweep.cases import Case
-    from creak.studies.sweep.table import Row
+    from creak.studies.sweep.job import Row
 
 
 def sweep(
@@ -71,7 +71,7 @@ def sweep(
     from creak.api.extras import need_report
     from creak.studies.sweep.cases import resolve
     from creak.studies.sweep.file import read_sweep
-    from creak.studies.sweep.tasks import finished, tasks_of
+    from creak.studies.sweep.job import finished, tasks_of
 
     read = read_sweep(sweep_file)
     folder = out if out is not None else sweep_file.parent / f"{sweep_file.stem}_sweep"
@@ -115,8 +115,7 @@ def _rows(
 ) -> list[Row]:
     from creak.formats.partials import remove_dead
     from creak.linalg.threads import cores
-    from creak.studies.sweep.table import Row, write_table
-    from creak.studies.sweep.tasks import run_sweep
+    from creak.studies.sweep.job import Row, run_sweep, write_table
 
     remove_dead(folder)
     left = len(cases) - len(known)

@@ -14,7 +14,7 @@ from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.report.words.text import number, plural, setting
 from creak.studies.sweep.figures import RUNS, unit_of
-from creak.studies.sweep.table import Row
+from creak.studies.sweep.job import Row
 from creak.version import version
 
 FILES = Path(__file__).parent

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from creak.linalg.threads import one_blas_thread
 from creak.progress import Progress
-from creak.studies.file.identity import store_of
+from creak.studies.file.paths import store_of
 from creak.studies.findings.gather import findings_of
 from creak.studies.findings.summary import summary_of
 from creak.studies.findings.tree import Findings

@@ -98,7 +98,7 @@ def test_spectra_are_those_of_the_pairs_in_the_window(bench, reduced):
 def test_a_kept_run_is_not_made_again(bench, tmp_path, monkeypatch):
     file = tmp_path / "runs" / "whole.npz"
     first = bench.run(keep=file)
-    monkeypatch.setattr("creak.studies.sweep.reference.march_run", lambda *_: pytest.fail("made again"))
+    monkeypatch.setattr("creak.studies.sweep.case.march_run", lambda *_: pytest.fail("made again"))
     same_motion(first.history, bench.run(keep=file).history)
 
 

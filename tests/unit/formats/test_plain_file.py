@@ -28,9 +28,8 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.tolerances import points_of
 from creak.studies.robust.job import deviations_of
 from creak.studies.run.checkpoint import read_checkpoint
-from creak.studies.sound.background import background_of
+from creak.studies.sound.cabin import background_of, room_of
 from creak.studies.sound.listeners import listeners_of
-from creak.studies.sound.rooms import room_of
 from creak.studies.sweep.file import read_sweep
 from helpers_decks import STUDY, write_strips
 

@@ -8,7 +8,7 @@ from creak.report.sweep_page import idle_keys, sentence, sweep_rows, write_sweep
 from creak.report.words.text import NONE
 from creak.studies.sweep.case import Outcome
 from creak.studies.sweep.cases import Case
-from creak.studies.sweep.table import Row
+from creak.studies.sweep.job import Row
 
 
 def row(name: str, gap: float, impulse: float | None, status: str = "done", error: str = "") -> Row:

@@ -25,9 +25,8 @@ from creak.report.words.text import (
     times,
     with_minus,
 )
-from creak.studies.file.contact_tables import ConnectorTable
-from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.design.model_tables import SupportTable
+from creak.studies.file.contact_tables import ClipTable, ConnectorTable
+from creak.studies.file.model_tables import SupportTable
 
 
 @pytest.mark.parametrize(

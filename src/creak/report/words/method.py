@@ -7,10 +7,9 @@ from typing import Any
 from creak.model.units import Units
 from creak.report.words.text import number, plural, share, tidy
 from creak.studies.file.config import ReductionTable, TimeTable, VerificationTable
-from creak.studies.file.contact_tables import ConnectorTable, ContactTable, FrictionTable, connector_names
-from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.design.model_tables import SupportTable
+from creak.studies.file.contact_tables import ClipTable, ConnectorTable, ContactTable, FrictionTable, connector_names
 from creak.studies.file.excitation_tables import ExcitationTable
+from creak.studies.file.model_tables import SupportTable
 from creak.studies.findings.tree import Findings
 from creak.words import duration
 

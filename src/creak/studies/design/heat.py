@@ -16,9 +16,8 @@ from creak.model.constraints import KinematicCoupling, RigidLink
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import ElementBlock, Model
 from creak.model.steps import NodeTemperatures
-from creak.studies.design.deck_loads import deck_loads
-from creak.studies.design.named_nodes import nodes_of_part
-from creak.studies.design.nodal_table import Column, nodal_values
+from creak.studies.design.named_nodes import Column, nodal_values, nodes_of_part
+from creak.studies.design.supports import deck_loads
 from creak.studies.file.case import Driving
 from creak.studies.warned import Warned
 

@@ -27,7 +27,7 @@ from creak.model.materials import (
     has_stiffness,
 )
 from creak.model.mesh import Model
-from creak.studies.file.design.model_tables import MaterialTable, SectionTable
+from creak.studies.file.model_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
 
 FACTOR = "stiffness_factor"

@@ -10,13 +10,12 @@ import numpy as np
 from creak.errors import InputError
 from creak.model.units import METRES, UnitsName
 from creak.studies.file.config import OutputTable, TimeTable
-from creak.studies.file.contact_tables import ConnectorTable, ContactTable
-from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.contact_tables import ClipTable, ConnectorTable, ContactTable
 from creak.studies.file.eline_tables import ElineTable, MaterialPairTable
 from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
 from creak.studies.file.places import Places
+from creak.studies.file.scatter_tables import ToleranceFile
 from creak.studies.file.sound_tables import BackgroundTable, ListenerTable, RoomTable
-from creak.studies.file.tolerance_tables import ToleranceFile
 
 MOST_PERIODS = 1000
 """Of the longest period after which all excitations still count as repeating together."""

@@ -11,15 +11,13 @@ from pydantic_core import PydanticCustomError
 from creak.arrays import FloatArray
 from creak.dynamics.scheme import HHT, Scheme, generalised_alpha
 from creak.model.units import UnitsName
-from creak.studies.file.contact_tables import ConnectorTable, ContactTable
-from creak.studies.file.design.clip_tables import ClipTable
-from creak.studies.file.design.model_tables import MaterialTable, NodesTable, SectionTable, SupportTable
-from creak.studies.file.design.scatter_tables import ScatterTable
+from creak.studies.file.contact_tables import ClipTable, ConnectorTable, ContactTable
 from creak.studies.file.eline_tables import ElineTable, LimitTable, MaterialPairTable
-from creak.studies.file.excitation_tables import ExcitationTable, StaticTable
+from creak.studies.file.excitation_tables import ExcitationTable, MeasuredTable, StaticTable
+from creak.studies.file.model_tables import MaterialTable, NodesTable, SectionTable, SupportTable
+from creak.studies.file.scatter_tables import ScatterTable
 from creak.studies.file.sound_tables import BackgroundTable, ListenerTable, RoomTable
 from creak.studies.file.table import NonNegative, Positive, Table
-from creak.studies.file.test_tables import MeasuredTable
 from creak.words import percent
 
 GONE = "not_needed"

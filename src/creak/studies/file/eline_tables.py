@@ -17,8 +17,8 @@ from creak.studies.file.quantities import (
     SharpnessText,
     Time,
 )
+from creak.studies.file.scatter_tables import Tolerance
 from creak.studies.file.table import Finite, NonNegative, Positive, Table
-from creak.studies.file.tolerance_tables import Tolerance
 
 PointColumn = (
     Literal["id", "main", "secondary", "x1", "y1", "z1", "x2", "y2", "z2", "x", "y", "z"]

@@ -13,8 +13,8 @@ from creak.studies.file.case import Lines
 from creak.studies.file.eline_tables import MaterialPairTable
 from creak.studies.file.named_columns import UNIT, ColumnTable, Wanted, meaning, read_columns
 from creak.studies.file.reader import explain, read_toml
+from creak.studies.file.scatter_tables import names_table
 from creak.studies.file.table import Table
-from creak.studies.file.tolerance_tables import names_table
 
 KEYS = tuple(MaterialPairTable.model_fields)
 NEEDED = tuple(key for key, field in MaterialPairTable.model_fields.items() if field.is_required())

@@ -11,7 +11,7 @@ from creak.sound.third_octave import LOWER_EDGES
 from creak.sound.zwicker_tables import NAMES
 from creak.studies.file.eline_tables import LimitTable
 from creak.studies.file.quantities import in_base, length_in
-from creak.studies.file.tolerance_tables import table_of
+from creak.studies.file.scatter_tables import table_of
 from creak.studies.run.compared import main_of
 
 OF_PLACES = {

@@ -1,4 +1,5 @@
-"""Natural frequencies and modes of a deck, or of what a study makes of it; parts joined, contact left out."""
+"""Natural frequencies and modes of a deck, or of what a study makes of it, parts joined, contact left out; its
+matrices, and those of a superelement, for other programs."""
 
 from __future__ import annotations
 
@@ -12,13 +13,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.damping import is_damped
-from creak.assembly.part import (
-    Rayleigh,
-    assemble_blocks,
-    common_rayleigh,
-    loose_system,
-    part_system,
-)
+from creak.assembly.part import Rayleigh, assemble_blocks, common_rayleigh, loose_system, part_system
 from creak.assembly.recovery import by_node, recovered
 from creak.assembly.system import System
 from creak.elements.registry import FORMULATIONS, unstressed
@@ -32,9 +27,10 @@ from creak.model.constraints import Equation, Tie
 from creak.model.dofs import PER_NODE, dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model, Unread
 from creak.model.steps import StaticStep
+from creak.model.superelement import Superelement
 from creak.progress import Progress, silent
 from creak.reduction.effective_mass import EffectiveMass, effective_mass
-from creak.studies.models.dof_names import dof_name
+from creak.studies.models.dof_names import dof_name, row_names
 from creak.studies.prepare.structure import Structure
 
 DEFAULT_COUNT = 20
@@ -329,3 +325,44 @@ def noted(model: Model, step: StaticStep) -> Model:
     why = "its stress, linear and at the undeformed shape, stiffens the structure in these modes"
     used = [Unread(u.keyword, u.where, False, why) if u.keyword == step.keyword else u for u in model.unread]
     return replace(model, unread=tuple(used))
+
+
+def deck_matrices(model: Model) -> tuple[Superelement, str]:
+    """K, M and C (None without damping) of all independent, free dofs, with node label, dof and place of each row, and
+    a note of numbers that nodes get where instances share labels.
+
+    Raises
+    ------
+    InputError : nothing is free to move.
+    """
+    common = common_rayleigh(model)
+    parts = [part_system(model, i, common) for i in range(len(model.parts))]
+    loose = loose_system(model, common)
+    system = couple([*parts, loose] if loose else parts, model, Driven({}), common)
+    if not system.n:
+        raise InputError("nothing is free to move: the matrices are empty", where=model.source, fix="Free some dofs.")
+    numbered, note = model, ""
+    if np.unique(model.nodes.ids).size < model.nodes.count:
+        numbered, note = _by_instance(model)
+    return named_rows(system, Path(model.source).stem, numbered), note
+
+
+def _by_instance(model: Model) -> tuple[Model, str]:
+    """Nodes whose labels instances share, numbered by instance and label; and a note that tells how."""
+    nodes = model.nodes
+    block = 10 ** len(str(int(nodes.ids.max())))
+    told = ", ".join(f"{block * (k + 1):,} + label are of {name}" for k, name in enumerate(nodes.instance))
+    ids = nodes.ids + block * (nodes.instance_idx + 1)
+    return replace(model, nodes=replace(nodes, ids=ids)), f"instances share labels, so nodes have numbers: {told}"
+
+
+def named_rows(system: System, name: str, model: Model) -> Superelement:
+    """A System for other programs: matrices with all damping, node labels and places."""
+    ids, dofs = row_names(system, model)
+    d, C = system.damping, system.damping.extra
+    if d.alpha or d.beta:
+        rayleigh = d.alpha * system.M + d.beta * system.K
+        C = rayleigh if C is None else C + rayleigh
+    nodes = np.unique(nodes_of(system.coordinates[system.coordinates >= 0]))
+    places = {int(model.nodes.ids[k]): model.nodes.coords[k] for k in nodes}
+    return Superelement(name, ids, dofs, system.K, system.M, C, places, model.source)

@@ -26,9 +26,10 @@ from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrice
 from creak.reduction.inside import Inside
 from creak.reduction.modal import support_motion
 from creak.reduction.room import beside_factor, beside_pieces, pieces_of, plenty
-from creak.studies.models.outlines import Assembled, assembled
 from creak.studies.models.reference import (
+    Assembled,
     ReferenceModel,
+    assembled,
     damped,
     held_factor,
     joined_reference,

@@ -22,8 +22,7 @@ from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
-from creak.studies.models.outlines import Marks
-from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.reference import Marks, ReferenceModel
 from creak.studies.prepare.reduction import Exterior, Reduction, reduction_set
 from creak.studies.prepare.structure import Structure
 

@@ -40,7 +40,7 @@ from creak.reduction.craig_bampton import (
 from creak.reduction.inside import Inside
 from creak.reduction.raised import raised
 from creak.studies.models.dof_names import row_names
-from creak.studies.models.outlines import marks_of
+from creak.studies.models.reference import marks_of
 from creak.studies.models.saved import NO_STORE, Store, boundary_kind, from_store, part_path, shared_path, very_same
 from creak.studies.models.substructures import Substructure
 from creak.studies.prepare.reduction import Band, Reduction

@@ -18,8 +18,18 @@ from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import Study
 from creak.studies.models.correlation import Correlation
-from creak.studies.models.parameters import Parameter, candidates, read_parameters, start_of
-from creak.studies.models.trials import Trial, UpdateCase, correlated, partners, slopes, tried
+from creak.studies.models.trials import (
+    Parameter,
+    Trial,
+    UpdateCase,
+    candidates,
+    correlated,
+    partners,
+    read_parameters,
+    slopes,
+    start_of,
+    tried,
+)
 from creak.studies.prepare.sensors import read_sensor_map
 from creak.studies.unraised import none_ignored
 from creak.verify.bounded_fit import Fit, bounded_fit

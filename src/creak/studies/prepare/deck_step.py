@@ -27,7 +27,7 @@ from creak.model.steps import (
 )
 from creak.model.units import UnitsName
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.identity import digests_of
+from creak.studies.file.paths import digests_of
 from creak.studies.file.places import Keys, Places, dotted
 from creak.studies.file.reader import Study
 from creak.studies.file.table import DOFS

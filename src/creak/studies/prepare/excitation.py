@@ -24,7 +24,7 @@ from creak.signals import sources
 from creak.signals.between_samples import even_step
 from creak.signals.signal import Signal
 from creak.signals.vibration import RandomVibration
-from creak.studies.design.deck_loads import loads_taken
+from creak.studies.design.supports import loads_taken
 from creak.studies.file.case import Course, Driving
 from creak.studies.file.excitation_tables import ExcitationTable
 from creak.studies.file.signals.course import columns

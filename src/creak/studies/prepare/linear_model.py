@@ -10,10 +10,9 @@ from creak.formats.deck.catalogue import ignored_in_vain, stop_on_unread, with_n
 from creak.model.mesh import Model
 from creak.model.units import UNITS
 from creak.studies.design.clips import with_clips
-from creak.studies.design.deck_loads import freed_where_moved
 from creak.studies.design.named_nodes import with_named_nodes
 from creak.studies.design.properties import with_properties
-from creak.studies.design.supports import check_driven, with_supports
+from creak.studies.design.supports import check_driven, freed_where_moved, with_supports
 from creak.studies.file.config import DampingTable
 from creak.studies.file.reader import Study
 from creak.studies.prepare.excitation import driven_dofs

@@ -23,9 +23,9 @@ from creak.formats.wav import read_wav
 from creak.model.mesh import Model
 from creak.signals.between_samples import even_step
 from creak.studies.design.named_nodes import node_labels
+from creak.studies.file.excitation_tables import MeasuredTable
 from creak.studies.file.places import Places
 from creak.studies.file.tables import Rows, header_of, read_header, read_lines, table_column
-from creak.studies.file.test_tables import MeasuredTable
 from creak.studies.prepare.sensors import Sensors, locate, read_sensor_map
 
 TABLES = (".csv", ".txt")

@@ -23,13 +23,12 @@ from creak.studies.design.heat import check_heat
 from creak.studies.design.supports import check_driven
 from creak.studies.file.case import Driving
 from creak.studies.file.config import ReductionTable, TimeTable
-from creak.studies.file.identity import digests_of
+from creak.studies.file.paths import digests_of
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
 from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, file_unit_notes, motion_warnings
-from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.elines import NO_ELINES, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
@@ -47,7 +46,7 @@ from creak.studies.prepare.marching import Marching, Observed
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
 from creak.studies.prepare.output_steps import check_outputs, output_nodes, unmoved_warnings
-from creak.studies.prepare.pairs import plays_of
+from creak.studies.prepare.pairs import contact_channels, plays_of
 from creak.studies.prepare.reduction import Band, Exterior, Reduction, Watch, check_reduction
 from creak.studies.prepare.rotation_check import check_rotations
 from creak.studies.prepare.start_check import (

@@ -28,9 +28,9 @@ from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.tables import RecordTable, TableTable
+from creak.studies.prepare.amount_check import record_warnings
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
-from creak.studies.prepare.record_check import record_warnings
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned
 

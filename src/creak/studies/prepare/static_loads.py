@@ -14,7 +14,7 @@ from creak.dynamics.equilibrium import Equilibrium
 from creak.errors import InputError
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
-from creak.studies.design.deck_loads import loads_taken
+from creak.studies.design.supports import loads_taken
 from creak.studies.file.case import Driving
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.excitation import moved_before

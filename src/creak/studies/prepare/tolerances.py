@@ -15,7 +15,7 @@ from creak.model.units import UNITS
 from creak.studies.design.named_nodes import REACH
 from creak.studies.file.case import Lines
 from creak.studies.file.quantities import length_in
-from creak.studies.file.tolerance_tables import GapTolerance, ToleranceFile, read_tolerances, table_of
+from creak.studies.file.scatter_tables import GapTolerance, ToleranceFile, read_tolerances, table_of
 from creak.studies.warned import Warned
 from creak.words import first_few
 

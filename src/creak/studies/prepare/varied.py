@@ -16,9 +16,8 @@ from creak.model.mesh import Model, Nodes
 from creak.studies.design.clips import with_clips
 from creak.studies.file.case import Touching
 from creak.studies.file.contact_tables import ContactTable
-from creak.studies.prepare.channels import contact_channels
 from creak.studies.prepare.excitation import loads_over
-from creak.studies.prepare.pairs import contact_law, plays_of
+from creak.studies.prepare.pairs import contact_channels, contact_law, plays_of
 from creak.studies.prepare.setup import Setup
 
 OF_CONTACT = ("connector", "clip")

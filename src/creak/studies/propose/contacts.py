@@ -16,7 +16,7 @@ from creak.errors import InputError
 from creak.model.mesh import Model
 from creak.model.solid_faces import FACES
 from creak.progress import Progress
-from creak.studies.prepare.channels import METHODS
+from creak.studies.prepare.pairs import METHODS
 from creak.studies.propose.joints import linked_parts
 from creak.studies.propose.opposite import STRAIGHT, Met
 from creak.studies.propose.proximity import Near, covering_sets, fitting_node_set, is_number, numbers_of, titles_of

@@ -17,10 +17,9 @@ from creak.progress import Progress
 from creak.studies.file.table import DOFS
 from creak.studies.prepare.deck_contact import contact_flaw
 from creak.studies.prepare.unit_check import OTHERS, SYSTEMS, UnitSystem, across, guessed_units
-from creak.studies.propose.bodies import by_bodies
 from creak.studies.propose.contacts import Contact, Tools, find_contacts
 from creak.studies.propose.deck_pairs import deck_pairs, general_law, kept_apart
-from creak.studies.propose.joints import joints_of
+from creak.studies.propose.joints import by_bodies, joints_of
 from creak.studies.propose.proximity import closest_parts, near_beams, near_parts, skins_of
 from creak.studies.warned import Warned
 from creak.words import listed

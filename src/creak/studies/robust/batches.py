@@ -14,7 +14,7 @@ from creak.arrays import FloatArray
 from creak.contact.gap_operator import GapOperator, join
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.progress import silent
-from creak.studies.file.identity import digests_of
+from creak.studies.file.paths import digests_of
 from creak.studies.file.reader import Study
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.draws import Draw

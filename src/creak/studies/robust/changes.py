@@ -14,7 +14,7 @@ from creak.assembly.system import System
 from creak.errors import InputError
 from creak.progress import silent
 from creak.studies.file.changes import with_changes
-from creak.studies.file.design.clip_tables import ClipTable
+from creak.studies.file.contact_tables import ClipTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure

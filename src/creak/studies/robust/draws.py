@@ -12,11 +12,10 @@ from scipy.stats import norm, qmc
 
 from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
-from creak.studies.design.clip_library import clip_scatter
+from creak.studies.design.clips import clip_scatter
 from creak.studies.file.changes import value_at
-from creak.studies.file.design.scatter_tables import Distribution, ScatterTable
 from creak.studies.file.places import Places
-from creak.studies.file.tolerance_tables import SIGMAS
+from creak.studies.file.scatter_tables import SIGMAS, Distribution, ScatterTable
 from creak.verify.odds import Blocks
 
 EDGE = 1e-12

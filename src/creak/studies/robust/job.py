@@ -18,12 +18,11 @@ from creak.formats.stored.record_log import log_path, read_records, record_log
 from creak.model.mesh import Nodes
 from creak.model.units import UNITS, UnitsName
 from creak.progress import Progress, silent
-from creak.studies.design.clip_library import clips_of
+from creak.studies.design.clips import clips_of
 from creak.studies.file.changes import with_changes
-from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
-from creak.studies.file.tolerance_tables import SIGMAS, read_tolerances, table_of
+from creak.studies.file.scatter_tables import SIGMAS, Distribution, read_tolerances, table_of
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import Points, no_row, points_of, rows_hit, spread
 from creak.studies.prepare.varied import at_nearest_wall

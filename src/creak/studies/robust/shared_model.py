@@ -20,7 +20,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
-from creak.studies.file.identity import store_of
+from creak.studies.file.paths import store_of
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.models.saved import Store
@@ -29,8 +29,18 @@ from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import doubtful_channels, silent_channels
 from creak.studies.robust.changes import at_start, with_damping
 from creak.studies.robust.draws import Draw, Drawn
-from creak.studies.robust.linear import FACTORS, Linear, closes, dropped_of, linear_of, multiple, own_linear, pressed
-from creak.studies.robust.plain import Plain, plain_of
+from creak.studies.robust.linear import (
+    FACTORS,
+    Linear,
+    Plain,
+    closes,
+    dropped_of,
+    linear_of,
+    multiple,
+    own_linear,
+    plain_of,
+    pressed,
+)
 from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started

@@ -14,7 +14,7 @@ from creak.contact.gap_operator import GapOperator, join
 from creak.linalg.threads import one_blas_thread
 from creak.model.units import UNITS
 from creak.progress import Progress, Sentence
-from creak.studies.file.identity import new_identity
+from creak.studies.file.paths import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store

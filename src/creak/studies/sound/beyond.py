@@ -22,9 +22,8 @@ from creak.sound.rayleigh import AIR
 from creak.studies.models.reduced import FACTOR
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.radiation import nodal
+from creak.studies.sound.radiation import Source, nodal
 from creak.studies.sound.rims import without_wall
-from creak.studies.sound.source import Source
 
 WORTH = 1.1
 """End of the band over that of the modes from which on the unreduced model is asked."""

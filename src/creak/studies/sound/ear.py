@@ -14,13 +14,11 @@ from creak.dynamics.history import History
 from creak.sound.forced import high_end, lead, without_lows
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.beyond import Beyond
+from creak.studies.sound.cabin import Cabin
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.loud import Heard, bar_share, heard_of, with_bar
-from creak.studies.sound.radiation import Radiation, radiation, record_of
-from creak.studies.sound.rooms import Cabin
-from creak.studies.sound.source import Source, on_system, source_of
+from creak.studies.sound.loud import Heard, Tie, bar_share, heard_of, with_bar
+from creak.studies.sound.radiation import Radiation, Source, on_system, radiation, record_of, source_of
 from creak.studies.sound.statistics import Statistics, statistical
-from creak.studies.sound.tied import Tie
 
 RECORDS = ("modes", "computed", "whole", "sooner", "fainter", "louder")
 """Of `Records` those that a room adds to."""

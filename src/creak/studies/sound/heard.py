@@ -26,17 +26,15 @@ from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.one_run import Run
-from creak.studies.sound.background import background_of
 from creak.studies.sound.band import SoundBase, band_of
 from creak.studies.sound.beyond import SHARE, WORTH, beyond_modes, losses_of
+from creak.studies.sound.cabin import background_of, cabin_of, room_of
 from creak.studies.sound.ear import Ear, Records, figures_of, records_of, scatter_of, together
 from creak.studies.sound.listeners import Listener, ear_off, listeners_of
 from creak.studies.sound.loud import Heard, heard_of
 from creak.studies.sound.notes import Reach, notes_of
-from creak.studies.sound.radiation import equivalent_levels, faces_of_parts, moved
+from creak.studies.sound.radiation import equivalent_levels, faces_of_parts, moved, source_of
 from creak.studies.sound.road import road_levels, sum_of_levels
-from creak.studies.sound.rooms import cabin_of, room_of
-from creak.studies.sound.source import source_of
 from creak.studies.sound.statistics import END, statistics_of
 
 SHORTEST = 0.05

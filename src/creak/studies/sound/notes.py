@@ -9,9 +9,9 @@ import numpy as np
 
 from creak.model.mesh import Part
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
-from creak.studies.sound.background import NOTHING
 from creak.studies.sound.band import Band
 from creak.studies.sound.beyond import Beyond
+from creak.studies.sound.cabin import NOTHING
 from creak.studies.sound.ear import Ear
 from creak.studies.sound.loud import Heard
 from creak.studies.sound.radiation import LARGE

@@ -17,10 +17,9 @@ from creak.sound.carriers import EASE
 from creak.sound.forced import LOWEST, Modes, smooth
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, third_octave_levels
 from creak.sound.zwicker_tables import RATE
-from creak.studies.sound.background import NOTHING
+from creak.studies.sound.cabin import NOTHING
 from creak.studies.sound.ear import Ear
-from creak.studies.sound.radiation import record_of
-from creak.studies.sound.source import Source
+from creak.studies.sound.radiation import Source, record_of
 
 SHORT = 0.1
 """Of what counts, the longest time in which the motion comes and goes."""

@@ -37,10 +37,10 @@ from creak.sound.rayleigh import AIR
 from creak.sound.third_octave import LOWER_EDGES, UPPER_EDGES
 from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.listeners import Listener
+from creak.studies.sound.loud import Levels, Tie, tied
 from creak.studies.sound.plates_heard import PlateHeard, plate_heard, shells_of
+from creak.studies.sound.radiation import Source
 from creak.studies.sound.sheets import LEAST, PartPlates, Push, Sheets, pushes, sheets_of
-from creak.studies.sound.source import Source
-from creak.studies.sound.tied import Levels, Tie, tied
 
 END = 10_000.0
 """Hz up to which statistical energy goes."""

@@ -15,11 +15,10 @@ from creak.studies.findings.places import Place
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun, StudyResult
-from creak.studies.spots.check import FEWEST_EVENTS, check_spots
+from creak.studies.spots.check import FEWEST_EVENTS, check_rubs, check_spots
 from creak.studies.spots.choose import Stretch, near_channels, stretch_of
 from creak.studies.spots.handover import Handover, handed_over, ordered, states_at
 from creak.studies.spots.march import Checker, Marched, figures_over
-from creak.studies.spots.rubs import check_rubs
 from creak.studies.warned import attempted
 from creak.verify.figures import TIMES, change
 from creak.verify.unreduced import MOVED, RubSpot, Structure

@@ -12,8 +12,7 @@ from creak.formats.abaqus.reader import read_deck
 from creak.formats.abaqus.writer import write_deck
 from creak.formats.deck.catalogue import stop_on_unread
 from creak.formats.lsdyna.reader import read_lsdyna
-from creak.studies.models.deck_matrices import deck_matrices
-from creak.studies.models.deck_modes import deck_modes
+from creak.studies.models.deck_modes import deck_matrices, deck_modes
 
 E, RHO, AREA, LENGTH, MASS, SPRING = 2000.0, 1.2e-9, 3.0, 50.0, 4e-8, 70.0
 CHAIN = (

@@ -11,10 +11,10 @@ import pytest
 from scipy.stats import qmc
 
 from creak.errors import InputError
-from creak.studies.design.clip_library import clips_of
+from creak.studies.design.clips import clips_of
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.design.scatter_tables import Distribution
 from creak.studies.file.reader import read_study
+from creak.studies.file.scatter_tables import Distribution
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.robust.changes import keeps_model
 from creak.studies.robust.draws import make_causes
@@ -137,7 +137,7 @@ def test_values_come_from_libraries_in_the_units_of_the_study(tmp_path):
 
 
 def test_every_clip_of_creak_can_be_used(tmp_path):
-    from creak.studies.design.clip_library import OWN
+    from creak.studies.design.clips import OWN
     from creak.studies.file.reader import read_toml
 
     names = read_toml(OWN, "clip library")[0]["clip"]

@@ -14,7 +14,7 @@ from creak.formats.decks import read_model
 from creak.model.laminates import of_other_materials, remade, shell_of
 from creak.model.materials import Bushing, GeneralShell, Layup, Material, Ply
 from creak.studies.design.properties import properties_of, with_properties
-from creak.studies.file.design.model_tables import MaterialTable, SectionTable
+from creak.studies.file.model_tables import MaterialTable, SectionTable
 from creak.studies.file.places import Places
 from creak.studies.file.reader import read_study
 from creak.studies.models.trials import Joined, UpdateCase, joined

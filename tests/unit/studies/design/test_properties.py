@@ -12,8 +12,7 @@ from creak.model.materials import Bushing, GeneralShell, PointMass, Spring
 from creak.studies.design.properties import properties_of
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
-from creak.studies.models.parameters import start_of
-from creak.studies.models.trials import Joined, UpdateCase, joined
+from creak.studies.models.trials import Joined, UpdateCase, joined, start_of
 from creak.studies.prepare.linear_model import linear_structure
 from creak.studies.prepare.structure import modes_up_to
 from creak.studies.propose.joints import joints_of

@@ -18,8 +18,7 @@ from hypothesis import strategies as st
 
 from creak.formats.stored.tree import read_tree, write_tree
 from creak.studies.file.config import StudyConfig
-from creak.studies.file.identity import digests_of
-from creak.studies.file.paths import Contents
+from creak.studies.file.paths import Contents, digests_of
 from creak.studies.file.reader import read_study
 from creak.studies.file.table import Table
 from creak.studies.file.toml_text import toml_text

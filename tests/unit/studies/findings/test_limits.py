@@ -16,7 +16,7 @@ from creak.studies.file.eline_tables import LimitTable
 from creak.studies.findings.limits import judged, limit_words
 from creak.studies.findings.places import find_places, ranked
 from creak.studies.findings.spots import beside_bars
-from creak.studies.sound.background import NOTHING, background_of
+from creak.studies.sound.cabin import NOTHING, background_of
 from creak.studies.sound.heard import Sound
 from helpers_cli import caller, empty_reports
 from helpers_decks import STUDY, write_strips

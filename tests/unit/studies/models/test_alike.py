@@ -10,12 +10,12 @@ import creak
 from creak.arrays import to_dense
 from creak.reduction.modal import without_modal_damping
 from creak.studies.file.reader import read_study
-from creak.studies.models import alike
-from creak.studies.models.alike import damped_alike
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
+from creak.studies.spots import handover
+from creak.studies.spots.handover import damped_alike
 from helpers_decks import STUDY, write_strips
 
 ZETA = 0.03
@@ -73,14 +73,14 @@ def test_shapes_that_are_not_orthonormal_do_not_damp_low_modes(setup, complete, 
     """The last shape with ten times the first one in it: the share of the first mode was 1e2 omega_n / omega_1 times its
     own."""
     reduced, reference = complete
-    real = alike.recovered_on
+    real = handover.recovered_on
 
     def mixed(*given):
         shapes = real(*given).copy()
         shapes[:, -1] += 10.0 * shapes[:, 0]
         return shapes
 
-    monkeypatch.setattr(alike, "recovered_on", mixed)
+    monkeypatch.setattr(handover, "recovered_on", mixed)
     system = damped_alike(setup.structure.modal, True, reference, reduced)
     omega2, phi = sla.eigh(to_dense(reference.system.K), to_dense(reference.system.M))
     shares = np.einsum("ij,ij->j", phi, damping(system) @ phi) / (2.0 * np.sqrt(omega2))

@@ -25,8 +25,7 @@ from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts
 from creak.studies.models import of_parts as module
 from creak.studies.models.of_parts import Room, only_parts_fit, room
-from creak.studies.models.outlines import assembled
-from creak.studies.models.reference import build_reference
+from creak.studies.models.reference import assembled, build_reference
 from creak.studies.prepare import structure
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.job import run_study

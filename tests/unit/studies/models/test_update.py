@@ -13,8 +13,16 @@ from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
-from creak.studies.models.parameters import candidates, read_parameters
-from creak.studies.models.trials import Trial, UpdateCase, frequency_slopes, joined, slopes, tried
+from creak.studies.models.trials import (
+    Trial,
+    UpdateCase,
+    candidates,
+    frequency_slopes,
+    joined,
+    read_parameters,
+    slopes,
+    tried,
+)
 from creak.studies.models.update import sensitivities, update, update_case
 from creak.studies.prepare.structure import Structure, modes_up_to
 from creak.verify.bounded_fit import bounded_fit

@@ -13,8 +13,7 @@ from creak.formats.decks import read_model
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
-from creak.studies.prepare.channels import contact_channels
-from creak.studies.prepare.pairs import contact_pair, plays_of
+from creak.studies.prepare.pairs import contact_channels, contact_pair, plays_of
 from helpers_decks import STUDY, write_strips
 
 

@@ -12,7 +12,7 @@ from creak.contact.pair import ContactPair, tied_channels
 from creak.formats.decks import read_model
 from creak.model.mesh import Model
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.channels import contact_channels
+from creak.studies.prepare.pairs import contact_channels
 from creak.studies.warned import Warned
 from helpers_ties import sections, sheet
 

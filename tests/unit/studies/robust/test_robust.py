@@ -31,8 +31,7 @@ from creak.studies.robust import shared_model as shared_model_room
 from creak.studies.robust.batches import batches
 from creak.studies.robust.changes import TABLES, at_start, drawn_setup
 from creak.studies.robust.draws import Draw, field_shapes
-from creak.studies.robust.linear import FACTORS, Linear, closes, multiple
-from creak.studies.robust.plain import plain_of
+from creak.studies.robust.linear import FACTORS, Linear, closes, multiple, plain_of
 from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model, variant_of
 from creak.studies.run.precheck import with_linear_gaps
 from creak.studies.run.static_start import started

@@ -30,7 +30,7 @@ from creak.studies.sound.ear import Ear, n5_of, records_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import heard_of
-from creak.studies.sound.source import Source
+from creak.studies.sound.radiation import Source
 from helpers_core import assembled, channels
 from helpers_decks import STEEL, STUDY, patch, write_strips
 from helpers_plate import SIDES, ZETA, kept, own_modes, supported_plate

@@ -19,8 +19,8 @@ from creak.studies.findings.places import find_places
 from creak.studies.sound.ear import n5_of, records_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.loud import bar_share, heard_of
+from creak.studies.sound.radiation import source_of
 from creak.studies.sound.road import road_levels
-from creak.studies.sound.source import source_of
 from helpers_cli import caller
 from helpers_decks import STUDY, write_strips
 from helpers_hrtf import grid, responses, unit, write_sofa
@@ -222,7 +222,7 @@ def test_wrong_input_gets_one_message_with_its_line(tmp_path, text, says, monkey
 def test_times_of_a_file_are_those_of_the_table(folder, tmp_path):
     write_strips(tmp_path, study=BASE + LISTENERS + '[room]\nvolume = 3\nreverberation = "times.csv"\n')
     (tmp_path / "times.csv").write_text("frequency,time\n100,0.2\n1000,0.1\n")
-    from creak.studies.sound.rooms import room_of
+    from creak.studies.sound.cabin import room_of
 
     found = []
     for path in (tmp_path, folder):

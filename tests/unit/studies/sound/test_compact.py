@@ -14,8 +14,7 @@ from creak.reduction.diagonal import diagonalise
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
 from creak.sound.forced import Modes, lead
 from creak.studies.sound.listeners import Listener
-from creak.studies.sound.radiation import compact_bodies, radiation, record_of
-from creak.studies.sound.source import Source
+from creak.studies.sound.radiation import Source, compact_bodies, radiation, record_of
 from helpers_core import STEEL, assembled, block, model_of, shell
 from helpers_solids import solid_mesh
 from helpers_sound import faded

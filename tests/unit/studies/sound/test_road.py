@@ -15,7 +15,7 @@ from creak.model.skin import skin_of
 from creak.sound.head import Sphere
 from creak.sound.rayleigh import AIR
 from creak.sound.zwicker_tables import REFERENCE_PRESSURE
-from creak.studies.sound.background import NOTHING
+from creak.studies.sound.cabin import NOTHING
 from creak.studies.sound.ear import Ear
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.radiation import radiation, record_of

@@ -20,10 +20,9 @@ from creak.studies.file.sound_tables import ListenerTable
 from creak.studies.sound.beyond import hearing
 from creak.studies.sound.listeners import listeners_of
 from creak.studies.sound.plates_heard import plate_heard
-from creak.studies.sound.radiation import radiation, record_of
+from creak.studies.sound.radiation import Source, radiation, record_of
 from creak.studies.sound.rims import around_edges, half_plane, rims_of, without_wall
 from creak.studies.sound.sheets import pushes, sheets_of
-from creak.studies.sound.source import Source
 from helpers_core import assembled, channels
 from helpers_plate import SIDES, ZETA, kept, supported_plate
 

@@ -29,7 +29,7 @@ from creak.studies.sound import beyond as module
 from creak.studies.sound.ear import n5_of
 from creak.studies.sound.heard import Sound
 from creak.studies.sound.listeners import listeners_of
-from creak.studies.sound.source import source_of
+from creak.studies.sound.radiation import source_of
 from helpers_cli import caller
 from helpers_core import STEEL, block
 from helpers_decks import STUDY, strip, two_strips, write_strips

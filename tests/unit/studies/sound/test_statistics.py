@@ -20,13 +20,13 @@ from creak.sound.room import Room
 from creak.sound.third_octave import third_octave_levels
 from creak.sound.zwicker_tables import BANDS
 from creak.studies.sound.band import mesh_band
+from creak.studies.sound.cabin import Cabin
 from creak.studies.sound.ear import Ear, Records, records_of
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.loud import Heard, heard_of, with_bar
 from creak.studies.sound.plates_heard import plate_heard
-from creak.studies.sound.rooms import Cabin
+from creak.studies.sound.radiation import Source
 from creak.studies.sound.sheets import pushes, sheets_of
-from creak.studies.sound.source import Source
 from creak.studies.sound.statistics import END, Statistics, _straight, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, shell
 from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate

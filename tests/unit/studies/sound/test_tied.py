@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.studies.sound.tied import OCTAVE, UNTIED, Levels, tied
+from creak.studies.sound.loud import OCTAVE, UNTIED, Levels, tied
 
 RECORDED = {"section": "sound"}
 

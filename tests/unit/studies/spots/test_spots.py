@@ -15,10 +15,9 @@ import creak
 from creak.dynamics import condensed
 from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.run.integrate import flowing
-from creak.studies.spots.check import _few_decide, check_spots
+from creak.studies.spots.check import _few_decide, _of_event, _slips, check_spots
 from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
-from creak.studies.spots.rubs import _of_event, _slips
 from creak.verify.events import Event
 from creak.verify.figures import FIGURES
 from creak.verify.matching import EventMatch

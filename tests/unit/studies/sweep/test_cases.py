@@ -14,7 +14,7 @@ from creak.studies.file.signals.tables import MultisineTable
 from creak.studies.file.signals.vibration import PsdTable
 from creak.studies.sweep.cases import Case, combinations, folder_names, resolve, unique
 from creak.studies.sweep.file import read_sweep
-from creak.studies.sweep.table import columns, waiting
+from creak.studies.sweep.job import columns, waiting
 from helpers_decks import STUDY, write_strips
 from helpers_refusal import refusal
 

@@ -28,8 +28,7 @@ from creak.studies.sweep.case import Outcome, Task, finished_record, publish, ru
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.figures import OF_A_PLACE, OF_FRICTION, friction_of
 from creak.studies.sweep.file import SweepFile, read_sweep
-from creak.studies.sweep.table import Row, columns, waiting, write_table
-from creak.studies.sweep.tasks import finished, tasks_of
+from creak.studies.sweep.job import Row, columns, finished, tasks_of, waiting, write_table
 from creak.studies.tasks.queue import Queue
 from helpers_decks import STUDY, write_strips
 from helpers_docs import ROOT

@@ -10,8 +10,8 @@ import pytest
 
 from creak.studies.sweep.cases import resolve
 from creak.studies.sweep.file import read_sweep
-from creak.studies.sweep.tasks import tasks_of
-from creak.studies.tasks.workers import THREADS, local_workers, threads_of
+from creak.studies.sweep.job import tasks_of
+from creak.studies.tasks.queue import THREADS, local_workers, threads_of
 from helpers_decks import STUDY, write_strips
 from helpers_sweep import die, die_twice
 
@@ -40,7 +40,7 @@ def test_a_case_that_kills_its_worker_is_run_again(tasks, tmp_path):
 
 def test_a_case_that_always_kills_its_worker_has_failed_and_the_others_go_on(tasks, tmp_path, monkeypatch):
     """A worker that died while it waited is replaced, none is left, and the environment stays."""
-    monkeypatch.setattr("creak.studies.tasks.workers.DEATHS", 1)
+    monkeypatch.setattr("creak.studies.tasks.queue.DEATHS", 1)
     bad, before = replace(tasks["seed=1"], write=die), dict(os.environ)
     with local_workers(1) as outcomes:
         ran = outcomes([bad, tasks["seed=2"], tasks["seed=1"]])

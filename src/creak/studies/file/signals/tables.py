@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from creak.signals import sources
 from creak.signals.curves import Periodic, SmoothStep
 from creak.signals.signal import RAMP, Signal
-from creak.studies.file.design.model_tables import Label
+from creak.studies.file.model_tables import Label
 from creak.studies.file.signals.course import PER_FLANK, Course, Points, Shown, check_lines, columns
 from creak.studies.file.signals.vibration import HalfSineTable, PsdTable, SweepTable, TrapezoidTable
 from creak.studies.file.table import Finite, NonNegative, Positive
