@@ -164,6 +164,8 @@ class Unread:
     """It was used: `why` says what became of it."""
     share: float = 0.0
     """Of critical damping in every mode, which does the same at resonance; 0: it is not known."""
+    share_of: str = ""
+    """The material or property that has this share alone; empty: all of the model."""
 
     @property
     def word(self) -> str:

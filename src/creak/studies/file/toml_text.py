@@ -44,7 +44,7 @@ def toml_value(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
-        return repr(value)
+        return repr(float(value) if isinstance(value, float) else value)  # NumPy's own floats say their type too
     if isinstance(value, str):
         return _string(value)
     if isinstance(value, list | tuple):

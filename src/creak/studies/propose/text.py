@@ -9,6 +9,7 @@ from creak.model.mesh import Model
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
 from creak.studies.prepare.deck_step import connector_table
+from creak.studies.prepare.unit_check import materials
 from creak.studies.propose.contact_text import contact_lines, key_line, named_nodes
 from creak.studies.propose.proposal import Drive, Proposal
 from creak.words import first_few
@@ -204,8 +205,10 @@ def _damping(model: Model) -> list[str]:
     bare = undamped_words(model)
     if is_damped(model) and not unread and not bare:
         return []
+    damped = {u.share_of for u in model.unread if u.share}
     shares = {u.share: u.keyword for u in model.unread if u.share}
-    if len(shares) == 1 and (bare or not is_damped(model)):
+    whole = "" in damped or damped >= {m.name for m in materials(model)}
+    if len(shares) == 1 and whole and (bare or not is_damped(model)):
         ((share, keyword),) = shares.items()
         return [
             f"# Damping: {keyword} of the deck, as the share of critical that does the same at resonance.",

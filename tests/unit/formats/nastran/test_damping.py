@@ -117,6 +117,15 @@ def test_structural_damping_that_does_not_act_in_time_is_told(tmp_path):
     assert not [u for u in chain(tmp_path, {"G": 0.06, "W3": 9.0}).unread if u.keyword == "PARAM,G"]
 
 
+def test_damping_of_a_bushing_is_no_share_for_all_modes(tmp_path):
+    """That of a material is: `creak new` gives it to all modes where all materials have it."""
+    found = {u.keyword: u for u in chain(tmp_path, {}).unread if u.damps}
+    assert (found["MAT1, GE"].share, found["MAT1, GE"].share_of) == (pytest.approx(0.1), "MAT1 1")
+    assert "modal = 0.1 " in found["MAT1, GE"].why
+    assert found["PBUSH, GE"].share == 0.0
+    assert "modal" not in found["PBUSH, GE"].why
+
+
 def test_springs_alone_are_damped_by_one_number(tmp_path):
     """Without materials: C is beta K, with no matrix of its own, and the model counts as damped."""
     springs = "GRID,1\nGRID,2,,10.\nCELAS2,1,300.,1,1,2,1\nCELAS2,2,500.,2,1\nCONM2,3,1,,.1\nCONM2,4,2,,.1\n"

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any, get_args
 
 import h5py
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -165,6 +166,10 @@ def test_tables_have_headers():
     assert "[a.b]\nc = 1" in text
     assert "[[list]]\nx = 1.0" in text
     assert text.startswith("title =")
+
+
+def test_numbers_of_numpy_are_numbers():
+    assert toml_text({"modal": np.float64(0.025)}) == "modal = 0.025\n"
 
 
 def test_what_toml_has_no_word_for():

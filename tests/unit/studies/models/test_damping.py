@@ -106,6 +106,19 @@ def test_structural_damping_of_the_deck_goes_into_its_first_study(tmp_path):
     assert "modal = 0.03 " in text
 
 
+def test_structural_damping_of_one_material_is_not_given_to_all(tmp_path):
+    """Nor that of a bushing: what a rubber loses is not what the steel beside it loses."""
+    steel = re.search(r"\*MATERIAL, NAME=STEEL\n(?:(?!\*SHELL).*\n)*", UNDAMPED).group()
+    rubber = steel.replace("STEEL", "RUBBER").replace("*DENSITY", "*DAMPING, STRUCTURAL=0.3\n*DENSITY", 1)
+    deck = UNDAMPED.replace(steel, steel + rubber).replace("MATERIAL=STEEL", "MATERIAL=RUBBER", 1)
+    assert deck.count("MATERIAL=STEEL") == 1
+    write_strips(tmp_path, deck)
+    model = read_deck(tmp_path / "strips.inp")
+    text = proposal_text(propose(model, None, None, silent), model, "strips.inp", "strips")
+    assert "# Damping: creak does not read *DAMPING, STRUCTURAL of the deck." in text
+    assert "modal = 0.02 " in text
+
+
 @pytest.mark.parametrize(
     ("lines", "share"), [("1, 9, 0.03", 0.03), ("1, 4, 0.03\n5, 9, 0.01", 0.02), ("1, 9, 3.", 0.02)]
 )

@@ -284,7 +284,8 @@ def _damping(deck: Outline, name: str, option: Block) -> tuple[float, float]:
             "it acts over frequency alone, in Abaqus too: in time give [damping] in the study "
             f"(modal = {structural / 2.0:g} does the same at resonance)"
         )
-        deck.note(option, why, changes=False, what="*DAMPING, STRUCTURAL", damps=True, share=0.5 * structural)
+        what, share = "*DAMPING, STRUCTURAL", 0.5 * structural
+        deck.note(option, why, changes=False, what=what, damps=True, share=share, share_of=name)
     return alpha, beta
 
 

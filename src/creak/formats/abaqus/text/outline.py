@@ -76,9 +76,11 @@ class Outline:
         damps: bool = False,
         used: bool = False,
         share: float = 0.0,
+        share_of: str = "",
     ) -> None:
         """List something that creak does not use, or what it made of it, once however often it is looked at."""
-        self.unread.setdefault(Unread(what or f"*{block.name}", block.where, changes, why, damps, used, share))
+        entry = Unread(what or f"*{block.name}", block.where, changes, why, damps, used, share, share_of)
+        self.unread.setdefault(entry)
 
 
 def outline(blocks: Iterable[Block]) -> Outline:

@@ -96,11 +96,14 @@ def damping(deck: Deck, card: Card, loss: float = 0.0) -> tuple[float, float]:
         if value and deck.param(at, 0.0) > 0.0:
             beta += value / deck.param(at, 0.0)
         elif value:
+            joint = at == "W4" and card.name not in MATERIALS  # it damps what moves in it, not the parts
+            share, owner = 0.0 if joint else 0.5 * value, "" if at == "W3" or joint else f"{card.name} {card.text(0)}"
+            same = "" if joint else f" (modal = {share:g} does the same at resonance)"
             why = (
                 f"Nastran's transient solutions use it with PARAM,{at} alone, and so does creak: give that, or "
-                f"[damping] in the study (modal = {value / 2.0:g} does the same at resonance)"
+                f"[damping] in the study{same}"
             )
-            deck.note(by, why, changes=False, what=what, damps=True, share=0.5 * value)
+            deck.note(by, why, changes=False, what=what, damps=True, share=share, share_of=owner)
     return deck.param("ALPHA1", 0.0), beta
 
 

@@ -73,7 +73,7 @@ class Deck:
         for name in names:
             yield from self.by_name.get(name, [])
 
-    noted: set[tuple[str, str]] = field(default_factory=set)
+    noted: set[tuple[str, str, str]] = field(default_factory=set)
     """Names and reasons in `unread`."""
     once: dict[str, Counter[str]] = field(default_factory=dict)
     """How often each id stands on cards of a name."""
@@ -88,11 +88,12 @@ class Deck:
         damps: bool = False,
         used: bool = False,
         share: float = 0.0,
+        share_of: str = "",
     ) -> None:
         """List something that creak does not use, or what it made of it."""
-        entry = Unread(what or card.name, card.where, changes, why, damps, used, share)
-        if (entry.keyword, why) not in self.noted:
-            self.noted.add((entry.keyword, why))
+        entry = Unread(what or card.name, card.where, changes, why, damps, used, share, share_of)
+        if (entry.keyword, why, share_of) not in self.noted:
+            self.noted.add((entry.keyword, why, share_of))
             self.unread.append(entry)
 
     def param(self, name: str, default: float) -> float:
