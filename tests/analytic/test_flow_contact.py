@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.integrate import solve_ivp
 
 from creak.contact.gap_operator import GapOperator
@@ -16,6 +17,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.reduction.diagonal import diagonalise
 from creak.verify.events import Event, find_events
+from creak.verify.peaks import peak_forces
 from creak.verify.reliability import created_of_contact
 from helpers_core import bar, channels, system_of
 
@@ -24,8 +26,8 @@ RECORDED = {"section": "contact, exact flow", "source": "closed form"}
 STEP = 1e-3
 
 
-def fly(system, gaps: GapOperator, end: float, pull=(), labels=()) -> History:
-    time = STEP / SAMPLES * np.arange(SAMPLES * round(end / STEP) + 1)
+def fly(system, gaps: GapOperator, end: float, pull=(), labels=(), step: float = STEP) -> History:
+    time = step / SAMPLES * np.arange(SAMPLES * round(end / step) + 1)
     values = np.stack([f(time) for f in pull], axis=1) if pull else np.zeros((time.size, 0))
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
     return simulate_flow(diagonalise(system), gaps, loads, OutputRequest(np.arange(system.n)))
@@ -144,6 +146,40 @@ def test_rebound_from_a_damped_spring(zeta, measured):
     measured(
         f"rebound from a spring with {zeta:g} of critical damping", leaving, np.full(count, exact), rel=0.06, unit="m/s"
     )
+
+
+def peak_of_damped_spring(zeta: float) -> float:
+    """Largest force that a spring (1) with a damper (2 zeta) has against a mass 1 of speed 1, by complex exponentials."""
+    roots = np.array([-zeta + s * np.sqrt(complex(zeta**2 - 1.0)) for s in (1, -1)])
+    t = np.linspace(0.0, 3.0, 30001)
+    x, v = (np.outer([1.0, -1.0], np.ones(t.size)) * roots[:, None] ** k * np.exp(np.outer(roots, t)) for k in (0, 1))
+    return float(((x + 2.0 * zeta * v).sum(axis=0) / (roots[0] - roots[1])).real.max())
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+@pytest.mark.parametrize("zeta", [0.05, 0.3, 0.6, 2.0])
+@pytest.mark.parametrize(("omega", "step"), [(100.0, 1e-3), (1e4, 2e-4), (1e4, 5e-3)])
+def test_raw_peak_of_a_damper_that_is_there_at_once(omega, step, zeta, mu):
+    """Seven masses that touch at seven phases of a step: c v at the touch, and no row has the impulse of a kick."""
+    v, n = 1.0, 7
+    h = step * 2.0 ** -np.ceil(np.log2(max(100.0, step * omega / 0.25)))
+    gaps = channels(np.eye(n, 2 * n), 2e-3 + np.arange(n) / n * v * h, omega**2, 2.0 * zeta * omega)
+    along = sp.csr_matrix(np.eye(n, 2 * n, n)), sp.csr_matrix((n, 2 * n))
+    gaps = replace(gaps, tangents=along, friction=Friction(np.full(n, mu), np.full(n, mu), np.zeros(n)))
+    start = np.repeat([-v, 3.0 * v], n)
+    end = step * np.ceil((0.012 + 4.0 / omega) / step)
+    history = fly(system_of(np.eye(2 * n), np.zeros((2 * n, 2 * n)), velocity=start), gaps, end, step=step)
+    exact = omega * v * peak_of_damped_spring(zeta)
+    np.testing.assert_allclose(peak_forces(history, gaps).max(axis=0), exact, rtol=0.01)
+    assert history.force.max() < 1.01 * exact
+    assert max(e.force_peak for e in touches(history, gaps)) == pytest.approx(exact, rel=0.01)
+    gained = (history.displacement[-1] - history.displacement[-2]) / step - start
+    np.testing.assert_allclose(history.weights @ history.force, gained[:n], rtol=1e-3)
+    if mu:
+        rubbed = history.tangential[:, ::2]
+        assert rubbed.min() > -1.01 * mu * exact
+        np.testing.assert_allclose(history.weights @ rubbed, -mu * gained[:n], rtol=1e-3)
+    assert history.energy_created < 1e-3
 
 
 # --- bars -----------------------------------------------------------------------------------------------------------

@@ -14,6 +14,7 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.signals.resampling import blocks, low_pass_uneven
 from creak.verify.intervals import chains, check_merging, in_window, overlap, stretches
+from creak.verify.peaks import COARSER, peak_forces
 from creak.verify.sides import sides
 
 REACH = 6.0
@@ -28,8 +29,6 @@ TOUCHING = 1e-9
 """Share of its largest gap up to which a channel touches."""
 BESIDE, FINER = 4, 2
 """Samples of a low-pass beside an event that its spline goes through, and times as fine as these it is looked at."""
-COARSER = 1.5
-"""Times the step of an onset from which the step before it is too long to tell how the gap closed in that."""
 EventKey = tuple[str, int, str, float]
 
 
@@ -51,7 +50,7 @@ class Event:
     t_end: float
     """Where the last force vanishes: where the gap crosses zero, with contact damping earlier."""
     force_peak: float
-    """Largest channel force; does not converge with the step for a penalty contact."""
+    """Largest channel force (`peak_forces`); does not converge with the step for a penalty contact."""
     force_peak_filtered: float
     """Largest channel force, low-passed at the verification's f_max."""
     impulse: float
@@ -120,6 +119,7 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
     """
     check_merging(history, gaps, merge, f_max)
     weights, closing = history.weights, without_rest(history)
+    raw = peak_forces(closing, gaps)
     events, count = [], dict.fromkeys(gaps.group, 0)
     for channels in sides(gaps):
         group = gaps.group[int(channels[0])]
@@ -127,7 +127,7 @@ def find_events(history: History, gaps: GapOperator, merge: float | None = None,
         closed = stretches(np.asarray((closing.force[:, channels] > 0.0).any(axis=1)))
         touches = [_touch(closing, gaps, channels, first, last) for first, last in closed]
         for chain, margin in _merged(touches, merge) if merge is not None else _own_scale(touches, f_max):
-            found = _event(closing, gaps, weights, channels, chain, f_max)
+            found = _event(closing, gaps, raw, weights, channels, chain, f_max)
             events.append(replace(found, side=side, margin=margin))
     least = least_force(history)
     return sorted((e for e in events if e.force_peak > least), key=lambda e: (e.t_start, e.group, e.side))
@@ -221,11 +221,17 @@ def _merged(touches: list[_Touch], merge: float) -> list[tuple[list[_Touch], flo
 
 
 def _event(
-    history: History, gaps: GapOperator, weights: FloatArray, channels: IntArray, chain: list[_Touch], f_max: float
+    history: History,
+    gaps: GapOperator,
+    raw: FloatArray,
+    weights: FloatArray,
+    channels: IntArray,
+    chain: list[_Touch],
+    f_max: float,
 ) -> Event:
     first, last, begin = chain[0].first, chain[-1].last, chain[0]
     active = channels[(history.force[first : last + 1, channels] > 0.0).any(axis=0)]
-    row, peak, force, impulse = _peak_and_impulse(history, weights, active, first, last)
+    row, peak, force, impulse = _peak_and_impulse(history, raw, weights, active, first, last)
     filtered = _filtered_peak(history, active, chain, f_max, force)
     alone = active.size == 1
     return Event(
@@ -248,14 +254,14 @@ def _event(
 
 
 def _peak_and_impulse(
-    history: History, weights: FloatArray, channels: IntArray, first: int, last: int
+    history: History, raw: FloatArray, weights: FloatArray, channels: IntArray, first: int, last: int
 ) -> tuple[int, int, float, float]:
     """Row, channel and size of the largest force, and the impulse of all channels."""
     row, channel, top, impulse = first, int(channels[0]), -1.0, 0.0
     for part in blocks(last + 1 - first, channels.size):
         rows = slice(first + part.start, first + part.stop)
-        force = history.force[rows][:, channels]
-        impulse += float(weights[rows] @ force.sum(axis=1))
+        force = raw[rows][:, channels]
+        impulse += float(weights[rows] @ history.force[rows][:, channels].sum(axis=1))
         k, j = np.unravel_index(int(np.argmax(force)), force.shape)
         if force[k, j] > top:
             row, channel, top = rows.start + int(k), int(channels[j]), float(force[k, j])

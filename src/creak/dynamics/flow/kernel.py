@@ -46,7 +46,7 @@ from creak.dynamics.flow.motion import (
     shift_loads,
     value,
 )
-from creak.dynamics.flow.rows import bends, changes, pieces, restart, write, write_between
+from creak.dynamics.flow.rows import bends, changes, pieces, restart, write, write_between, write_touch
 from creak.dynamics.flow.steady import NONE, Steady, book_steady, fly_on, go_on_with, let_go, new_steady
 from creak.dynamics.loads import Loads
 from creak.linalg.by_reference import by_reference
@@ -253,6 +253,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
     course, drive, D, energy, together = desk.course, desk.drive, desk.D, desk.energy, desk.together
     steady = desk.steady
     parts = 1 << levels
+    most = 2 * parts if model.damped else parts
     springs = not (model.damped or light or now.sliding.size > 0)
     kept, whole_row, swapped, level = 0, 0, False, 0
     time, written, edge = begin * H, True, False
@@ -264,7 +265,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
         if rests(model, now):
             together.next[CALM], together.next[SAME] = PATIENCE, NEVER
     for step in range(begin, end):
-        if used + parts > out.table.shape[0]:
+        if used + most > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
         load_step(model, 3 * step, H / 3.0, course, drive, D)
         at = np.int64(0)  # a plain 0 would have `advance` compiled twice
@@ -338,6 +339,8 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
                 write(out.table, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
+            if changed and model.damped and level == levels and not held:
+                used = write_touch(laws, time, h, now, after, out.table, used)
             if held and rested:
                 go_on_with(steady, after.force)
             elif steady.mark[0] != NONE:

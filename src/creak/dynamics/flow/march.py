@@ -305,7 +305,7 @@ class FlowRun:
             )
 
     def rows(self, steps: int) -> int:
-        return max(steps, ROWS) + 2**self.steps.levels
+        return max(steps, ROWS) + 2 ** (self.steps.levels + 1)
 
     def kept(self, x: FlowState) -> FloatArray:
         return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])

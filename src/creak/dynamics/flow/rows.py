@@ -24,6 +24,8 @@ from creak.linalg.loops import fill, put
 
 CLOSE = 1e-5
 """Of the largest value since contact last changed."""
+SUDDEN = 1 / 1024
+"""Least share of a step in which the force of a damper rises as it touches."""
 
 
 class Cone(NamedTuple):
@@ -106,6 +108,47 @@ def write(table, row, time, x):  # type: ignore[no-untyped-def]
     at = put(to, put(to, put(to, 1, x.gap), x.mean), x.sliding)
     for i in range(SCHEME + 1):
         to[at + i] = x.energy[i]
+
+
+@inner
+def share_taken(laws, i, now, after):  # type: ignore[no-untyped-def]
+    """Share of the first half of its kick that a channel with a damper has, which touched in the step; else 0."""
+    if laws.damping[i] == 0.0 or after.force[i] <= 0.0 or now.force[i] > 0.0 or now.gap[i] < 0.0:
+        return 0.0
+    return 2.0 * after.mean[i] / after.force[i] - 1.0
+
+
+@inner
+def write_touch(laws, time, h, now, after, table, used):  # type: ignore[no-untyped-def]
+    """A row between two instants where a damper touches in the first half of the step: its force is there at once.
+
+    A step h gives the share s of F h / 2. A line from 0 at its start to F at s - 1 steps before its end, and F from
+    there on, is that impulse. So `after` has F, and not the mean (1 + s) F / 2 of its kick, which is more. What does
+    not touch like that goes in straight lines, so that its impulse stays, too. Returns the rows then used.
+    """
+    m, late, hardest = now.gap.size, 0.0, 0.0
+    for i in range(m):
+        share = share_taken(laws, i, now, after)
+        if share > 1.0 and after.force[i] > hardest:
+            hardest, late = after.force[i], min(share - 1.0, 1.0 - SUDDEN)
+    if hardest == 0.0:
+        return used
+    row, sliding = table[used], 1 + m + now.force.size
+    put(row, 0, table[used - 1])
+    row[0] = time + (1.0 - late) * h
+    for i in range(m):
+        row[1 + i] = late * now.gap[i] + (1.0 - late) * after.gap[i]
+    for j in range(now.force.size - 1, -1, -1):  # pressure last: friction has its share
+        i = j if j < m else laws.rubs[(j - m) // 2]
+        own = share_taken(laws, i, now, after) - late
+        row[1 + m + j] = late * now.mean[j] + (1.0 - late) * after.mean[j]
+        if j >= m:
+            row[sliding + j - m] = late * now.sliding[j - m] + (1.0 - late) * after.sliding[j - m]
+        if 0.0 < own <= 1.0 + SUDDEN:
+            row[1 + m + j], after.mean[j] = own * after.force[j], after.force[j]
+            if j >= m:
+                row[sliding + j - m] = after.sliding[j - m]
+    return used + 1
 
 
 @inner

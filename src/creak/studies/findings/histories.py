@@ -26,6 +26,7 @@ from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import Sound, n5_of_less, share_apart
 from creak.studies.sound.notes import WHAT
 from creak.verify.figures import OF_PLACE
+from creak.verify.peaks import peak_forces
 from creak.verify.rubbing import Rub, rub_of
 
 UNASKED = 32_000_000
@@ -49,7 +50,7 @@ def record_of(run: Run, nodes: Nodes, watch: Watch, marching: Marching) -> RunRe
         time=h.time[at],
         gap=h.gap[at],
         normal_force=cell_means(h.time, h.force, h.time[at]),
-        peak_force=cell_peaks(h.time, h.force, h.time[at]),
+        peak_force=cell_peaks(h.time, peak_forces(h, gaps), h.time[at]),
         slip=h.slip,
         friction_force=_means(h, h.tangential),
         slip_speed=_means(h, h.sliding),

@@ -131,7 +131,7 @@ def _run(run: FoundRun, f: Findings) -> dict[str, Any]:
         "slip_events": [_slip_event(e, model) for e in run.slips],
         "squeak_rate": squeak_rates(run.slips, f.window),
         "squeak": [_squeak(s, f.measured_rates.get(s.group), model) for s in run.squeaks],
-        "max_force": float(h.force.max(initial=0.0)),
+        "max_force": max([float(h.force.max(initial=0.0)), *(e.force_peak for e in run.events)]),
         "penetration_max": penetration,
         "max_penetration": penetration,  # earlier name of the same figure, for those who read it
         "gap_min": gap_min,
