@@ -58,7 +58,8 @@ class ContactTable(Table):
     """node-to-surface: stiffness, overclosure and damping as surface-to-surface takes them, times the area of the
     secondary surface that belongs to each node: of the faces around it, those that look at the main surface."""
     clearance: Finite | str | None = None
-    """length; replaces the geometric gap. A string names a CSV file, header node,clearance."""
+    """length; replaces the geometric gap; below zero with [[static]] press_fit alone. A string names a CSV file, header
+    node,clearance."""
     normal: tuple[Finite, Finite, Finite] | None = None
     """Direction from the main to the secondary surface, instead of the surfaces' own."""
     friction: FrictionValue = 0.0

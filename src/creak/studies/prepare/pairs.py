@@ -40,7 +40,8 @@ def contact_pair(model: Model, touching: Touching, name: str) -> ContactPair:
 
     Raises
     ------
-    InputError : an unknown surface or node; a table that cannot be used; a stiffness beside an overclosure curve.
+    InputError : an unknown surface or node; a table that cannot be used; a stiffness beside an overclosure curve; a
+        clearance below zero without press_fit.
     """
     t = touching.contacts[name]
     return ContactPair(
@@ -181,6 +182,14 @@ def _stiffness(given: str | float) -> float | None:
 def _clearance(model: Model, touching: Touching, name: str) -> float | dict[int, float] | None:
     t = touching.contacts[name]
     if not isinstance(t.clearance, str):
+        if t.clearance is not None and t.clearance < 0.0 and not touching.press_fit:
+            raise InputError(
+                f"clearance = {t.clearance:g}",
+                expected="zero or more: the length by which the two are apart",
+                where=touching.places.where("contact", name, "clearance"),
+                fix="Parts that overlap are pressed apart with [[static]] press_fit = true beside it. Where this is a "
+                "coordinate or points the other way, give its length alone.",
+            )
         return t.clearance
     rows = nodes_of(model, t.secondary, where=f"[contact.{name}] secondary").rows
     where = touching.places.where("contact", name, "clearance")

@@ -139,6 +139,13 @@ def test_surfaces_that_overlap_are_pressed_apart(tmp_path, how):
         assert not one.events
 
 
+def test_a_clearance_below_zero_is_a_press_fit_or_a_mistake(tmp_path):
+    """It was run as zero, which is neither; `set_up` of the one with press_fit is the test above."""
+    tables = f"[contact.fit]\nsecondary = 'BOTTOM'\nmain = 'TOP'\nclearance = {-OVERLAP}\n"
+    with pytest.raises(InputError, match=r"study\.toml:\d+ .*clearance = -0\.02; expected zero or more.*press_fit"):
+        set_up(read_study(study(tmp_path, overlapping_cubes(), tables)))
+
+
 def test_a_press_fit_of_nothing_is_warned_of(tmp_path):
     open_stop, squeezed = f"{STOP}lower = -1.0\n", f"{STOP}lower = 0.1\n"
     for tables, wrong in ((open_stop, True), (squeezed, False)):
