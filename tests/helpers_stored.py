@@ -14,8 +14,7 @@ import numpy as np
 
 from creak.formats.complete_file import complete_file
 from creak.formats.stored.hdf5 import hdf5_file
-from creak.formats.stored.sealed_hdf5 import seal
-from creak.formats.stored.sealed_json import KEY, sealed_text
+from creak.formats.stored.sealed import KEY, seal, sealed_text
 
 
 @contextmanager

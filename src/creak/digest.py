@@ -1,8 +1,10 @@
-"""Digests of data and files: what is kept is found by that of all that it was made from."""
+"""Digests of data and files: what is kept is found by that of all that it was made from; names of the user as parts of
+file names."""
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -72,3 +74,18 @@ def _feed(found: Any, value: Any) -> None:
         found.update(f"{len(text)} ".encode() + text)
     else:
         raise TypeError(f"no digest of a {type(value).__name__}")
+
+
+LONGEST = 100
+"""Bytes; file systems take 255, and an ending and a partial name come on top."""
+
+
+def file_stem(name: str) -> str:
+    """A name that every file system takes; two names never give the same one.
+
+    Letters, digits, `_` and `-` stay. A name with anything else, or too long, ends in a digest of itself.
+    """
+    safe = re.sub(r"[^\w-]", "_", name)
+    if safe == name and 0 < len(name.encode(errors="replace")) <= LONGEST:
+        return name
+    return f"{safe.encode()[: LONGEST - 9].decode(errors='ignore')}-{digest(name, 4)}"

@@ -11,11 +11,11 @@ from rich.text import Text
 
 from creak.cli.console import Terminal, printable
 from creak.cli.output import Output, ProgressBars
+from creak.digest import LONGEST, file_stem
 from creak.errors import InputError
 from creak.formats.matrices.superelements import FORMATS, read_superelement, write_superelement
 from creak.formats.measured.csv_rows import plain_cell
 from creak.formats.measured.histories import Histories, write_csv
-from creak.formats.safe_names import LONGEST, file_stem
 from creak.studies.file.reader import read_study
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_matrices import random_superelement

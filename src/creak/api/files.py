@@ -8,7 +8,7 @@ from typing import Any
 
 from creak.errors import InputError
 from creak.formats import complete_file
-from creak.formats.stored.sealed_json import read_sealed, sealed_text
+from creak.formats.stored.sealed import read_sealed, sealed_text
 from creak.given import of_kind, path_of
 
 

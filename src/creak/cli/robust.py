@@ -43,7 +43,7 @@ def robust(
     from creak.api.extras import missing_for_report, no_report_text
     from creak.api.robust import robust as find
     from creak.formats.complete_file import write_text
-    from creak.formats.stored.sealed_json import sealed_text
+    from creak.formats.stored.sealed import sealed_text
     from creak.report.tables.robust import write_draws
 
     folder = out if out is not None else study_file.parent / "robust"

@@ -25,7 +25,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import CondensedStepper, march
-from creak.formats.stored.sealed_hdf5 import Damaged
+from creak.formats.stored.sealed import Damaged
 from creak.studies.run.checkpoint import read_checkpoint, write_checkpoint
 from helpers_core import time_axis
 from helpers_gap import LABELS, N, cantilevers, gaps_between, multisine_base

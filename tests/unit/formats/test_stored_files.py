@@ -18,8 +18,7 @@ from creak.formats.matrices.superelements import read_superelement, write_supere
 from creak.formats.measured.histories import read_histories
 from creak.formats.stored import superelement as module
 from creak.formats.stored.npz_arrays import read_arrays
-from creak.formats.stored.sealed_hdf5 import BLOCK, MARK, Damaged, opened_hdf5
-from creak.formats.stored.sealed_json import read_sealed, sealed_text
+from creak.formats.stored.sealed import BLOCK, MARK, Damaged, opened_hdf5, read_sealed, sealed_text
 from creak.formats.stored.superelement import SavedSuperelement, read_superelement_file, write_superelement_file
 from helpers_matrices import random_superelement
 from helpers_stored import changed_hdf5, resealed, write_small_results

@@ -14,7 +14,7 @@ from creak.api.extras import REPORT
 from creak.api.result import Result
 from creak.api.saved import open_result
 from creak.errors import InputError
-from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.sealed import read_sealed
 from creak.report.html import report_text
 from creak.studies.converge.repeats import converge
 from creak.studies.file.reader import read_study

@@ -9,12 +9,12 @@ from typing import TypeVar
 
 from creak.arrays import IntArray
 from creak.errors import InputError
+from creak.formats.abaqus.joints.connectors import joint_constraints
 from creak.formats.abaqus.joints.contact import described_contact
 from creak.formats.abaqus.joints.couplings import Placement, read_couplings
 from creak.formats.abaqus.joints.fasteners import extended, read_fasteners, spring_blocks
-from creak.formats.abaqus.joints.gaps import read_gaps
+from creak.formats.abaqus.joints.interactions import read_gaps
 from creak.formats.abaqus.joints.links import read_links
-from creak.formats.abaqus.joints.rigid import joint_constraints
 from creak.formats.abaqus.joints.ties import read_ties
 from creak.formats.abaqus.loads.boundary import read_boundaries, read_initial_velocity
 from creak.formats.abaqus.loads.modal_steps import list_damping
@@ -22,24 +22,20 @@ from creak.formats.abaqus.loads.pressures import Bodies
 from creak.formats.abaqus.loads.prestress import held_in_modes, list_prestress, read_static
 from creak.formats.abaqus.loads.steps import read_run
 from creak.formats.abaqus.loads.temperatures import node_temperatures
-from creak.formats.abaqus.mesh.blocks import make_blocks
+from creak.formats.abaqus.mesh.directions import held_along_axes, note_transformed, read_transforms
 from creak.formats.abaqus.mesh.elements import read_elements
 from creak.formats.abaqus.mesh.nodes import read_nodes
-from creak.formats.abaqus.mesh.parts import read_parts
-from creak.formats.abaqus.mesh.sets import read_sets
-from creak.formats.abaqus.mesh.surfaces import RawSurface, read_surfaces
-from creak.formats.abaqus.mesh.transforms import held_along_axes, note_transformed, read_transforms
+from creak.formats.abaqus.mesh.parts import make_blocks, read_parts
+from creak.formats.abaqus.mesh.sets import RawSurface, read_sets, read_surfaces
 from creak.formats.abaqus.sections.added_mass import with_added_mass
 from creak.formats.abaqus.sections.assigned import read_sections
-from creak.formats.abaqus.sections.distributions import read_distributions
 from creak.formats.abaqus.sections.materials import read_materials
-from creak.formats.abaqus.sections.orientations import read_orientations
+from creak.formats.abaqus.sections.orientations import read_distributions, read_orientations
 from creak.formats.abaqus.sections.own_data import Geometry, read_nodal_thickness
 from creak.formats.abaqus.text.keywords import misspelled
-from creak.formats.abaqus.text.lexer import lex
+from creak.formats.abaqus.text.lexer import lex, with_parameters
 from creak.formats.abaqus.text.names import with_short_names
 from creak.formats.abaqus.text.outline import Outline, outline
-from creak.formats.abaqus.text.parameters import with_parameters
 from creak.formats.deck.refusals import reading
 from creak.model.mesh import Model, Surface
 from creak.model.steps import DeckRun

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.formats.deck.groups import Group
+from creak.formats.deck.parts import Group
 from creak.model.constraints import Constraint, Equation, Tie
 from creak.model.face_shapes import FEW, FaceShapes, shapes_of
 from creak.model.materials import GeneralShell, Section, ShellSection

@@ -8,8 +8,7 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError
-from creak.formats.deck.groups import Group, blocks_of
-from creak.formats.deck.parts import flat_parts
+from creak.formats.deck.parts import Group, blocks_of, flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.deck.text import plain_name
@@ -20,15 +19,12 @@ from creak.formats.lsdyna.joints.tied import read_ties
 from creak.formats.lsdyna.loads.supports import read_supports, support_sets
 from creak.formats.lsdyna.mesh.beams import read_beams
 from creak.formats.lsdyna.mesh.coordinate_systems import read_orientations, read_systems
-from creak.formats.lsdyna.mesh.faces import FaceFinder, nodes_of, segment_surface
-from creak.formats.lsdyna.mesh.nodes import read_nodes
-from creak.formats.lsdyna.mesh.sets import ELEMENT_SETS, Sets, read_sets
+from creak.formats.lsdyna.mesh.nodes import Transforms, read_nodes
+from creak.formats.lsdyna.mesh.sets import ELEMENT_SETS, FaceFinder, Sets, nodes_of, read_sets, segment_surface
 from creak.formats.lsdyna.mesh.shells import read_shells
 from creak.formats.lsdyna.mesh.solids import read_solids
-from creak.formats.lsdyna.mesh.transforms import Transforms
 from creak.formats.lsdyna.sections.damping import read_damping
-from creak.formats.lsdyna.sections.materials import read_laws
-from creak.formats.lsdyna.sections.parts import Properties, read_properties
+from creak.formats.lsdyna.sections.parts import Properties, read_laws, read_properties
 from creak.formats.lsdyna.text.cards import Block
 from creak.formats.lsdyna.text.deck import Deck
 from creak.formats.lsdyna.text.keywords import KEYWORDS, list_unread, sorted_blocks

@@ -13,7 +13,7 @@ from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 from creak.formats.matrices.checks import DofMap, checked, dense
 from creak.formats.stored.npz_arrays import read_arrays
-from creak.formats.stored.sealed_hdf5 import Damaged
+from creak.formats.stored.sealed import Damaged
 from creak.model.superelement import Superelement
 
 Arrays = dict[str, NDArray]

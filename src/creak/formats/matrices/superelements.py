@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from creak.digest import file_stem
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.matrices.abaqus_mtx import read_abaqus, write_matrix_output, write_user_element
@@ -14,7 +15,6 @@ from creak.formats.matrices.matrix_market import ENDINGS, read_matrix_market, wr
 from creak.formats.matrices.nastran_dmig import read_dmig, write_dmig
 from creak.formats.matrices.nastran_op4 import read_op4, write_op4
 from creak.formats.matrices.npz import read_npz, write_npz
-from creak.formats.safe_names import file_stem
 from creak.model.superelement import Superelement
 
 

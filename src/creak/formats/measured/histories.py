@@ -20,7 +20,7 @@ from creak.formats.measured.punch import DISPLACEMENTS, MPCF, PointHistory, writ
 from creak.formats.measured.text_fields import unique_labels
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
 from creak.formats.stored.results import LineRecord, check_beside, reading, require_run
-from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
+from creak.formats.stored.sealed import Damaged, opened_hdf5
 from creak.model.units import UNITS, UnitsName
 
 AXES = ("X", "Y", "Z", "RX", "RY", "RZ")

@@ -9,9 +9,8 @@ from pathlib import Path
 
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
-from creak.formats.measured.channel import Channel
 from creak.formats.measured.csv_modes import read_csv_modes
-from creak.formats.measured.modes import MeasuredFrfs, MeasuredModes
+from creak.formats.measured.modes import Channel, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.uff_frfs import uff_frfs
 from creak.formats.measured.uff_functions import histories_among
 from creak.formats.measured.uff_modes import MODE, read_uff_modes, uff_modes

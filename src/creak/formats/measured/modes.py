@@ -1,4 +1,4 @@
-"""Modes and frequency response functions of a test, as files of the trade hold them: universal files and CSV."""
+"""Channels, modes and frequency response functions of a test, as files of the trade hold them: universal ones, CSV."""
 
 from __future__ import annotations
 
@@ -6,8 +6,32 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+import numpy as np
+
 from creak.arrays import ComplexArray, FloatArray
 from creak.model.units import LENGTHS
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One measured quantity, evenly sampled."""
+
+    name: str
+    unit: str
+    start: float
+    """s"""
+    step: float
+    """s"""
+    values: FloatArray
+    """(n,)"""
+    at: tuple[int, int] = (0, 0)
+    """Node and direction, 1 to 6, where the file tells them; 0: none. Values are along the positive axis."""
+
+    @property
+    def time(self) -> FloatArray:
+        """(n,) s"""
+        return np.asarray(self.start + self.step * np.arange(self.values.size), dtype=np.float64)
+
 
 PER_METRE = {name: 1.0 / LENGTHS[name] for name in ("mm", "m", "in")}
 """Units of length that files of tests are in -> how many are in 1 m."""

@@ -18,7 +18,7 @@ from creak.formats.complete_file import partial_folder, write_text
 from creak.formats.destination import destination
 from creak.formats.stored.results import check_beside, reading, require_run
 from creak.formats.stored.run_identity import RunIdentity, identity_in
-from creak.formats.stored.sealed_hdf5 import opened_hdf5
+from creak.formats.stored.sealed import opened_hdf5
 from creak.formats.stored.tree import read_tree
 from creak.formats.vtu import MeshText, mesh_text, write_instant
 from creak.model.plain_mesh import PlainMesh

@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.stored.sealed_hdf5 import Damaged, unsealed_hdf5
+from creak.formats.stored.sealed import Damaged, unsealed_hdf5
 
 CONVENTION = "a SOFA file of impulse responses at two ears, as SimpleFreeFieldHRIR has them"
 AHEAD, UP = np.array([[1.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 1.0]])

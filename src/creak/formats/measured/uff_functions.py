@@ -16,8 +16,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.measured.channel import Channel
-from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE
+from creak.formats.measured.modes import ACCELERANCE, MOBILITY, RECEPTANCE, Channel
 from creak.formats.measured.uff_points import units_told
 from creak.formats.measured.uff_sets import BINARY, DataSet, data_sets
 from creak.formats.measured.unit_words import (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from creak.errors import InputError
-from creak.formats.deck.groups import blocks_of
-from creak.formats.deck.parts import flat_parts
+from creak.formats.deck.parts import blocks_of, flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.nastran.joints.contact import CARDS as OF_CONTACT
@@ -15,10 +14,9 @@ from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
 from creak.formats.nastran.joints.fasteners import following_grids, read_fasteners
 from creak.formats.nastran.joints.gaps import list_gaps
 from creak.formats.nastran.joints.glue import CARDS as OF_GLUE
-from creak.formats.nastran.joints.glue import read_glue
+from creak.formats.nastran.joints.glue import read_glue, read_shell_to_solid
 from creak.formats.nastran.joints.points import read_points
 from creak.formats.nastran.joints.rigid import read_rigid
-from creak.formats.nastran.joints.shell_to_solid import read_shell_to_solid
 from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
 from creak.formats.nastran.loads.modal_damping import list_damping
 from creak.formats.nastran.loads.static_loads import named_loads, temperatures
@@ -27,7 +25,6 @@ from creak.formats.nastran.loads.transient import cards_of, read_transient
 from creak.formats.nastran.mesh.bars import read_bars
 from creak.formats.nastran.mesh.coordinate_systems import read_systems
 from creak.formats.nastran.mesh.grids import Permanent, read_grids
-from creak.formats.nastran.mesh.middles import middle_equations
 from creak.formats.nastran.mesh.sets import element_sets, named_regions, node_sets, untyped_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids
@@ -35,7 +32,7 @@ from creak.formats.nastran.sections.added_mass import add_mass
 from creak.formats.nastran.sections.materials import read_materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.case_control import read_case_control
-from creak.formats.nastran.text.deck import Deck
+from creak.formats.nastran.text.deck import Deck, middle_equations
 from creak.formats.nastran.text.deck_file import DeckFile, read_deck_file
 from creak.formats.nastran.text.known_cards import CARDS, list_unread
 from creak.model.constraints import Constraint

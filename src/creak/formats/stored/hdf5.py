@@ -20,7 +20,7 @@ from pathlib import Path
 import h5py
 
 from creak.formats.complete_file import Interrupts, Unfinished, complete_file, interrupts_later
-from creak.formats.stored.sealed_hdf5 import BLOCK, seal
+from creak.formats.stored.sealed import BLOCK, seal
 
 PAGE = 1 << 16
 """Bytes kept at a time after an error."""

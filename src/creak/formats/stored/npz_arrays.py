@@ -14,7 +14,7 @@ from numpy.lib import format as npy
 from numpy.typing import NDArray
 
 from creak.formats.deck.command_files import plain_file
-from creak.formats.stored.sealed_hdf5 import MOST_PACKED, Damaged
+from creak.formats.stored.sealed import MOST_PACKED, Damaged
 
 KINDS = "biufU"
 """Truth values, numbers and text; no objects, no records."""

@@ -15,8 +15,7 @@ from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
 from creak.formats.stored.hdf5 import Hdf5, hdf5_file
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
-from creak.formats.stored.sealed_hdf5 import Damaged
-from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.sealed import Damaged, read_sealed
 from creak.formats.stored.tree import BIG, COMPRESSED
 from creak.model.units import UNITS, Units
 

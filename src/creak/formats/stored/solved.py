@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.stored.hdf5 import bound_file, is_bound
-from creak.formats.stored.sealed_hdf5 import opened_hdf5
+from creak.formats.stored.sealed import opened_hdf5
 
 KIND, VERSION = "solved", 1
 

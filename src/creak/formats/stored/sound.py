@@ -11,13 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from creak.arrays import FloatArray
+from creak.digest import file_stem
 from creak.errors import InputError
 from creak.formats.destination import destination
-from creak.formats.safe_names import file_stem
 from creak.formats.stored.results import check_beside, reading
 from creak.formats.stored.run_identity import RESULTS, SUMMARY
-from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
-from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.sealed import Damaged, opened_hdf5, read_sealed
 from creak.formats.wav import write_wav
 
 

@@ -12,10 +12,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
-from creak.formats.measured.channel import Channel
 from creak.formats.measured.files import is_measured
 from creak.formats.measured.histories import AXES, Histories, read_histories
-from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE
+from creak.formats.measured.modes import ACCELERANCE, RECEPTANCE, Channel
 from creak.formats.measured.unit_words import BARE, MOTIONS, NEWTONS, PASCALS, mixed_up, plain_unit
 from creak.model.units import UNITS
 from creak.signals.spectra import low_pass

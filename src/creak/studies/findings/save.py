@@ -17,7 +17,7 @@ from creak.formats.measured.csv_rows import plain_row
 from creak.formats.partials import remove_dead
 from creak.formats.stored.results import RunRecord, put_results
 from creak.formats.stored.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
-from creak.formats.stored.sealed_json import sealed_text
+from creak.formats.stored.sealed import sealed_text
 from creak.formats.stored.tree import write_tree
 from creak.studies.converge.settling import Convergence
 from creak.studies.converge.words import csv_rows

@@ -14,8 +14,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.stored.results import reading
 from creak.formats.stored.run_identity import AGAIN, RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
-from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
-from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.sealed import Damaged, opened_hdf5, read_sealed
 from creak.formats.stored.tree import read_tree, write_tree
 from creak.studies.findings.tree import Findings, FoundRun, FoundSound
 from creak.studies.run.compared import compare_events

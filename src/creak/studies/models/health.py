@@ -11,9 +11,8 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from creak.arrays import FloatArray
-from creak.digest import digest
+from creak.digest import digest, file_stem
 from creak.errors import NumericalError
-from creak.formats.safe_names import file_stem
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.model.mesh import Nodes
 from creak.progress import Progress

@@ -12,12 +12,18 @@ from tempfile import NamedTemporaryFile
 from typing import Literal
 
 from creak.arrays import FloatArray
-from creak.digest import digest
+from creak.digest import digest, file_stem
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
-from creak.formats.safe_names import file_stem
-from creak.formats.stored.boundary import Boundary, boundary_arrays, boundary_of, state_of
-from creak.formats.stored.superelement import SavedSuperelement, read_superelement_file, read_where_it_fits
+from creak.formats.stored.superelement import (
+    Boundary,
+    SavedSuperelement,
+    boundary_arrays,
+    boundary_of,
+    read_superelement_file,
+    read_where_it_fits,
+    state_of,
+)
 from creak.studies.file.reader import Study
 from creak.studies.solved import SOLVED, solved
 from creak.studies.tasks.queue import Runner

@@ -11,12 +11,11 @@ import numpy as np
 import scipy.sparse as sp
 
 from creak.assembly.system import System
-from creak.digest import digest
+from creak.digest import digest, file_stem
 from creak.errors import CreakError, InputError, NumericalError
-from creak.formats.safe_names import file_stem
-from creak.formats.stored.boundary import Boundary
 from creak.formats.stored.superelement import (
     MAPPED,
+    Boundary,
     SavedSuperelement,
     read_superelement_file,
     write_superelement_file,

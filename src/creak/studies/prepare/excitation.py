@@ -12,10 +12,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.coupling import Driven, labels_of
-from creak.digest import digest
+from creak.digest import digest, file_stem
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
-from creak.formats.safe_names import file_stem
 from creak.linalg.memory import require
 from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model

@@ -17,8 +17,8 @@ from creak.contact.pair import ContactPair, Keep, tied_channels
 from creak.contact.play import Play
 from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
+from creak.digest import file_stem
 from creak.errors import InputError
-from creak.formats.safe_names import file_stem
 from creak.model.contact_law import ContactLaw, Coulomb
 from creak.model.mesh import Model
 from creak.model.units import UNITS

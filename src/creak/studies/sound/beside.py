@@ -13,7 +13,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.measured.recordings import Recording
 from creak.formats.stored.run_identity import SUMMARY
-from creak.formats.stored.sealed_json import read_sealed
+from creak.formats.stored.sealed import read_sealed
 from creak.formats.stored.sound import StoredSound, read_sound
 from creak.signals.spectra import low_pass
 from creak.sound.at_48k import at_48k

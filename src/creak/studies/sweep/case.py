@@ -27,8 +27,7 @@ from creak.formats.complete_file import complete_file, write_text
 from creak.formats.partials import partial_name
 from creak.formats.stored.npz_arrays import read_arrays
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of
-from creak.formats.stored.sealed_hdf5 import Damaged, opened_hdf5
-from creak.formats.stored.sealed_json import read_sealed, sealed_text
+from creak.formats.stored.sealed import Damaged, opened_hdf5, read_sealed, sealed_text
 from creak.progress import Progress, silent
 from creak.studies.evaluate import Evaluation, evaluate
 from creak.studies.file.config import VerificationTable

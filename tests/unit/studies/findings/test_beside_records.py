@@ -11,8 +11,8 @@ import pytest
 
 import creak
 from creak.errors import InputError
-from creak.formats.measured.channel import Channel
 from creak.formats.measured.histories import Histories, read_histories, write_universal
+from creak.formats.measured.modes import Channel
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
 from creak.formats.stored.results import LineRecord
 from creak.studies.file.reader import read_study

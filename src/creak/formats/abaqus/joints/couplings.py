@@ -8,10 +8,9 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.mesh.directions import Transforms
 from creak.formats.abaqus.mesh.elements import Elements
-from creak.formats.abaqus.mesh.sets import nodes_of
-from creak.formats.abaqus.mesh.surfaces import RawSurface
-from creak.formats.abaqus.mesh.transforms import Transforms
+from creak.formats.abaqus.mesh.sets import RawSurface, nodes_of
 from creak.formats.abaqus.sections.orientations import Orientations, constant_axes
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, unique_in_order, with_short_names

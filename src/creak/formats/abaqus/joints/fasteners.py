@@ -10,10 +10,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.joints.connectors import described, read_behaviours
-from creak.formats.abaqus.joints.rigid import Connector
+from creak.formats.abaqus.joints.connectors import Connector, described, read_behaviours
 from creak.formats.abaqus.mesh.elements import Elements
-from creak.formats.abaqus.mesh.surfaces import RawSurface
+from creak.formats.abaqus.mesh.sets import RawSurface
 from creak.formats.abaqus.sections.own_data import Geometry
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, with_short_names

@@ -11,7 +11,7 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.loads.prestress import step_of_modes
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
-from creak.formats.abaqus.mesh.surfaces import RawSurface
+from creak.formats.abaqus.mesh.sets import RawSurface
 from creak.formats.abaqus.sections.assigned import Assigned
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup, with_short_names

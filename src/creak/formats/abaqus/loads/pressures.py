@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
-from creak.formats.abaqus.mesh.surfaces import IS_SHELL, RawSurface, faces_named, facets_of
+from creak.formats.abaqus.mesh.sets import IS_SHELL, RawSurface, faces_named, facets_of
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import to_float

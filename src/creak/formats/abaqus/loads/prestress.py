@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
-from creak.formats.abaqus.mesh.transforms import Transforms
+from creak.formats.abaqus.loads.boundary import along_global_axes, check_global, step_loads, step_motion
+from creak.formats.abaqus.mesh.directions import Transforms
 from creak.formats.abaqus.text.keywords import meaning
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry

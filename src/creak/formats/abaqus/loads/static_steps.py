@@ -8,10 +8,10 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.abaqus.loads.forces import along_global_axes, step_loads, step_motion
+from creak.formats.abaqus.loads.boundary import along_global_axes, step_loads, step_motion
 from creak.formats.abaqus.loads.pressures import Bodies, Gravity, gravity_of, pressures_of, together
 from creak.formats.abaqus.loads.temperatures import heated
-from creak.formats.abaqus.mesh.transforms import Transforms
+from creak.formats.abaqus.mesh.directions import Transforms
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params

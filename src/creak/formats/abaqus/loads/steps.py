@@ -9,15 +9,20 @@ from creak.errors import InputError
 from creak.formats.abaqus.joints import contact
 from creak.formats.abaqus.joints.interactions import read_interactions
 from creak.formats.abaqus.loads.amplitudes import read_amplitudes
-from creak.formats.abaqus.loads.boundary import model_boundaries
-from creak.formats.abaqus.loads.forces import along_global_axes, check_global, step_loads, step_motion
+from creak.formats.abaqus.loads.boundary import (
+    along_global_axes,
+    check_global,
+    model_boundaries,
+    step_loads,
+    step_motion,
+)
 from creak.formats.abaqus.loads.modal_steps import PROCEDURE, in_modes, moved_bases, with_supports_of_modes
 from creak.formats.abaqus.loads.modal_steps import USED as OF_MODES
 from creak.formats.abaqus.loads.pressures import Bodies
 from creak.formats.abaqus.loads.prestress import list_restart
 from creak.formats.abaqus.loads.static_steps import USED as OF_STATIC
 from creak.formats.abaqus.loads.static_steps import check_same_supports, is_static, read_static
-from creak.formats.abaqus.mesh.transforms import Transforms
+from creak.formats.abaqus.mesh.directions import Transforms
 from creak.formats.abaqus.text.keywords import meaning
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry, lookup

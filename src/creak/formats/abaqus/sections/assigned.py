@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.joints.connectors import read_connectors
+from creak.formats.abaqus.joints.connectors import Connector, read_connectors
 from creak.formats.abaqus.joints.points import (
     read_dashpot,
     read_mass,
@@ -18,7 +18,6 @@ from creak.formats.abaqus.joints.points import (
     turned_point,
     turned_spring,
 )
-from creak.formats.abaqus.joints.rigid import Connector
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.sections.beams import read_beam_general_section, read_beam_section
 from creak.formats.abaqus.sections.materials import RawMaterial, find_material, find_solid_material

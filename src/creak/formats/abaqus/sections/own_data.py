@@ -9,8 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
-from creak.formats.abaqus.sections.distributions import Distributions, find_distribution
-from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
+from creak.formats.abaqus.sections.orientations import Distributions, Orientations, find_distribution, find_orientation
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.numbers import positive

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.formats.abaqus.mesh.surfaces import tributary_areas
+from creak.formats.abaqus.mesh.sets import tributary_areas
 from creak.formats.abaqus.write.elements import Written
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted
 from creak.formats.deck.refusals import unwritable

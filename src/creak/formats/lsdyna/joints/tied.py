@@ -8,7 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.deck.groups import Group
+from creak.formats.deck.parts import Group
 from creak.formats.deck.refusals import referred
 from creak.formats.deck.tying import (
     DEFAULT_TOLERANCE,
@@ -22,8 +22,7 @@ from creak.formats.deck.tying import (
     skins_of,
     ties_of,
 )
-from creak.formats.lsdyna.mesh.faces import FaceFinder, nodes_of
-from creak.formats.lsdyna.mesh.sets import Segment, Sets
+from creak.formats.lsdyna.mesh.sets import FaceFinder, Segment, Sets, nodes_of
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named

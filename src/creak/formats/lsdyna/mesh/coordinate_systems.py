@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.lsdyna.mesh.transforms import Transforms
+from creak.formats.lsdyna.mesh.nodes import Transforms
 from creak.formats.lsdyna.text.cards import Card
 from creak.formats.lsdyna.text.deck import Deck, Named, once
 

@@ -1,12 +1,137 @@
-"""*NODE -> node rows, places, and the dofs that its TC and RC fields hold."""
+"""*NODE -> node rows, places, and the dofs that its TC and RC fields hold; *DEFINE_TRANSFORMATION -> where the nodes of
+included files lie."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
-from creak.formats.lsdyna.mesh.transforms import Transforms
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck
+from creak.arrays import FloatArray
+from creak.formats.deck.refusals import referred
+from creak.formats.lsdyna.text.cards import Card, Shift
+from creak.formats.lsdyna.text.deck import Deck, once
+
+
+class Transforms:
+    """The transformations of a deck, and what they make of the files that ask for them."""
+
+    def __init__(self, deck: Deck) -> None:
+        self._of: dict[int, tuple[FloatArray, str]] = {}
+        self._shifts: dict[Shift, FloatArray] = {}
+        for named in deck.named("DEFINE_TRANSFORMATION"):
+            cards = named.cards()
+            if not cards:
+                raise named.block.cut_off("the id of the transformation, then its options")
+            identifier = cards[0].defined(0, "d")
+            once(self._of, identifier, "transformation", self._of.get(identifier, (0, ""))[1], cards[0])
+            self._of[identifier] = _product(cards[1:]), cards[0].where
+
+    def matrix(self, shift: Shift) -> FloatArray:
+        """(3, 4) A and b of x' = A x + b for what stands in a file with this shift.
+
+        Raises
+        ------
+        InputError : a transformation is not defined.
+        """
+        if shift not in self._shifts:
+            whole = np.eye(4)
+            for identifier, where in shift.transforms:
+                card = Card("INCLUDE_TRANSFORM", (), where)
+                whole = referred(self._of, identifier, card, "transformation", "*DEFINE_TRANSFORMATION")[0] @ whole
+            self._shifts[shift] = whole[:3]
+        return self._shifts[shift]
+
+    def point(self, x: FloatArray, shift: Shift) -> FloatArray:
+        """A place of the file in the model."""
+        if not shift.transforms:
+            return x
+        M = self.matrix(shift)
+        return np.asarray(M[:, :3] @ x + M[:, 3])
+
+    def direction(self, v: FloatArray, shift: Shift) -> FloatArray:
+        """A vector of the file in the model."""
+        return np.asarray(self.matrix(shift)[:, :3] @ v) if shift.transforms else v
+
+    def mirrors(self, shift: Shift) -> bool:
+        """Whether the file is reflected, so that solids turn inside out."""
+        return bool(shift.transforms) and float(np.linalg.det(self.matrix(shift)[:, :3])) < 0.0
+
+
+def _product(cards: list[Card]) -> FloatArray:
+    """(4, 4) all options of a transformation, the first one first."""
+    points: dict[int, FloatArray] = {}
+    whole = np.eye(4)
+    for card in cards:
+        option = card.text(0).upper()
+        v = np.array([card.real(i) for i in range(1, 8)])
+        if option == "POINT":
+            points[card.integer(1)] = v[1:4]
+        elif option == "ROTATE" and not v[3:].any():
+            a, b = (referred(points, card.integer(i), card, "point", "POINT before it") for i in (1, 2))
+            whole = _rotation(card, b - a, a, float(v[2])) @ whole
+        elif option in _OPTIONS:
+            whole = _OPTIONS[option](card, v) @ whole
+        else:
+            raise card.wrong(0, "TRANSL, ROTATE, SCALE, MIRROR or POINT", "Write the transformation by these.")
+    return whole
+
+
+def _about(A: FloatArray, centre: FloatArray) -> FloatArray:
+    """x' = c + A (x - c)."""
+    M = np.eye(4)
+    M[:3, :3], M[:3, 3] = A, centre - A @ centre
+    return M
+
+
+def _translation(card: Card, v: FloatArray) -> FloatArray:
+    M = np.eye(4)
+    M[:3, 3] = v[:3]
+    return M
+
+
+def _scale(card: Card, v: FloatArray) -> FloatArray:
+    factors = np.where(v[:3] == 0.0, 1.0, v[:3])
+    return np.diag([*factors.tolist(), 1.0])
+
+
+def _rotation(card: Card, axis: FloatArray, centre: FloatArray, degrees: float) -> FloatArray:
+    """A = cos I + sin [e x] + (1 - cos) e e' (Rodrigues)."""
+    e = _unit(card, axis)
+    angle = math.radians(degrees)
+    cross = np.array([[0.0, -e[2], e[1]], [e[2], 0.0, -e[0]], [-e[1], e[0], 0.0]])
+    A = math.cos(angle) * np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * np.outer(e, e)
+    return _about(A, centre)
+
+
+def _turn(card: Card, v: FloatArray) -> FloatArray:
+    """An axis, a point on it, and an angle in degrees."""
+    return _rotation(card, v[:3], v[3:6], float(v[6]))
+
+
+def _mirror(card: Card, v: FloatArray) -> FloatArray:
+    """About the plane through the first point, whose normal leads to the second."""
+    n = _unit(card, v[3:6] - v[:3])
+    return _about(np.eye(3) - 2.0 * np.outer(n, n), v[:3])
+
+
+def _unit(card: Card, v: FloatArray) -> FloatArray:
+    length = float(np.linalg.norm(v))
+    if not length > 0.0:
+        raise card.error(
+            f"{card.text(0).upper()} of *DEFINE_TRANSFORMATION has no direction",
+            expected="an axis, or two points that differ",
+        )
+    return np.asarray(v / length)
+
+
+_OPTIONS = {
+    "TRANSL": _translation,
+    "SCALE": _scale,
+    "MIRROR": _mirror,
+    "ROTATE": _turn,
+}
+
 
 WIDTHS = (8, 16, 16, 16, 8, 8)
 LARGEST = 1e100

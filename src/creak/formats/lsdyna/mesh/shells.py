@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.text import Line
-from creak.formats.lsdyna.mesh.transforms import Transforms
+from creak.formats.lsdyna.mesh.nodes import Transforms
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
 from creak.formats.lsdyna.text.cards import EIGHTS, Block, Card
 from creak.formats.lsdyna.text.deck import Deck, Named

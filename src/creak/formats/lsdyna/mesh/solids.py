@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from creak.errors import InputError
-from creak.formats.lsdyna.mesh.transforms import Transforms
+from creak.formats.lsdyna.mesh.nodes import Transforms
 from creak.formats.lsdyna.sections.parts import Properties
 from creak.formats.lsdyna.text.cards import EIGHTS, Card
 from creak.formats.lsdyna.text.deck import Deck, Named

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.deck.groups import Groups, group_of
+from creak.formats.deck.parts import Groups, group_of
 from creak.formats.deck.text import Line
 from creak.formats.lsdyna.text.cards import TENS, Block, Card
 from creak.model.materials import Section

@@ -13,16 +13,17 @@ from creak.arrays import FloatArray
 from creak.formats.deck.cross_section import CrossSection, principal
 from creak.formats.deck.equations import relative_motion
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.sections.bar_shapes import is_off_centre, read_shape
-from creak.formats.nastran.sections.materials import Materials
-from creak.formats.nastran.sections.taper import (
+from creak.formats.nastran.sections.bar_shapes import (
     Profile,
+    is_off_centre,
     pbeam_stations,
     pbeaml_dimensions,
     pbeaml_stations,
+    read_shape,
     tapered,
     uniform,
 )
+from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.constraints import Constraint

@@ -10,12 +10,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.formats.deck.coordinate_systems import CoordinateSystem, axes_at
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
-from creak.formats.nastran.sections.shells import is_directed, shell_section
-from creak.formats.nastran.sections.stacks import Layers, as_pcomp, layers_of
+from creak.formats.nastran.sections.shells import Layers, as_pcomp, is_directed, layers_of, shell_section
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, unique_cards
+from creak.formats.nastran.text.deck import Deck, rows_with_middles, unique_cards
 from creak.model.dofs import ALL
 from creak.model.materials import GeneralShell, ShellSection
 

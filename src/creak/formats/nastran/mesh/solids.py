@@ -5,10 +5,9 @@ from __future__ import annotations
 from creak.arrays import FloatArray
 from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.refusals import referred
-from creak.formats.nastran.mesh.middles import rows_with_middles
 from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card
-from creak.formats.nastran.text.deck import Deck, unique_cards
+from creak.formats.nastran.text.deck import Deck, rows_with_middles, unique_cards
 from creak.model.dofs import TRANSLATIONS
 from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
 from creak.model.solid_faces import HEX20, MIDDLES

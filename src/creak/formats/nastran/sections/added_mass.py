@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.errors import InputError
-from creak.formats.deck.groups import Group
+from creak.formats.deck.parts import Group
 from creak.formats.nastran.text.bulk_data import Card, id_list, id_ranges
 from creak.formats.nastran.text.deck import Deck
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection

@@ -1,15 +1,17 @@
-"""HDF5 files with a checksum: the SHA-256 of all that follows stands in the first bytes, checked before reading.
+"""Files with a checksum of their content, checked on reading.
 
-The 512 bytes before the HDF5 content are its user block, which HDF5 libraries skip. The checksum finds what changed
-by accident; what a file made on purpose could reach outside itself (links, external storage) is refused besides.
-"""
+In HDF5 files the SHA-256 of all that follows stands in the first bytes: the 512 bytes before the content are its user
+block, which HDF5 libraries skip. In JSON files it is the key `sha256`. The checksum finds what changed by accident;
+what an HDF5 file made on purpose could reach outside itself (links, external storage) is refused."""
 
 from __future__ import annotations
 
+import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import h5py
 
@@ -111,3 +113,37 @@ def _check_dataset(item: h5py.Dataset, place: str) -> None:
         raise Damaged(f"{place} holds neither numbers nor text")
     if item.nbytes > MOST_PACKED * item.id.get_storage_size() + FREE:
         raise Damaged(f"{place} announces more numbers than it holds")
+
+
+KEY = "sha256"
+
+
+def sealed_text(data: Mapping[str, Any], *, allow_nan: bool = False) -> str:
+    """The text of a JSON file, with the SHA-256 of its content as last key."""
+    plain = json.loads(json.dumps(dict(data), allow_nan=allow_nan))
+    return json.dumps({**plain, KEY: _digest(plain)}, indent=2) + "\n"
+
+
+def read_sealed(path: Path) -> dict[str, Any]:
+    """What `sealed_text` wrote, without the checksum.
+
+    Raises
+    ------
+    Damaged : not such a file, or changed since. OSError : it cannot be read.
+    """
+    try:
+        data = json.loads(plain_file(path, is_input=False).read_text(encoding="utf-8"))
+    except (ValueError, RecursionError) as error:
+        raise Damaged("it is no JSON") from error
+    found = data.pop(KEY, None) if isinstance(data, dict) else None
+    if found is None:
+        raise Damaged("it has no checksum: it is of another program or an earlier creak")
+    if found != _digest(data):
+        raise Damaged("its checksum does not fit: it was changed after it was written")
+    return dict(data)
+
+
+def _digest(data: dict[str, Any]) -> str:
+    """Of the content, however it is laid out."""
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"))
+    return sha256([text.encode()])
