@@ -57,6 +57,16 @@ def test_abaqus_to_nastran_and_back(run, tmp_path):
     assert set(first.node_sets) | set(first.element_sets) <= set(again.node_sets) | set(again.element_sets)
 
 
+def test_gaps_are_contact_whose_node_sets_go_on(run, tmp_path):
+    """What is said of them can be written into a study of the new deck as it stands."""
+    gap = "*ELEMENT, TYPE=GAPUNI, ELSET=G\n9001, 1, 13\n*GAP, ELSET=G\n0.5, 0., 0., 1.\n*BOUNDARY\n"
+    (tmp_path / "gap.inp").write_text(two_strips().replace("*BOUNDARY\n", gap, 1), encoding="utf-8")
+    told = 'it is contact; a study of what is written has it as [[connector]] type = "play", nodes = ["GAP_G.A",'
+    assert told in run("gap.inp", "free.inp").done().words
+    assert {"GAP_G.A", "GAP_G.B"} <= set(read_deck(tmp_path / "free.inp").node_sets)
+    assert "[[connector]]" in run("gap.inp", "k.npz", "--matrices", "npz").done().words
+
+
 @pytest.mark.parametrize(("form", "file"), [("npz", "k.npz"), ("mtx", "k_K.mtx"), ("op4", "k.op4"), ("dmig", "k.pch")])
 def test_matrices_have_the_frequencies_of_the_deck(run, tmp_path, form, file):
     """Text formats keep all digits of a double. An eigenvalue that is zero comes out as the round-off of the largest."""

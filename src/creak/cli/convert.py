@@ -65,6 +65,7 @@ def convert(
     from creak.cli.output import writable_file
     from creak.formats.deck.catalogue import stop_on_unread
     from creak.formats.deck.command_files import will_read
+    from creak.formats.deck.stops import left_to_a_study
     from creak.formats.decks import read_model
 
     of_run = deck.suffix.lower() in RESULTS
@@ -80,7 +81,7 @@ def convert(
     with output:
         with output.progress as progress:
             with progress.phase(f"read {deck.name}"):
-                model = read_model(deck)
+                model = left_to_a_study(read_model(deck))
             model = model if mass is None else replace(model, mass_form=mass)
             model_detail(output, model)
             out.parent.mkdir(parents=True, exist_ok=True)

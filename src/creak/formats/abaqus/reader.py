@@ -20,7 +20,7 @@ from creak.formats.abaqus.loads.boundary import read_boundaries, read_initial_ve
 from creak.formats.abaqus.loads.modal_steps import list_damping
 from creak.formats.abaqus.loads.pressures import Bodies
 from creak.formats.abaqus.loads.prestress import held_in_modes, list_prestress, read_static
-from creak.formats.abaqus.loads.steps import read_run
+from creak.formats.abaqus.loads.steps import list_yielding, read_run
 from creak.formats.abaqus.loads.temperatures import node_temperatures
 from creak.formats.abaqus.mesh.directions import held_along_axes, note_transformed, read_transforms
 from creak.formats.abaqus.mesh.elements import read_elements
@@ -127,6 +127,7 @@ def _model(deck: Outline, source: str, *, own_step: bool) -> tuple[Model, DeckRu
         run = replace(read_run(deck, node_names, bodies, place.transforms), stops=stops)
     if run is None:
         list_damping(deck)
+        list_yielding(deck)
     static = list_prestress(deck) if run is None else None
     held = held_in_modes(deck, static)
     fixed = read_boundaries(deck, node_names, held) if run is None else list(run.step.fixed)

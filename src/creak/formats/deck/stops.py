@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from creak.arrays import FloatArray
+from creak.model.mesh import Model
 from creak.model.steps import Stop
 
 DOFS = ("x", "y", "z")
@@ -82,6 +83,22 @@ def _stop(name: str, gaps: list[Gap]) -> Stop:
 
 def in_a_study(stop: Stop) -> str:
     """What `creak info` says of gaps that a study leaves out."""
+    return f"give it in the study, as `creak new` does: {_connector(stop)}"
+
+
+def left_to_a_study(model: Model) -> Model:
+    """The model to be written as another deck or as matrices: of its stops the node sets go on, as of all contact."""
+    why = {
+        stop.where: f"it is contact; a study of what is written has it as {_connector(stop)}" for stop in model.stops
+    }
+    unread = (
+        replace(u, changes_answer=False, why=why[u.where]) if u.changes_answer and u.where in why else u
+        for u in model.unread
+    )
+    return replace(model, unread=tuple(unread))
+
+
+def _connector(stop: Stop) -> str:
     side = f"lower = {stop.lower:g}" if stop.lower is not None else f"upper = {stop.upper:g}"
     along = f'dof = "{DOFS[stop.dof - 1]}"'
     if stop.direction is not None:
@@ -92,6 +109,6 @@ def in_a_study(stop: Stop) -> str:
     if kinetic != static:
         rubs = f", friction = {{ static = {static:g}, kinetic = {kinetic:g}, decay = {decay:g} }}"
     return (
-        f'give it in the study, as `creak new` does: [[connector]] type = "play", '
+        '[[connector]] type = "play", '
         f'nodes = ["{stop.name}.A", "{stop.name}.B"], {along}, {side}, stiffness = {stiffness}{rubs}'
     )

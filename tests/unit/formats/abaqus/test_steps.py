@@ -156,6 +156,17 @@ def test_what_bears_on_a_run_alone_is_told_there(read, data, keyword):
     assert [u.keyword for u in model.unread if u.changes_answer] == [keyword]
 
 
+def test_a_look_at_the_deck_tells_what_its_own_step_asks_for(tmp_path):
+    """Of a material that yields; without such a step nothing asks."""
+    data = "*MATERIAL, NAME=P\n*PLASTIC\n9., 0.\n"
+    for steps, asks in ((step(), True), ("", False)):
+        path = tmp_path / "deck.inp"
+        path.write_text(cantilever_deck(steps, data))
+        (law,) = [u for u in read_deck(path).unread if u.keyword == "*PLASTIC"]
+        assert not law.changes_answer
+        assert ("own *DYNAMIC step asks for --ignore 'PLASTIC'" in law.why) is asks
+
+
 def test_total_time_begins_with_the_static_step(read):
     before = "*STEP\n*STATIC\n1., 1.\n*CLOAD\nTIP, 3, 1.\n*END STEP\n"
     late = RAMP.replace("NAME=RAMP", "NAME=RAMP, TIME=TOTAL TIME")

@@ -121,6 +121,15 @@ def test_what_a_run_leaves_out_is_no_matter_of_course(tmp_path, second, load, so
         set_up_deck(sequence(tmp_path, second, load, solution, extra), units="m-kg-s")
 
 
+def test_a_look_at_the_deck_tells_what_its_own_run_asks_for(tmp_path):
+    """The study that it is read for is elastic: there the same card changes nothing."""
+    path = sequence(tmp_path, 6, 7, "129", "MATS1,1,,PLASTIC,0.,1,1,200.\n")
+    (law,) = [u for u in read_nastran(path).unread if u.keyword == "MATS1"]
+    assert not law.changes_answer
+    assert "own SOL 129 asks for --ignore 'MATS1'" in law.why
+    assert set_up_deck(path, ["MATS1"], "m-kg-s").loads.time[-1] > 0.0
+
+
 def test_a_subcase_may_be_left_out_where_that_is_said(tmp_path):
     setup = set_up_deck(sequence(tmp_path, 6, 9, "109"), ["SUBCASE 2"], "m-kg-s")
     assert setup.loads.time[-1] == pytest.approx(0.3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import NoReturn
 
 from creak.errors import InputError
@@ -200,6 +201,16 @@ def _stop(step: StepBlocks, procedure: Block | None, dynamic: bool) -> NoReturn:
         where=procedure.where,
         fix="Remove that step where its result does not matter.",
     )
+
+
+def list_yielding(deck: Outline) -> None:
+    """Say of materials that yield what a run of the deck's own *DYNAMIC step asks for, where it has one."""
+    if not any(_is(step, "DYNAMIC") for step in deck.steps):
+        return
+    for entry in [u for u in deck.unread if u.why == meaning("PLASTIC").why]:
+        del deck.unread[entry]
+        asks = f"{entry.why} (a run of the deck's own *DYNAMIC step asks for --ignore '{entry.keyword.lstrip('*')}')"
+        deck.unread[replace(entry, why=asks)] = None
 
 
 def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:

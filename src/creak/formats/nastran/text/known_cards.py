@@ -206,8 +206,9 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
         keys = {text.upper() for card in deck.cards(name) for text in card.fields[::2]} & {*_FORMULATION}
         why = f"creak does not follow {', '.join(sorted(keys))}" if keys else "it controls the job, not the model"
         return Meaning("changes" if keys else "harmless", why)
-    if own_run and case.solution in SEQUENTIAL and CARDS.meaning(name).why in _RUN_CHANGES:
-        return Meaning("changes", _RUN_CHANGES[CARDS.meaning(name).why])
+    if case.solution in SEQUENTIAL and (why := CARDS.meaning(name).why) in _RUN_CHANGES:
+        asks = f"{why} (a run of the deck's own SOL {case.solution} asks for --ignore '{name}')"
+        return Meaning("changes", _RUN_CHANGES[why]) if own_run else Meaning("harmless", asks)
     if own_run and name in ("EIGRL", "EIGR"):
         return Meaning("harmless", "creak runs in all dofs, or in as many modes as the answer takes")
     if name in ("SUPORT", "SUPORT1"):
