@@ -27,7 +27,7 @@ from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.one_run import march_run
 from creak_thesis.door import write_door
-from creak_thesis.door.study import LOADS
+from creak_thesis.door.writer import LOADS
 
 
 def main() -> None:

@@ -17,8 +17,7 @@ from creak.reduction.modal import shares_at
 from creak.studies.models.reference import build_reference
 from creak.studies.prepare.excitation import sample_loads
 from creak.studies.prepare.setup import Setup
-from creak.verify.events import Event, find_events
-from creak.verify.sides import sides
+from creak.verify.events import Event, find_events, sides
 
 OF_CONTACT = 30.0
 """Steps in the shortest period of the contact springs; what is told takes twice as many, to check it."""

@@ -20,7 +20,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run.compared import Meter
 from creak.studies.run.job import run_study
 from creak.studies.spots.beside import beside_unreduced
-from creak.verify.figures import FIGURES
+from creak.verify.matching import FIGURES
 from creak_thesis.door import FINEST_MESH_SIZE, write_door
 
 

@@ -16,8 +16,7 @@ from benchmarks.coverage.full import OF_CONTACT, Full
 from benchmarks.coverage.march import Course
 from benchmarks.coverage.prepare import prepared
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, change
-from creak.verify.matching import match_events
+from creak.verify.matching import FIGURES, change, match_events
 from creak.verify.statistics import compare_statistics
 
 KEYS = {

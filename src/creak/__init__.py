@@ -32,7 +32,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from creak.api.bench import Bench, make_bench
     from creak.api.channels import gap_channels, join_gaps
-    from creak.api.compare import compare, compare_records
+    from creak.api.compare import compare, compare_records, compare_sounds, read_recordings
     from creak.api.decks import compare_frfs, correlate, deck_modes, read_deck, write_door
     from creak.api.files import read_json, write_json, write_text
     from creak.api.matrices import couple, modes, system_from_matrices
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from creak.api.robust import robust
     from creak.api.saved import SavedResult, open_result
     from creak.api.shown import Events
-    from creak.api.sounds import compare_sounds, read_recordings
     from creak.api.study import change_study, make_study, read_study, run, run_setup, set_up
     from creak.api.update import sensitivities, update_study
     from creak.assembly.system import System
@@ -86,7 +85,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "api.bench": ("Bench", "make_bench"),
-    "api.compare": ("compare", "compare_records"),
+    "api.compare": ("compare", "compare_records", "compare_sounds", "read_recordings"),
     "api.channels": ("gap_channels", "join_gaps"),
     "api.decks": ("compare_frfs", "correlate", "deck_modes", "read_deck", "write_door"),
     "api.files": ("read_json", "write_json", "write_text"),
@@ -97,7 +96,6 @@ _HOMES = {
     "api.robust": ("robust",),
     "api.saved": ("SavedResult", "open_result"),
     "api.shown": ("Events",),
-    "api.sounds": ("compare_sounds", "read_recordings"),
     "api.study": ("change_study", "make_study", "read_study", "run", "run_setup", "set_up"),
     "api.update": ("sensitivities", "update_study"),
     "assembly.system": ("System",),

@@ -227,3 +227,14 @@ def items_of(value: Any, kind: type, name: str, expected: str) -> list[Any]:
     for one in found:
         of_kind(one, kind, f"one of {name}", expected)
     return found
+
+
+LARGEST = 1e60
+SMALLEST = 1e-60
+
+
+def computable(value: float) -> float:
+    """The number; 0 where it is nearer to it than `SMALLEST`, nan where it is not finite or beyond `LARGEST`."""
+    if not abs(value) <= LARGEST:
+        return math.nan
+    return value if abs(value) >= SMALLEST else 0.0

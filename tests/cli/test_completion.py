@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 
-from creak_thesis.door.study import study_text
+from creak_thesis.door.writer import study_text
 from helpers_decks import STUDY
 
 COMMAND = Path(sys.executable).with_name("creak")

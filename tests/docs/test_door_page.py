@@ -7,7 +7,7 @@ import pytest
 
 from creak.signals.sources import Multisine
 from creak_thesis.door import LOADS
-from creak_thesis.report.numbers import thesis
+from creak_thesis.report.facts import thesis
 from helpers_docs import ROOT
 
 SAMPLES = 1000

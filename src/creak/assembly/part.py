@@ -13,8 +13,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.congruent import SideBySide, congruent
 from creak.assembly.damping import Damping
-from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned
-from creak.assembly.edges import with_edges
+from creak.assembly.drilling import HeldDrilling, held_drilling, still_edges, turned, with_edges
 from creak.assembly.elimination import eliminate, linear_equations, principal, transformation
 from creak.assembly.node_blocks import NodeBlocks
 from creak.assembly.partition import shared_nodes

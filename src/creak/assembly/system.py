@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.sparse.linalg import cg
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief, to_dense
 from creak.assembly.damping import Damping
 from creak.linalg.dense_product import symmetric
+from creak.model.dofs import dofs_of, nodes_of
 
 Rows = Callable[[IntArray], tuple[Matrix, Matrix]]
 """Physical dof labels (k,) -> (R, R_s) with u[labels] = R q + R_s s; (k, n) and (k, n_support)."""
@@ -132,7 +133,7 @@ class System:
     def recover(self, q: FloatArray, s: FloatArray | None = None, at: IntArray | None = None) -> FloatArray:
         """Full-field motion (n_label,) or (n_label, k) of `labels` for q (n,) or (n, k) and s likewise.
 
-        For many instants call it block by block (`creak.assembly.recovery`): a block costs its own size only.
+        For many instants call it block by block (`creak.assembly.system`): a block costs its own size only.
 
         Parameters
         ----------
@@ -286,3 +287,38 @@ def rows_with_entries(A: Matrix) -> BoolArray:
     if sp.issparse(A):
         return np.asarray(np.bincount(sp.csr_matrix(A).nonzero()[0], minlength=A.shape[0]) > 0)
     return np.asarray(np.any(to_dense(A) != 0.0, axis=1))
+
+
+MEMORY = 500_000_000
+"""Bytes of motion recovered at a time."""
+
+
+def recovered(
+    system: System, q: FloatArray, s: FloatArray, *, block: int | None = None
+) -> Iterator[tuple[slice, FloatArray]]:
+    """Full-field motion u (n_label, k_block) of all `system.labels`, block by block: u = V q + R s.
+
+    Inside a superelement a block is one back-substitution, u_i = -K_ii^-1 K_ib u_b + Phi eta; memory is that of a
+    block, however many instants there are.
+
+    Parameters
+    ----------
+    q : (n, k) coordinates. s : (n_support, k) prescribed motion. block : instants at a time.
+    """
+    width = block or int(np.clip(MEMORY // (8 * max(system.labels.size, 1)), 1, 256))
+    for start in range(0, q.shape[1], width):
+        here = slice(start, min(start + width, q.shape[1]))
+        yield here, system.recover(q[:, here], s[:, here])
+
+
+def by_node(u: FloatArray, labels: IntArray, n_node: int, dofs: int = 3) -> FloatArray:
+    """(k, n_node, dofs) motion of all nodes from (n_label, k) motion; zero where a node has no such dof.
+
+    Parameters
+    ----------
+    dofs : 3: translations; 6: rotations too.
+    """
+    out = np.zeros((u.shape[1], n_node, dofs))
+    moves = dofs_of(labels) <= dofs
+    out[:, nodes_of(labels[moves]), dofs_of(labels[moves]) - 1] = u[moves].T
+    return out

@@ -59,7 +59,7 @@ def listen(
 
     Example: creak listen RESULTS --out FOLDER
     """
-    from creak.api.sounds import compare_sounds
+    from creak.api.compare import compare_sounds
     from creak.formats.measured.recordings import read_recordings
     from creak.formats.stored.sound import read_sound, write_sound
     from creak.formats.wav import full_scale_level

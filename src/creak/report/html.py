@@ -21,7 +21,7 @@ from creak.report.drawn import Drawn
 from creak.report.figures import gaps as gap_figures
 from creak.report.figures import palette, scene
 from creak.report.figures import run as figures
-from creak.report.figures.elines import eline_figure
+from creak.report.figures.gaps import eline_figure
 from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.figures.spots import spots_figure
 from creak.report.figures.surface import Surface

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from creak.arrays import FloatArray
-from creak.sound.at_48k import at_48k
-from creak.sound.third_octave import a_weighted
+from creak.sound.third_octave import a_weighted, at_48k
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 
 FAST = 0.125

@@ -12,9 +12,8 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.given import not_negative
 from creak.jit import njit
-from creak.sound.at_48k import at_48k
 from creak.sound.core_loudness import INNER, core_loudness, decayed, low_pass
-from creak.sound.third_octave import STEP, as_level, band_powers, counted, smoothing
+from creak.sound.third_octave import STEP, as_level, at_48k, band_powers, counted, smoothing
 from creak.sound.zwicker_tables import (
     ACUM,
     BANDS,

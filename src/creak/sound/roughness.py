@@ -1,5 +1,8 @@
-"""Roughness after P. Daniel and R. Weber, Psychoacoustical roughness: implementation of an optimized model,
-Acta Acustica 83 (1997) 113-123."""
+"""Roughness after P. Daniel and R. Weber, Psychoacoustical roughness: implementation of an optimized model, Acta
+Acustica 83 (1997) 113-123.
+
+The paper gives its curves (ear, threshold, critical-band rate, weights) as figures; the points are those that MoSQITo
+(Apache-2.0) and SQAT (MIT) agree on, the ear's are those of MoSQITo."""
 
 from __future__ import annotations
 
@@ -8,9 +11,88 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.fft import irfft, next_fast_len, rfft
 
 from creak.arrays import ComplexArray, FloatArray, IntArray
-from creak.sound.at_48k import at_48k
-from creak.sound.roughness_tables import AURES, CHANNELS, CRITICAL, EAR, MODULATION, THRESHOLD
+from creak.sound.third_octave import at_48k
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
+
+CHANNELS: FloatArray = 0.5 * np.arange(1.0, 48.0)
+"""(47,) Bark, middles of the channels, each one Bark wide."""
+CRITICAL: FloatArray = np.array(
+    [
+        *(0, 50, 100, 150, 200, 250, 300, 350, 400, 450, 510, 570, 630, 700, 770, 840, 920, 1000, 1080, 1170),
+        *(1270, 1370, 1480, 1600, 1720, 1850, 2000, 2150, 2320, 2500, 2700, 2900, 3150, 3400, 3700, 4000),
+        *(4400, 4800, 5300, 5800, 6400, 7000, 7700, 8500, 9500, 10500, 12000, 13500, 15500, 20000),
+    ],
+    dtype=np.float64,
+)
+"""(50,) Hz at 0, .5, ... 24.5 Bark (Zwicker and Fastl, table 6.1)."""
+EAR: FloatArray = np.array(
+    [
+        *((0, 0), (10, 0), (12, 1.15), (13, 2.31), (14, 3.85), (15, 5.62), (16, 6.92), (16.5, 7.38), (17, 6.92)),
+        *((18, 4.23), (18.5, 2.31), (19, 0), (20, -1.43), (21, -2.59), (21.5, -3.57), (22, -5.19), (22.5, -7.41)),
+        *((23, -11.3), (23.5, -20), (24, -40), (25, -130)),
+    ],
+    dtype=np.float64,
+)
+"""Bark, dB that outer and middle ear add (Zwicker and Fastl, figure 8.18)."""
+THRESHOLD: FloatArray = np.array(
+    [
+        *((0, 130), (0.01, 70), (0.17, 60), (0.8, 30), (1, 25), (1.5, 20), (2, 15), (3.3, 10), (4, 8.1), (5, 6.3)),
+        *((6, 5), (8, 3.5), (10, 2.5), (12, 1.7), (13.3, 0), (15, -2.5), (16, -4), (17, -3.7), (18, -1.5), (19, 1.4)),
+        *((20, 3.8), (21, 5), (22, 7.5), (23, 15), (24, 48), (24.5, 60), (25, 130)),
+    ],
+    dtype=np.float64,
+)
+"""Bark, dB of the threshold in quiet."""
+AURES: FloatArray = np.array(
+    [
+        *(0.15, 0.26, 0.38, 0.47, 0.54, 0.65, 0.76, 0.83, 0.90, 0.98, 0.98, 0.90, 0.80, 0.70, 0.62, 0.54),
+        *(0.49, 0.43, 0.39, 0.35, 0.30, 0.30, 0.30, 0.30, 0.30),
+    ]
+)
+"""(25,) weight g of the squared depth at 0, 1, ... 24 Bark."""
+_TOP = ((290, 0.4), (348, 0.3), (415, 0.2), (500, 0.1), (645, 0.0))
+MODULATION: tuple[tuple[int, FloatArray], ...] = tuple(
+    (first, np.array(curve, dtype=np.float64))
+    for first, curve in (
+        (
+            0,
+            (
+                *((0, 0), (17, 0.8), (23, 0.95), (25, 0.975), (32, 1), (37, 0.975), (48, 0.9), (67, 0.8)),
+                *((90, 0.7), (114, 0.6), (171, 0.4), (206, 0.3), (247, 0.2), (294, 0.1), (358, 0)),
+            ),
+        ),
+        (
+            4,
+            (
+                *((0, 0), (32, 0.8), (43, 0.95), (56, 1), (69, 0.975), (92, 0.9), (120, 0.8), (142, 0.7)),
+                *((165, 0.6), (231, 0.4), (277, 0.3), (331, 0.2), (397, 0.1), (502, 0)),
+            ),
+        ),
+        (
+            15,
+            (
+                *((0, 0), (23.5, 0.4), (34, 0.6), (47, 0.8), (56, 0.9), (63, 0.95), (79, 1), (100, 0.975)),
+                *((115, 0.95), (135, 0.9), (159, 0.85), (172, 0.8), (194, 0.7), (215, 0.6), (244, 0.5), *_TOP),
+            ),
+        ),
+        (
+            20,
+            (
+                *((0, 0), (19, 0.4), (44, 0.8), (52.5, 0.9), (58, 0.95), (75, 1), (101.5, 0.95), (114.5, 0.9)),
+                *((132.5, 0.85), (143.5, 0.8), (165.5, 0.7), (197.5, 0.6), (241, 0.5), *_TOP),
+            ),
+        ),
+        (
+            41,
+            (
+                *((0, 0), (15, 0.4), (41, 0.8), (49, 0.9), (53, 0.965), (64, 0.99), (71, 1), (88, 0.95), (94, 0.9)),
+                *((106, 0.85), (115, 0.8), (137, 0.7), (180, 0.6), (238, 0.5), *_TOP),
+            ),
+        ),
+    )
+)
+"""First channel, and Hz of modulation and weight H from it up to the next (Daniel and Weber, figure 2)."""
+
 
 WINDOW = 0.2
 """s, what the model looks at at once (Blackman); the windows overlap by half."""

@@ -8,8 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, TIMES, figures_of
-from creak.verify.matching import EventMatch
+from creak.verify.matching import FIGURES, TIMES, EventMatch, figures_of
 from creak.verify.statistics import EventStatistics
 
 MOVED = {"start": 2.0, "closing_speed": 1.0}

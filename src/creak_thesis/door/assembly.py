@@ -14,8 +14,8 @@ from creak_thesis.arrays import FloatArray, IntArray
 from creak_thesis.door import geometry as geo
 from creak_thesis.door.fasteners import Patch, link_patches, support_patches
 from creak_thesis.door.frame import frame_mesh
+from creak_thesis.door.geometry import Outline, loop
 from creak_thesis.door.mesh import Grid, PartMesh, divisions, glue, spread, structured_quads
-from creak_thesis.door.outline import Outline, loop
 
 MESH_SIZE_RANGE = (2.0, 40.0)
 """Smallest and largest mesh size, mm: 2.03 is five million dofs; larger does not resolve the relief."""

@@ -8,9 +8,8 @@ import numpy as np
 
 from creak_thesis.arrays import FloatArray
 from creak_thesis.door import geometry as geo
-from creak_thesis.door.coarsen import coarsen_band, kept_columns
-from creak_thesis.door.mesh import Grid, PartMesh, divisions, glue, spread, structured_quads
-from creak_thesis.door.outline import Outline, loop, loop_fraction
+from creak_thesis.door.geometry import Outline, loop, loop_fraction
+from creak_thesis.door.mesh import Grid, PartMesh, coarsen_band, divisions, glue, kept_columns, spread, structured_quads
 
 WALL = ((0.0, 0.0), (4.0, 44.0), (15.0, 46.0), (20.0, 100.0), (34.0, 100.0))
 """Section of the outer return: (outwards, depth) of its folds, mm; the last piece is the hem."""

@@ -17,8 +17,7 @@ from creak_thesis.outcome import Outcome
 from creak_thesis.record import RecordStudy
 from creak_thesis.report import answers, pictures
 from creak_thesis.report.blocks import Block, FigureBlock, Finding, PictureBlock, Section
-from creak_thesis.report.facts import Facts
-from creak_thesis.report.numbers import million
+from creak_thesis.report.facts import Facts, million
 from creak_thesis.report.sections.beyond import interface_section, play_section, step_section
 from creak_thesis.report.sections.coarse import coarse_section
 from creak_thesis.report.sections.cost import cost_section

@@ -11,8 +11,7 @@ import math
 from creak.report_tools import number, percent
 from creak_thesis.record import RecordStudy
 from creak_thesis.report.blocks import Finding, Mark
-from creak_thesis.report.facts import Facts
-from creak_thesis.report.numbers import thesis
+from creak_thesis.report.facts import Facts, thesis
 from creak_thesis.report.sections.beyond import interface_words, smallest_good
 from creak_thesis.report.sections.coarse import OWN, saving
 from creak_thesis.report.sections.cost import saved, slower, timed

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from creak.report_tools import NONE, Table, fixed, number, percent, tidy
 from creak_thesis.doors import DoorFacts
 from creak_thesis.plan import FINE_ETAS, RATTLING
-from creak_thesis.report.facts import PARTS, Facts, against, flange_events
-from creak_thesis.report.numbers import thesis, thesis_cpu
+from creak_thesis.report.facts import PARTS, Facts, against, flange_events, thesis, thesis_cpu
 from creak_thesis.report.words import against_reference, bias, fit, seconds
 
 RANGES = {300: "F300", 500: "F500", 700: "F700", 900: "F900", 1100: "F1100", 1300: "F1300", 1500: "D8", 2000: "F2000"}

@@ -10,8 +10,7 @@ from creak.arrays import to_dense
 from creak.assembly.coupling import couple
 from creak.assembly.part import part_system
 from creak.assembly.partition import cut, shared_nodes
-from creak.assembly.recovery import by_node, recovered
-from creak.assembly.system import System
+from creak.assembly.system import System, by_node, recovered
 from creak.linalg.factor import Factor
 from creak.model.constraints import Fixed, KinematicCoupling
 from creak.model.materials import SolidSection

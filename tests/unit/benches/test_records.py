@@ -10,7 +10,7 @@ from benchmarks import evidence, ranking, unreduced
 from benchmarks.stamp import command, commit, stamp
 
 from creak.studies.advise.evidence import record
-from creak_thesis.report.numbers import million
+from creak_thesis.report.facts import million
 
 FIELDS = {"creak", "commit", "date", "machine", "command"}
 

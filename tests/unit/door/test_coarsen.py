@@ -13,10 +13,9 @@ from creak.cli.main import app
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak_thesis.door import write_door
-from creak_thesis.door.coarsen import coarsen_band, kept_columns
 from creak_thesis.door.deck import mass
 from creak_thesis.door.frame import flange_segments, spacing
-from creak_thesis.door.mesh import PartMesh, structured_quads
+from creak_thesis.door.mesh import PartMesh, coarsen_band, kept_columns, structured_quads
 from helpers_door import door
 
 pytestmark = pytest.mark.once

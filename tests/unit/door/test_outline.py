@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak_thesis.door.outline import Outline
+from creak_thesis.door.geometry import Outline
 
 SQUARE = Outline(np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 100.0], [0.0, 100.0]]), (20.0, 20.0, 20.0, 20.0))
 

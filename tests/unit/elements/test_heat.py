@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.elements.heat import block_heat_load, expands
+from creak.elements.block_matrices import block_heat_load, expands
 from creak.elements.registry import FORMULATIONS
 from creak.model.elasticity import lamina, orthotropic
 from creak.model.expansion import Expansion, isotropic_expansion

@@ -15,7 +15,7 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
 from creak.model.constraints import RigidLink
-from creak.reduction import room as limits
+from creak.reduction import inside as limits
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.health import health
 from creak.reduction.inside import Inside
@@ -43,8 +43,8 @@ def refused(A: sp.csr_matrix, **_: object) -> None:
 @pytest.fixture
 def short(monkeypatch: pytest.MonkeyPatch) -> None:
     """Memory holds a factor of a piece alone."""
-    monkeypatch.setattr("creak.reduction.room.factor", refused)
-    monkeypatch.setattr("creak.reduction.room.pieces_of", in_pieces)
+    monkeypatch.setattr("creak.reduction.inside.factor", refused)
+    monkeypatch.setattr("creak.reduction.inside.pieces_of", in_pieces)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def boundary(part: System) -> np.ndarray:
 def test_the_superelement_is_the_same(part, short, monkeypatch):
     b = boundary(part)
     found = craig_bampton(part, b, f_max=F_MAX)
-    monkeypatch.setattr("creak.reduction.room.factor", factor)
+    monkeypatch.setattr("creak.reduction.inside.factor", factor)
     expected = craig_bampton(part, b, f_max=F_MAX)
     n = expected.stats.retained
     assert found.stats.modes == expected.stats.modes > 40
@@ -118,7 +118,7 @@ def test_its_health_is_that_of_the_part_in_one(part, short, monkeypatch):
     nodes = nodes_of(np.vstack([plate(LONG, WIDE, (0.52, 0.17))[0], [0.3, 0.05, 0.06]]))
     told = health(part, reduced, inside, nodes, f_excitation=100.0, own_modes=False)
     assert inside.pieces is not None
-    monkeypatch.setattr("creak.reduction.room.factor", factor)
+    monkeypatch.setattr("creak.reduction.inside.factor", factor)
     whole = Inside(part, b)
     expected = health(part, craig_bampton(part, b, f_max=F_MAX, inside=whole), whole, nodes, own_modes=False)
     assert told.good, told.verdict

@@ -7,8 +7,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.measured.sofa import head_responses
-from creak.sound.head import RADIUS
-from creak.sound.measured_head import Ears, surrounding
+from creak.sound.head import RADIUS, Ears, surrounding
 from creak.sound.rayleigh import AIR
 from helpers_hrtf import exact, grid, responses, unit, write_sofa
 

@@ -7,8 +7,7 @@ import pytest
 from creak_thesis.outcome import EventRow
 from creak_thesis.plan import ETAS, FINE_ETAS
 from creak_thesis.report import answers, summary
-from creak_thesis.report.facts import Agreement, Facts, matched
-from creak_thesis.report.numbers import thesis, thesis_cpu
+from creak_thesis.report.facts import Agreement, Facts, matched, thesis, thesis_cpu
 from creak_thesis.report.sections.beyond import interface_words, step_words
 from creak_thesis.report.sections.cost import saved, slower, timed
 from creak_thesis.report.sections.participation import right_and_wrong

@@ -20,9 +20,8 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.reduction.diagonal import diagonalise
 from creak.signals import resampling
-from creak.verify.events import find_events, resting
+from creak.verify.events import find_events, resting, sides
 from creak.verify.matching import match_events
-from creak.verify.sides import sides
 from helpers_core import channels, free_run, history_of, system_of
 
 RECORDED = {"section": "verdicts", "source": "closed form"}

@@ -16,7 +16,7 @@ from scipy import sparse
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.deck.command_files import plain_file
-from creak.model.magnitude import LARGEST, computable
+from creak.given import LARGEST, computable
 from creak.model.superelement import Superelement
 
 SYMMETRY = 1e-8

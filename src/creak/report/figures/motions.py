@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
-from creak.assembly.recovery import by_node, recovered
-from creak.assembly.system import System
+from creak.assembly.system import System, by_node, recovered
 from creak.linalg.modes import Modes
 from creak.model.dofs import nodes_of
 from creak.report.figures.surface import Surface

@@ -20,7 +20,7 @@ from creak.studies.converge.settling import (
     Settling,
 )
 from creak.studies.converge.words import TOTALS, WORDS
-from creak.verify.figures import FIGURES, TIMES
+from creak.verify.matching import FIGURES, TIMES
 from creak.words import listed
 
 MOST_EVENTS = 400

@@ -24,8 +24,7 @@ from creak.linalg.pencil import Pencil
 from creak.linalg.threads import one_blas_thread
 from creak.model.dofs import node_dofs
 from creak.model.mesh import Model
-from creak.reduction.inside import Inside
-from creak.reduction.room import pieces_of
+from creak.reduction.inside import Inside, pieces_of
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.substructures import Partition, Substructure, partition, required

@@ -31,8 +31,7 @@ from creak.studies.converge.settling import (
     limit,
 )
 from creak.verify.events import events_in
-from creak.verify.figures import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, change
-from creak.verify.matching import EventMatch, match_events
+from creak.verify.matching import FIGURES, OF_PLACE, TIMES, UNTIL_THE_END, EventMatch, change, match_events
 from creak.verify.statistics import MANY, chance, chance_between, compare_statistics
 from creak.verify.unreduced import Structure
 

@@ -20,7 +20,7 @@ from creak.studies.converge.settling import (
     RubSettling,
     Settling,
 )
-from creak.verify.figures import change
+from creak.verify.matching import change
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
 from creak.verify.statistics import MANY
 from creak.verify.unreduced import Structure

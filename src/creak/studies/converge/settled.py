@@ -14,7 +14,7 @@ from creak.studies.file.case import Course
 from creak.studies.run.one_run import Run
 from creak.studies.run.steady import faded_in, may_still_close
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, OF_PLACE, TIMES
+from creak.verify.matching import FIGURES, OF_PLACE, TIMES
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval

@@ -13,7 +13,7 @@ from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, TIMES, change
+from creak.verify.matching import FIGURES, TIMES, change
 from creak.verify.rubbing import Rub
 from creak.verify.statistics import EventStatistics
 from creak.verify.unreduced import Structure

@@ -19,7 +19,7 @@ from creak.studies.converge.settling import (
     Outcome,
     Settling,
 )
-from creak.verify.figures import FIGURES
+from creak.verify.matching import FIGURES
 from creak.verify.statistics import Distance
 
 WORDS = {

@@ -9,7 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.assembly.drilling import held_drilling
-from creak.elements.heat import block_heat_load, expands, expansion_of
+from creak.elements.block_matrices import block_heat_load, expands, expansion_of
 from creak.elements.registry import FORMULATIONS
 from creak.errors import InputError
 from creak.model.constraints import KinematicCoupling, RigidLink

@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 from pydantic_core import InitErrorDetails, PydanticCustomError
 
-from creak.model.magnitude import LARGEST, SMALLEST
+from creak.given import LARGEST, SMALLEST
 
 
 def _of_size(value: float) -> float:

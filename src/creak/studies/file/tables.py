@@ -16,7 +16,7 @@ from creak.formats.deck.command_files import plain_file, will_read
 from creak.formats.measured.csv_rows import SEPARATORS, csv_rows, number, separator_of
 from creak.formats.measured.files import chosen_channel, is_measured
 from creak.formats.measured.unit_words import SECONDS, name_and_unit, scale_of
-from creak.model.magnitude import LARGEST, SMALLEST, computable
+from creak.given import LARGEST, SMALLEST, computable
 
 POINTS = "Write decimals with a point, or semicolons between the cells, and leave out further columns."
 FIRST = "Put it into the first line, with commas, semicolons or tabs between the names, and nothing before it."

@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.assembly.recovery import by_node, recovered
-from creak.assembly.system import System
+from creak.assembly.system import System, by_node, recovered
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.history import ENERGIES, History
@@ -25,7 +24,7 @@ from creak.studies.run.one_run import Run
 from creak.studies.sound.ear import Ear, n5_of
 from creak.studies.sound.heard import Sound, n5_of_less, share_apart
 from creak.studies.sound.notes import WHAT
-from creak.verify.figures import OF_PLACE
+from creak.verify.matching import OF_PLACE
 from creak.verify.peaks import peak_forces
 from creak.verify.rubbing import Rub, rub_of
 

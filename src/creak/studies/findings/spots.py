@@ -8,7 +8,7 @@ from typing import Any
 from creak.studies.converge.settled import KEYS
 from creak.studies.findings.tree import Findings
 from creak.verify.events import Event
-from creak.verify.figures import TIMES, UNTIL_THE_END
+from creak.verify.matching import TIMES, UNTIL_THE_END
 from creak.verify.rubbing import FIGURES
 from creak.verify.unreduced import RubSpot, Spot, Structure
 

@@ -14,8 +14,7 @@ from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.damping import is_damped
 from creak.assembly.part import Rayleigh, assemble_blocks, common_rayleigh, loose_system, part_system
-from creak.assembly.recovery import by_node, recovered
-from creak.assembly.system import System
+from creak.assembly.system import System, by_node, recovered
 from creak.elements.registry import FORMULATIONS, unstressed
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.catalogue import stop_on_unread, with_open_stops, without_unread_damping

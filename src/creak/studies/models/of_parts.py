@@ -23,9 +23,8 @@ from creak.linalg.scratch import on_disk, set_aside
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system
-from creak.reduction.inside import Inside
+from creak.reduction.inside import Inside, beside_factor, beside_pieces, pieces_of, plenty
 from creak.reduction.modal import support_motion
-from creak.reduction.room import beside_factor, beside_pieces, pieces_of, plenty
 from creak.studies.models.reference import (
     Assembled,
     ReferenceModel,

@@ -324,7 +324,7 @@ def _check_modes(reduction: Reduction, superelements: list[Reduced]) -> None:
     band = reduction.band
     if reduction.table.method == "guyan" or band.auto or any(r.system.stats.modes for r in superelements):
         return
-    from creak.reduction.health.verdict import RULE  # its room is not waited for before the run
+    from creak.reduction.health.report import RULE  # its room is not waited for before the run
 
     first = min((r.system.stats.first_left_out for r in superelements), default=np.inf)
     if first > RULE * band.excited:

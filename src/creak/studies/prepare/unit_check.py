@@ -21,8 +21,8 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
+from creak.model.solid_faces import element_volumes
 from creak.model.units import LENGTHS, METRES, UNITS, UnitsName
-from creak.model.volumes import element_volumes
 from creak.studies.file.places import Places
 from creak.words import listed, percent
 

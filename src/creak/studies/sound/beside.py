@@ -16,10 +16,9 @@ from creak.formats.stored.run_identity import SUMMARY
 from creak.formats.stored.sealed import read_sealed
 from creak.formats.stored.sound import StoredSound, read_sound
 from creak.signals.spectra import low_pass
-from creak.sound.at_48k import at_48k
 from creak.sound.loudness import Loudness
 from creak.sound.quality import FIGURES, SHARP
-from creak.sound.third_octave import RINGING
+from creak.sound.third_octave import RINGING, at_48k
 from creak.sound.zwicker_tables import BANDS, RATE
 from creak.studies.sound.loud import heard_with, loudness_of
 

@@ -16,8 +16,7 @@ from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
 from creak.model.units import METRES
 from creak.sound.directivity import plane_of
-from creak.sound.head import RADIUS, Head, Sphere
-from creak.sound.measured_head import Ears, surrounding
+from creak.sound.head import RADIUS, Ears, Head, Sphere, surrounding
 from creak.sound.third_octave import UPPER_EDGES
 from creak.studies.file.places import Places
 from creak.studies.file.sound_tables import UNNAMED, ListenerTable

@@ -18,8 +18,7 @@ from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.skin import Skin, panels, sides_of
-from creak.model.solid_faces import FACES
-from creak.model.volumes import LINES
+from creak.model.solid_faces import FACES, LINES
 from creak.sound.plates import EDGE, Plate
 
 LEAST = 1.0

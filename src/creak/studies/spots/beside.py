@@ -20,7 +20,7 @@ from creak.studies.spots.choose import Stretch, near_channels, stretch_of
 from creak.studies.spots.handover import Handover, handed_over, ordered, states_at
 from creak.studies.spots.march import Checker, Marched, figures_over
 from creak.studies.warned import attempted
-from creak.verify.figures import TIMES, change
+from creak.verify.matching import TIMES, change
 from creak.verify.unreduced import MOVED, RubSpot, Structure
 
 FAILED = Structure(why_not="they could not be made")

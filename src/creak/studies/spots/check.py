@@ -33,7 +33,7 @@ from creak.studies.spots.handover import SEED, Begins, Handover, ordered, states
 from creak.studies.spots.march import Marched, figures_over, own_figures, within
 from creak.studies.spots.nearby import AnyChecker, checker_of, price_of
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, change
+from creak.verify.matching import FIGURES, change
 from creak.verify.rubbing import STICK_SLIP, rub_of
 from creak.verify.unreduced import RubSpot, Spot, Structure, surely
 

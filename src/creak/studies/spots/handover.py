@@ -32,8 +32,7 @@ from creak.studies.prepare.marching import Marching
 from creak.studies.run.integrate import flowing
 from creak.studies.run.job import ReducedRun
 from creak.studies.spots.choose import FEWEST, SHARE, STEP, Span, chosen
-from creak.verify.events import Event
-from creak.verify.sides import sides
+from creak.verify.events import Event, sides
 
 LARGEST = 8e6
 """Dofs times modes: each step goes through all shapes some five times, 30 ms or so."""

@@ -22,7 +22,7 @@ from creak.linalg.together import Solver, side_by_side
 from creak.studies.spots.choose import STEP, Span, Stretch
 from creak.studies.spots.handover import ROUND_OFF, Begins, Handover
 from creak.verify.events import REACH, Event, find_events
-from creak.verify.figures import FIGURES, figures_of
+from creak.verify.matching import FIGURES, figures_of
 
 Result = TypeVar("Result")
 VECTORS = 40

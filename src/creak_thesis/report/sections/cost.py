@@ -5,9 +5,8 @@ from __future__ import annotations
 from creak.report_tools import number, times
 from creak_thesis.plan import plan
 from creak_thesis.report.blocks import Block, Section, TableBlock, absent, agree, differ
-from creak_thesis.report.facts import Facts, against
+from creak_thesis.report.facts import Facts, against, thesis, thesis_cpu
 from creak_thesis.report.figures import cost_figure
-from creak_thesis.report.numbers import thesis, thesis_cpu
 from creak_thesis.report.tables import cost_table, summary_table
 from creak_thesis.report.words import listed, not_run
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from creak.report_tools import percent
 from creak_thesis.plan import LOADS
 from creak_thesis.report.blocks import Block, PictureBlock, Section, TableBlock, absent, agree, differ
-from creak_thesis.report.facts import Facts
+from creak_thesis.report.facts import Facts, thesis
 from creak_thesis.report.figures import events_of, fits_figure, spectra_figure
-from creak_thesis.report.numbers import thesis
 from creak_thesis.report.tables import axis_table, cost_table, distance_table, force_table, grade_table
 from creak_thesis.report.words import (
     CLOSE,

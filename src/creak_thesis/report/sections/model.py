@@ -5,8 +5,7 @@ from __future__ import annotations
 from creak.report_tools import fixed, number
 from creak_thesis.doors import DoorFacts
 from creak_thesis.report.blocks import PictureBlock, Section, TableBlock, Text, agree, differ
-from creak_thesis.report.facts import Facts
-from creak_thesis.report.numbers import thesis
+from creak_thesis.report.facts import Facts, thesis
 from creak_thesis.report.tables import load_table, material_table, size_table, support_table
 from creak_thesis.report.words import by_load, event_rates
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from creak.report_tools import NONE, Table, percent
 from creak_thesis.plan import RATTLING
 from creak_thesis.report.blocks import Block, Section, TableBlock, Text, absent, agree, differ
-from creak_thesis.report.facts import Facts, flange_events
+from creak_thesis.report.facts import Facts, flange_events, thesis
 from creak_thesis.report.figures import Panel, events_figure, events_of, fits_figure, loads_of, spectra_figure
-from creak_thesis.report.numbers import thesis
 from creak_thesis.report.tables import BOTH, agreement_table, axis_table, cost_table, force_table
 from creak_thesis.report.words import biases, by_load, events_words, not_run
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from creak.report_tools import NONE, Table, fixed, number, tidy
 from creak_thesis.record import HIGH_PASS, RecordStudy
 from creak_thesis.report.blocks import Section, TableBlock, Text, absent, agree, differ
+from creak_thesis.report.facts import thesis
 from creak_thesis.report.figures import density_figure, record_line
-from creak_thesis.report.numbers import thesis
 
 
 def signal_section(study: RecordStudy | None) -> Section:

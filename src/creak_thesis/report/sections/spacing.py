@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from creak.report_tools import number
 from creak_thesis.report.blocks import Block, PictureBlock, Section, TableBlock, Text, absent, agree, differ
-from creak_thesis.report.facts import Facts
+from creak_thesis.report.facts import Facts, thesis
 from creak_thesis.report.figures import diagonal_figure, mac_figure
-from creak_thesis.report.numbers import thesis
 from creak_thesis.report.tables import spacing_table
 from creak_thesis.report.words import fit, listed, not_run
 

@@ -22,7 +22,7 @@ from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.run import job
 from creak.studies.spots import beside
-from creak.verify.figures import figures_of
+from creak.verify.matching import figures_of
 from creak.verify.unreduced import Spot, Structure
 from helpers_bar import IMPULSE, LASTS, bar
 from helpers_decks import write_study

@@ -46,7 +46,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.run import one_run as running
 from creak.studies.run.job import run_study
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES, change
+from creak.verify.matching import FIGURES, change
 from creak.verify.rubbing import Pressing, Rub
 from helpers_decks import STOP, STUDY, stop_study, write_strips
 from helpers_findings import summarised

@@ -7,7 +7,7 @@ import pytest
 from creak.studies.converge.compared import assess
 from creak.studies.converge.settling import BASE, MORE_MODES, UNREDUCED, Outcome, Repeat
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES
+from creak.verify.matching import FIGURES
 from creak.verify.unreduced import Spot, Structure
 
 E = 0.01

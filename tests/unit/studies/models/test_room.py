@@ -20,7 +20,7 @@ from creak.linalg.mkl import has_pardiso
 from creak.linalg.pieces.dissection import cut_once_more, whole
 from creak.linalg.pieces.factor import Pieces
 from creak.progress import silent
-from creak.reduction import room as limits
+from creak.reduction import inside as limits
 from creak.studies.file.reader import read_study
 from creak.studies.models import of_parts
 from creak.studies.models import of_parts as module

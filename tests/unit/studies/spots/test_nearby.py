@@ -16,7 +16,7 @@ from creak.studies.spots.check import check_spots
 from creak.studies.spots.handover import handed_over
 from creak.studies.spots.march import Checker
 from creak.studies.spots.nearby import Nearby, checker_of, price_of
-from creak.verify.figures import FIGURES, TIMES
+from creak.verify.matching import FIGURES, TIMES
 from helpers_decks import STUDY, two_strips, write_strips
 
 SHORT = STUDY.replace("step = 5e-4", 'accuracy = "quick"').replace("periods = 2", "end = 0.09")

@@ -19,8 +19,7 @@ from creak.studies.spots.check import _few_decide, _of_event, _slips, check_spot
 from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
 from creak.verify.events import Event
-from creak.verify.figures import FIGURES
-from creak.verify.matching import EventMatch
+from creak.verify.matching import FIGURES, EventMatch
 from creak.verify.unreduced import Spot, Structure, alike_in_size, surely
 from helpers_bar import IMPULSE, LASTS, bar
 from helpers_decks import STOP, STUDY, write_strips, write_study

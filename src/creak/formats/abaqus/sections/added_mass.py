@@ -23,7 +23,7 @@ from creak.model.materials import (
     Structural,
     TrussSection,
 )
-from creak.model.volumes import element_volumes
+from creak.model.solid_faces import element_volumes
 
 UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
 

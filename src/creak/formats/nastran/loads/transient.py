@@ -20,8 +20,8 @@ from creak.formats.nastran.loads.static_loads import CARDS as OF_STATIC
 from creak.formats.nastran.loads.static_loads import by_value, subcase_loads
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, unique_cards
+from creak.given import LARGEST
 from creak.model.constraints import Fixed, without
-from creak.model.magnitude import LARGEST
 from creak.model.mesh import Unread
 from creak.model.steps import Amplitude, DeckRun, DynamicStep, InModes, PointLoad, Prescribed
 
