@@ -53,6 +53,12 @@ EVEN = 0.01
 """Share of a step by which even samples may stand off the straight line."""
 
 
+JITTER = 0.5
+"""Share of the usual step by which steps may differ from it for the samples to be put on even times."""
+FEWEST = 16
+"""Samples from which on that is done."""
+
+
 def even_step(time: FloatArray) -> float | None:
     """s of the even step that n >= 2 rising times stand for, along the line from the first to the last; None: some
     stand off it.
@@ -66,6 +72,28 @@ def even_step(time: FloatArray) -> float | None:
     rounded = bool((np.abs(whole - np.rint(whole)) < 1e-3).all())
     off = np.abs(time - (time[0] + step * np.arange(time.size))).max()
     return step if off <= (1.001 * place if rounded else EVEN * step) else None
+
+
+def evened(time: FloatArray, value: FloatArray) -> tuple[FloatArray, FloatArray, float] | None:
+    """An uneven course (n,) at n even times from its first to its last, and how far off that may be; None: steps
+    differ by more than `JITTER` of the usual one, as where a sample is missing.
+
+    Values are those of the cubic spline through the samples, whose error falls with the fourth power of the step. So
+    it is 1/16 of what the spline through every other sample misses the others by, here as a share of the rms about
+    the mean. De Boor, A Practical Guide to Splines, chapter V.
+    """
+    from scipy.interpolate import CubicSpline  # see `signals.spectra.low_pass`
+
+    between = np.diff(time)
+    usual = float(np.median(between))
+    if time.size < FEWEST or np.abs(between - usual).max() > JITTER * usual:
+        return None
+    even = np.linspace(time[0], time[-1], time.size)
+    known, asked = slice(0, None, 2), slice(1, time.size - 1, 2)
+    missed = CubicSpline(time[known], value[known])(time[asked]) - value[asked]
+    spread = float(np.std(value))
+    off = float(np.sqrt(np.mean(missed**2))) / (16.0 * spread) if spread else 0.0
+    return even, CubicSpline(time, value)(even), off
 
 
 def between_samples(x: FloatArray, at: FloatArray) -> FloatArray:

@@ -175,6 +175,8 @@ class Record(Signal):
     time: FloatArray
     value: FloatArray
     high_pass: float
+    evened: float = 0.0
+    """Share of its rms by which it may be off, because it was put on even times (`between_samples.evened`)."""
 
     def __post_init__(self) -> None:
         check_fields(self, {"time": partial(row_of, least=2), "value": row_of, "high_pass": positive})

@@ -248,6 +248,20 @@ def record_warnings(driving: Driving, loads: Loads) -> list[str]:
     return texts
 
 
+def evened_notes(driving: Driving) -> list[str]:
+    """Records whose samples were put on even times; a warning where that may tell."""
+    found = list[str]()
+    for name, record in {**records_of(driving, driving.forcing), **records_of(driving, driving.moving)}.items():
+        if record.evened:
+            text = (
+                f"the record of [excitation.{name}] has uneven times and was put on even ones {record.step:.4g} s "
+                f"apart, by cubic splines: its values are off by up to {100.0 * record.evened:.2g} % of their rms"
+            )
+            cure = ". Filter it lower before it is exported, or export it at a fixed rate"
+            found.append(Warned(text + cure) if record.evened > KNOWN else text)
+    return found
+
+
 def _of_force(name: str, record: Record, end: float) -> Iterator[str]:
     """Of a force, which outside its record stays at the first and the last sample."""
     first, last = record.value[[0, -1]]

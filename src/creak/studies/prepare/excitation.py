@@ -20,7 +20,7 @@ from creak.model.dofs import node_and_dof
 from creak.model.mesh import Model
 from creak.model.units import GRAVITY, UNITS
 from creak.signals import sources
-from creak.signals.between_samples import even_step
+from creak.signals.between_samples import FEWEST, JITTER, even_step, evened
 from creak.signals.signal import Signal
 from creak.signals.vibration import RandomVibration
 from creak.studies.design.supports import loads_taken
@@ -297,9 +297,13 @@ def _signal(driving: Driving, name: str, table: ExcitationTable) -> Signal:
         return sources.Table(read.time, s.factor * read.value, s.rounding)
     if read.time.size < 2:
         raise InputError(f"{s.file}: a record of {read.time.size} sample(s)", where=where, expected="two or more")
-    step = even_step(read.time)
+    step, off = even_step(read.time), 0.0
     if step is None:
-        raise _uneven(path, read.time, where)
+        made_even = _on_even_times(read)
+        if made_even is None:
+            raise _uneven(path, read.time, where)
+        read, off = made_even
+        step = float(read.time[1] - read.time[0])
     nyquist = 0.5 / step
     if s.high_pass >= nyquist:
         raise InputError(
@@ -308,13 +312,19 @@ def _signal(driving: Driving, name: str, table: ExcitationTable) -> Signal:
             expected=f"below {nyquist:.6g} Hz, which samples {step:.6g} s apart can hold",
             fix=f"Are the times of {s.file} in s? The head time [ms] of their column tells another unit.",
         )
-    return _record(read, s.factor, s.high_pass)
+    return _record(read, s.factor, s.high_pass, off)
 
 
 @lru_cache(maxsize=KEPT)
-def _record(read: Samples, factor: float, high_pass: float) -> sources.Record:
+def _on_even_times(read: Samples) -> tuple[Samples, float] | None:
+    found = evened(read.time, read.value)
+    return None if found is None else (Samples(found[0], found[1], read.unit), found[2])
+
+
+@lru_cache(maxsize=KEPT)
+def _record(read: Samples, factor: float, high_pass: float, off: float) -> sources.Record:
     """The record, whose integrals are made once."""
-    return sources.Record(read.time, factor * read.value, high_pass)
+    return sources.Record(read.time, factor * read.value, high_pass, off)
 
 
 def _uneven(path: Path, time: FloatArray, where: str) -> InputError:
@@ -326,8 +336,11 @@ def _uneven(path: Path, time: FloatArray, where: str) -> InputError:
     return InputError(
         f"the time {time[row]:.9g} s comes {between[row - 1]:.6g} s after that before it, others {usual:.6g} s",
         where=f"{path}:{line}",
-        expected="even sampling",
-        fix="Resample the record.",
+        expected=f"even sampling; steps from {1.0 - JITTER:g} to {1.0 + JITTER:g} times the usual one, of {FEWEST} "
+        "samples or more, are put on even times",
+        fix="Samples are missing there: take a piece without the gap, or export the record again at a fixed rate."
+        if between[row - 1] > usual
+        else "Two samples are of almost one time: drop one of them, or export the record again at a fixed rate.",
     )
 
 

@@ -28,7 +28,7 @@ from creak.studies.file.case import Driving, Touching
 from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.tables import RecordTable, TableTable
-from creak.studies.prepare.amount_check import record_warnings
+from creak.studies.prepare.amount_check import evened_notes, record_warnings
 from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
@@ -75,7 +75,7 @@ def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) ->
 def drive_warnings(model: Model, driving: Driving, loads: Loads, driven: Driven, contacts: GapOperator) -> list[str]:
     """Excitations that move nothing, or what contact should move."""
     texts = [*_idle(driving, loads), *record_warnings(driving, loads), *_stuck(model, driving, loads, driven)]
-    return [Warned(text) for text in (*texts, *_driven_contact(model, driven, contacts))]
+    return [*evened_notes(driving), *[Warned(text) for text in (*texts, *_driven_contact(model, driven, contacts))]]
 
 
 def pace_warnings(time: TimeTable, modal: float | None, rayleigh: Rayleigh, highest: float) -> list[str]:

@@ -9,11 +9,13 @@ import pytest
 
 from creak.errors import InputError
 from creak.signals import sources
+from creak.signals.between_samples import evened
 from creak.signals.faults import cut_off, dropouts, reaches_top, spikes
 from creak.signals.sources import Record
 from creak.studies.file import tables
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.warned import Warned
 from helpers_decks import STUDY, write_strips
 
 STEP, HIGH_PASS = 1e-3, 8.0
@@ -180,3 +182,35 @@ def test_a_record_of_another_kind_of_file_is_no_text(tmp_path):
     (tmp_path / "road.wav").write_bytes(b"RIFF\x00\x10WAVEfmt ")
     with pytest.raises(InputError, match=r"is no text; expected a table in CSV\. Export it as CSV"):
         tables.read_signal(tmp_path / "road.wav", None, "")
+
+
+@pytest.mark.parametrize(("jitter", "limit"), [(0.1, 0.01), (0.45, 0.02)])
+def test_uneven_times_are_made_even_within_what_is_told(jitter, limit):
+    """Of tones up to a twentieth of the sampling rate; the error that is told covers that against their closed form."""
+    rng = np.random.default_rng(5)
+    time = STEP * (np.arange(2000) + 0.5 * jitter * rng.uniform(-1.0, 1.0, 2000))
+
+    def exact(t):
+        return sum(A * np.cos(2.0 * np.pi * f * t + p) for f, A, p in LINES)
+
+    even, value, told = evened(time, exact(time))
+    assert np.ptp(np.diff(even)) < 1e-9 * STEP
+    off = np.sqrt(np.mean((value - exact(even)) ** 2)) / np.std(exact(even))
+    assert off < told < 30.0 * off
+    assert told < limit
+
+
+def test_a_missing_sample_is_no_jitter():
+    time = np.delete(STEP * np.arange(100), 50)
+    assert evened(time, np.sin(time)) is None
+
+
+def test_an_uneven_record_runs_with_a_note_and_one_that_holds_too_much_with_a_warning(tmp_path):
+    rng = np.random.default_rng(5)
+    time = STEP * (np.arange(2000) + 0.2 * rng.uniform(-1.0, 1.0, 2000))
+    time[0] = 0.0
+    slow, fast = (sum(np.sin(2.0 * np.pi * f * time + f) for f in of) for of in ((20.0, 40.0), (180.0, 230.0)))
+    for value, warned in ((slow, False), (fast, True)):
+        (told,) = [note for note in told_of(tmp_path, time, value) if "uneven times" in note]
+        assert isinstance(told, Warned) == warned
+        assert "has uneven times and was put on even ones 0.00" in told
