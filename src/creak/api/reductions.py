@@ -86,7 +86,8 @@ def gap_modes(system: System, gaps: GapOperator, *, f_max: float | None = None, 
 def diagonalise(system: System) -> System:
     """A small System in its own modes, all of them: q = Phi eta, M = I, K = diag(omega^2); a step costs O(n).
 
-    Directions N without mass are split off, N' K N = I. Unchanged where its damping would stay full.
+    Directions N without mass are split off, N' K N = I. Damping may couple the modes (`creak.simulate` takes pairs of
+    complex modes then).
 
     Raises
     ------

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from creak.arrays import FloatArray, Matrix
+from creak.arrays import FloatArray, Matrix, to_dense
 from creak.model.constraints import KinematicCoupling, RigidLink
 from creak.model.materials import Discrete, Section, Structural, has_dashpot, rayleigh
 from creak.model.mesh import Model
@@ -48,6 +48,15 @@ class Damping:
                 self.modal_values * weights if v.ndim == 1 else self.modal_values[:, None] * weights
             )
         return total
+
+    def matrix(self, m: FloatArray, k: FloatArray) -> FloatArray:
+        """(n, n) C of diagonal M and K, m and k (n,)."""
+        C = np.diag(self.alpha * m + self.beta * k)
+        if self.extra is not None:
+            C += to_dense(self.extra)
+        if self.modal_shapes is not None and self.modal_values is not None:
+            C += (self.modal_shapes * self.modal_values) @ self.modal_shapes.T
+        return np.asarray(0.5 * (C + C.T))
 
     def projected(self, V: Matrix) -> Damping:
         """V' C V of the parts that are not Rayleigh (those follow M and K)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import scipy.sparse as sp
@@ -11,6 +12,7 @@ from scipy.sparse.linalg import cg
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief, to_dense
 from creak.assembly.damping import Damping
+from creak.linalg.complex_modes import ComplexModes, complex_modes
 from creak.linalg.dense_product import symmetric
 from creak.model.dofs import dofs_of, nodes_of
 
@@ -117,6 +119,17 @@ class System:
     @property
     def n(self) -> int:
         return int(self.coordinates.size)
+
+    @cached_property
+    def complex_modes(self) -> ComplexModes:
+        """Of a System with diagonal M and K and mass everywhere, found once.
+
+        Raises
+        ------
+        NumericalError : no trustworthy eigenvectors were found.
+        """
+        m, k = (np.asarray(A.diagonal(), dtype=float) for A in (self.M, self.K))
+        return complex_modes(m, k, self.damping.matrix(m, k))
 
     def combined(self, A: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
         """A R (m, n) and A R_s (m, n_support): combinations A (m, k) of the motion at `labels` (k,)."""

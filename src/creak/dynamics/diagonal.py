@@ -7,10 +7,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
+from creak.linalg.complex_modes import coupled
 from creak.linalg.diagonal import Diagonal
-
-OFF_DIAGONAL = 1e-6
-"""Modal damping that couples modes by less than this share of their own damping counts as diagonal."""
 
 
 def modal_damping(system: System) -> FloatArray | None:
@@ -22,15 +20,11 @@ def modal_damping(system: System) -> FloatArray | None:
     d = system.damping
     if not (isinstance(system.M, Diagonal) and isinstance(system.K, Diagonal)) or d.extra is not None:
         return None
-    own = d.alpha * system.M.d + d.beta * system.K.d
-    if d.modal_shapes is None or d.modal_values is None:
-        return np.asarray(own)
-    C = (d.modal_shapes * d.modal_values) @ d.modal_shapes.T
-    diagonal = C.diagonal().copy()
-    np.fill_diagonal(C, 0.0)
-    size = np.sqrt(np.maximum(own + diagonal, 0.0))
-    coupled = np.abs(C) > OFF_DIAGONAL * np.maximum(np.outer(size, size), OFF_DIAGONAL * diagonal.max(initial=0.0))
-    return None if coupled.any() else np.asarray(own + diagonal)
+    m, k = system.M.d, system.K.d
+    if d.is_rayleigh:
+        return np.asarray(d.alpha * m + d.beta * k)
+    C = d.matrix(m, k)
+    return None if coupled(C).any() else C.diagonal().copy()
 
 
 def is_modal(system: System) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -34,8 +35,12 @@ class Diagonal:
 
     __rmul__ = __mul__
 
-    def __add__(self, other: Diagonal) -> Diagonal:
-        return Diagonal(self.d + other.d)
+    @overload
+    def __add__(self, other: Diagonal) -> Diagonal: ...
+    @overload
+    def __add__(self, other: FloatArray) -> FloatArray: ...
+    def __add__(self, other: Diagonal | FloatArray) -> Diagonal | FloatArray:
+        return Diagonal(self.d + other.d) if isinstance(other, Diagonal) else np.diag(self.d) + other
 
     def toarray(self) -> FloatArray:
         return np.diag(self.d)

@@ -23,9 +23,7 @@ Split = tuple[FloatArray, FloatArray, FloatArray]
 
 
 def diagonalise(system: System, modes_of: Callable[[FloatArray, FloatArray], Split] | None = None) -> System:
-    """K Phi = M Phi diag(omega^2), q = Phi eta with all modes: M = I, K = diag(omega^2).
-
-    A step then costs O(n) instead of O(n^2). Returns the System unchanged where its damping would stay full.
+    """K Phi = M Phi diag(omega^2), q = Phi eta with all modes: M = I, K = diag(omega^2); damping may couple them.
 
     Where M is singular its null space N is split off: N' K N = I, and the other modes are those of the statically
     condensed rest (static condensation is exact without mass). Then M = diag(1.., 0..) and
@@ -34,31 +32,6 @@ def diagonalise(system: System, modes_of: Callable[[FloatArray, FloatArray], Spl
     Parameters
     ----------
     modes_of : K, M (dense) -> their modes; None: `all_modes`.
-
-    Raises
-    ------
-    InputError : M is not positive beyond round-off.
-    NumericalError : a direction has neither mass nor stiffness.
-    """
-    return system if system.damping.extra is not None else in_own_modes(system, modes_of)
-
-
-def all_modes(K: FloatArray, M: FloatArray) -> Split:
-    """All modes of dense K and M.
-
-    Raises
-    ------
-    InputError : M is not positive.
-    NumericalError : a direction has neither mass nor stiffness.
-    """
-    if _singular(M):
-        return _split_modes(K, M)
-    omega2, Phi, _ = regular_pairs(K, M)
-    return omega2, Phi, np.zeros((K.shape[0], 0))
-
-
-def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Split] | None = None) -> System:
-    """`diagonalise` whatever the damping: C may couple the modes.
 
     Raises
     ------
@@ -78,6 +51,20 @@ def in_own_modes(system: System, modes_of: Callable[[FloatArray, FloatArray], Sp
         velocity=np.concatenate([Phi.T @ (M @ v), N.T @ (K @ v)]),
         stats=system.stats,
     )
+
+
+def all_modes(K: FloatArray, M: FloatArray) -> Split:
+    """All modes of dense K and M.
+
+    Raises
+    ------
+    InputError : M is not positive.
+    NumericalError : a direction has neither mass nor stiffness.
+    """
+    if _singular(M):
+        return _split_modes(K, M)
+    omega2, Phi, _ = regular_pairs(K, M)
+    return omega2, Phi, np.zeros((K.shape[0], 0))
 
 
 def _singular(M: FloatArray) -> bool:

@@ -34,7 +34,7 @@ from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.dynamics.state import LinearTerms
 from creak.errors import InputError
-from creak.reduction.diagonal import diagonalise, in_own_modes
+from creak.reduction.diagonal import diagonalise
 from creak.verify.events import find_events
 from creak.verify.reliability import created_of_contact
 from helpers_core import NO_CHANNELS, chain, channels, system_of
@@ -457,7 +457,7 @@ def test_what_dampers_take_where_the_base_goes_far():
     rows = x**3 * (10 - 15 * x + 6 * x**2), 30 * x**2 * (1 - x) ** 2 / T, 60 * x * (1 - x) * (1 - 2 * x) / T**2
     K, M = np.array([[k, -k], [-k, k]]), np.diag([1e-6, m])
     free = creak.system_from_matrices(K, M, beta=c / k)
-    system = in_own_modes(creak.couple(free, driven={"base": [0]}))
+    system = diagonalise(creak.couple(free, driven={"base": [0]}))
     loads = creak.make_loads(system, time, motion={"base": creak.Motion(*(way * row for row in rows))})
     history = simulate_flow(system, creak.gap_channels([[0.0, 1.0]], 1e6, 1.0), loads, OutputRequest(np.array([1])))
 

@@ -8,14 +8,15 @@ import scipy.linalg as sla
 
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.stepper import FlightStepper
-from creak.dynamics.flow.coupled import _eigenpairs, can_couple
+from creak.dynamics.flow.coupled import can_couple
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import march
-from creak.reduction.diagonal import in_own_modes
+from creak.linalg.complex_modes import _eigenpairs
+from creak.reduction.diagonal import diagonalise
 from creak.studies.run.integrate import flowing
 from creak.verify.events import find_events
 from creak.verify.reliability import created_of_contact
@@ -28,7 +29,7 @@ def fly(system, gaps, end, step, forces=(), labels=()) -> History:
     time = step / SAMPLES * np.arange(SAMPLES * round(end / step) + 1)
     values = np.stack([f(time) for f in forces], axis=1) if forces else np.zeros((time.size, 0))
     loads = Loads(time, np.zeros((3, time.size, 0)), values, tuple(np.array([x]) for x in labels))
-    modal = in_own_modes(system)
+    modal = diagonalise(system)
     assert can_couple(modal)
     return simulate_flow(modal, gaps, loads, OutputRequest(np.arange(system.n)))
 
@@ -44,7 +45,7 @@ def test_two_masses_and_a_dashpot_on_one_of_them(measured):
     """m = 1, k = 1e4 to ground and between, c = 8 on the first alone: free motion by its four complex eigenvalues."""
     M, K, C = np.eye(2), np.array([[2e4, -1e4], [-1e4, 1e4]]), np.diag([8.0, 0.0])
     system = system_of(M, K, extra=C, velocity=np.array([0.0, 1.0]))
-    assert not is_modal(in_own_modes(system))
+    assert not is_modal(diagonalise(system))
     history = fly(system, NO_CHANNELS, 0.5, 1e-2)
     t = history.time[history.output_index]
     # s^4 + 8 s^3 + 3e4 s^2 + 8e4 s + 1e8 = 0; the motion of mass 2 is (s^2 + 8 s + 2e4) / that polynomial.

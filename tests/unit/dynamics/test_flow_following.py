@@ -10,7 +10,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.record.recorder import OutputRequest
-from creak.reduction.diagonal import in_own_modes
+from creak.reduction.diagonal import diagonalise
 
 RECORDED = {"section": "time"}
 
@@ -23,7 +23,7 @@ def test_a_stiff_part_and_the_support_it_stands_on_keep_their_gap(dashpot, measu
     K = np.array([[1e5 + 200.0, -200.0, -1e5], [-200.0, 200.0, 0.0], [-1e5, 0.0, 1e5]])
     C = dashpot * np.array([[2.0, -1.0, -1.0], [-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])
     free = creak.system_from_matrices(K, np.diag([1.0, 1e-3, 1e-7]), C=C if dashpot else None, alpha=1.0)
-    system = in_own_modes(creak.couple(free, driven={"base": [0]}))
+    system = diagonalise(creak.couple(free, driven={"base": [0]}))
     assert is_modal(system) is (dashpot == 0.0)
     stop = creak.gap_channels([[-1.0, 0.0, 1.0]], 0.05, 200.0)
     time = np.linspace(0.0, 0.5, 1500 * SAMPLES + 1)
@@ -51,7 +51,7 @@ def carried_along(beta, dashpot):
     beside[1, 2] = beside[2, 1] = -1.0
     C = dashpot * beside if dashpot else None
     free = creak.system_from_matrices(4e3 * along + SPRINGS, np.diag([1.0, 1e-6, 1e-7, 1e-6]), C=C, beta=beta)
-    system = in_own_modes(creak.couple(free, driven={"base": [0]}))
+    system = diagonalise(creak.couple(free, driven={"base": [0]}))
     assert is_modal(system) is (dashpot == 0.0)
     tangents = [[[0.0, 1.0, -1.0, 0.0]], [[0.0] * 4]]
     gaps = creak.gap_channels([[0, 0, 0, 1.0]], 0.0, 200.0, preload=2.0, tangents=tangents, friction=(0.5, 0.3, 0.3))

@@ -12,7 +12,7 @@ from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES, History
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest
-from creak.reduction.diagonal import in_own_modes
+from creak.reduction.diagonal import diagonalise
 from helpers_core import chain, channels, system_of
 
 N, SPRING, PRESSED, PUSHED = 12, 1e8, [5, 11], 2
@@ -32,7 +32,7 @@ DAMPED = {
 
 def swung(C: np.ndarray, preload: float) -> History:
     """By a force of .5 N, so that the contact stays closed."""
-    system = in_own_modes(system_of(M, K, extra=C))
+    system = diagonalise(system_of(M, K, extra=C))
     time = np.linspace(0.0, END, 200 * SAMPLES + 1)
     force = SWING * np.sin(OMEGA * time)
     loads = Loads(time, np.zeros((3, time.size, 0)), force[:, None], (np.array([PUSHED]),))

@@ -10,7 +10,7 @@ import creak
 from creak.dynamics.flow.march import SAMPLES, simulate_flow
 from creak.dynamics.history import ENERGIES
 from creak.dynamics.record.recorder import OutputRequest
-from creak.reduction.diagonal import in_own_modes
+from creak.reduction.diagonal import diagonalise
 
 RECORDED = {"section": "time"}
 
@@ -81,7 +81,7 @@ def test_several_nodes_stick_and_slip_where_fast_modes_are_damped(beta, dashpot,
     K, mass, C = strip(dashpot)
     time = np.linspace(0.0, END, 200 * SAMPLES + 1)
     free = creak.system_from_matrices(K, np.diag(mass), C=C if dashpot else None, beta=beta)
-    system = in_own_modes(creak.couple(free, driven={"along": [0], "across": [Z[0] - 1]}))
+    system = diagonalise(creak.couple(free, driven={"along": [0], "across": [Z[0] - 1]}))
     rows = np.eye(K.shape[0])
     tangents = [rows[X], np.zeros((NODES, K.shape[0]))]
     gaps = creak.gap_channels(rows[Z], 0.0, STIFFNESS, tangents=tangents, friction=(FRICTION, FRICTION, 0.0))
@@ -127,7 +127,7 @@ def test_what_sticks_does_not_walk_where_it_is_shaken_unevenly(measured):
     K = np.diag([20.0, 20.0, 20.0, 20.0])
     K[0, 1] = K[1, 0] = K[2, 3] = K[3, 2] = -20.0
     free = creak.system_from_matrices(K, 1e-6 * np.eye(4), beta=1e-5)
-    system = in_own_modes(creak.couple(free, driven={"along": [0]}))
+    system = diagonalise(creak.couple(free, driven={"along": [0]}))
     tangents = [[[0.0, 1.0, 0.0, 0.0]], [[0.0] * 4]]
     normal = {"preload": 4.0, "tangents": tangents, "friction": (0.5, 0.5, 0.0)}
     gaps = creak.gap_channels([[0.0, 0.0, 0.0, 1.0]], 0.0, STIFFNESS, **normal)

@@ -61,8 +61,9 @@ from creak.linalg.threads import one_blas_thread
 
 SAMPLES = 3
 """Samples of the loads in a flight step: a cubic goes through them and the next."""
-ROWS = 4_096
-"""Rows of the table that a chunk has room for beside those of its flight steps."""
+ROWS, ROWS_OF_PAIRS = 4_096, 512
+"""Rows of the table that a chunk has room for beside those of its flight steps; of pairs in all, which are kept whole
+until their energies are known."""
 
 
 def simulate_flow(
@@ -207,9 +208,10 @@ class FlowRun:
 
     def _open_log(self) -> None:
         self._own_work()
-        basis = None if self.form.pairs is None else self.form.pairs.basis
         between = partial(below_parabola, self.form, self.H) if self.model.presses else None
-        self.log = Recorder(self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, basis, between=between)
+        self.log = Recorder(
+            self.system, self.on, self.gaps, self.loads, SAMPLES, self._asked, self.form.pairs, between=between
+        )
 
     def _own_work(self) -> None:
         """What a run writes to while it goes on."""
@@ -305,7 +307,8 @@ class FlowRun:
             )
 
     def rows(self, steps: int) -> int:
-        return max(steps, ROWS) + 2 ** (self.steps.levels + 1)
+        most = max(steps, ROWS) if self.form.pairs is None else ROWS_OF_PAIRS
+        return most + 2 ** (self.steps.levels + 1)
 
     def kept(self, x: FlowState) -> FloatArray:
         return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])

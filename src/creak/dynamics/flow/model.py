@@ -21,6 +21,7 @@ from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.propagator import SINGLE, UV, in_kicks, propagator
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
+from creak.linalg.complex_modes import ComplexModes
 
 ACCELERATION, VELOCITY, DISPLACEMENT, FORCE, CONSTANT = 2, 1, 0, 3, 4
 """What drives a load column."""
@@ -83,22 +84,8 @@ class FlowModel(NamedTuple):
     """(n,) 1 / omega^2 of each pair, 0 where it does not oscillate."""
     massless: IntArray
     """Single modes whose m is 0."""
-    kinetic: FloatArray
-    strain: FloatArray
-    """(q, 2 n): energies are half the squares of these products with z; empty for single modes."""
     still: FloatArray
     """(4, n) z at rest under loads, pair by pair, of loads on the pair; empty for single modes."""
-
-
-class Pairs(NamedTuple):
-    """Pairs z of complex modes of a System with n coordinates."""
-
-    basis: FloatArray
-    """(n, 2 n) coordinates of the System from z."""
-    speeds: FloatArray
-    """(n, 2 n) velocities of the coordinates from z."""
-    push: FloatArray
-    """(2 n, n) change of z by an impulse on each coordinate."""
 
 
 class FlowState(NamedTuple):
@@ -160,7 +147,7 @@ class FlowForm:
     """z (2, n) of coordinates and their velocities."""
     follow: FloatArray
     """(n, n_support) of the modes where they follow the supports at rest."""
-    pairs: Pairs | None = None
+    pairs: ComplexModes | None = None
     """Where these are no single modes."""
 
     def motion(self, x: FlowState) -> tuple[FloatArray, FloatArray]:
@@ -200,8 +187,8 @@ def single_modes(
     mass = np.where(heavy, m, 1.0)
     omega, own = np.sqrt(np.where(heavy, k / mass, 0.0)), np.where(heavy, c / mass, 0.0)
     speed = np.where(omega > 0.0, np.hypot(omega, 0.5 * own) + 0.5 * own, 0.0)
-    slices, none = ((0, n), (n, 2 * n), (n, 2 * n)), np.zeros((0, 0))
-    model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, (m, c, k), speed, (none,) * 3)
+    slices = ((0, n), (n, 2 * n), (n, 2 * n))
+    model = flow_model(shared, slices, (rows,) * 3, (loads,) * 3, (m, c, k), speed, np.zeros((0, 0)))
     root = np.where(heavy, 1.0 / np.sqrt(mass), 0.0)
 
     def start(u: FloatArray, v: FloatArray) -> FloatArray:
@@ -261,13 +248,13 @@ def flow_model(
     loads: Three,
     single: Three,
     omega: FloatArray,
-    forms: Three,
+    still: FloatArray,
 ) -> FlowModel:
     """The model from what is shared, slices, rows and load columns (u, v, push; push, u, v), m, c, k, speeds."""
     (u0, u1), (v0, v1), (p0, p1) = slices
     arrays = zip(
-        ("rows", "rates", "push", "lean", "thrown", "load", "load_u", "load_v", "kinetic", "strain", "still"),
-        (*rows, rows[2], 0.0 * rows[2], *loads, *forms),
+        ("rows", "rates", "push", "lean", "thrown", "load", "load_u", "load_v", "still"),
+        (*rows, rows[2], 0.0 * rows[2], *loads, still),
         strict=True,
     )
     own: Shared = {name: np.ascontiguousarray(A) for name, A in arrays}

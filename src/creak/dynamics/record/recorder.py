@@ -17,6 +17,7 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
+from creak.dynamics.books import DAMPING, KINETIC, STRAIN
 from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.model import FlowState
 from creak.dynamics.history import ENERGIES, History, split_columns
@@ -24,6 +25,7 @@ from creak.dynamics.instant import Instant, LogState
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.thinning import room_for, spacing_for, thin
 from creak.dynamics.record.watch import Watch, Watched
+from creak.linalg.complex_modes import ComplexModes
 from creak.linalg.memory import require
 
 CHUNK = 2_000
@@ -51,6 +53,9 @@ class Output(NamedTuple):
     ring: FloatArray
     """(chunk, n_band) largest sqrt(2 E) of each band of modes in the step that ends there; n_band is 0 where nobody
     asks for it."""
+    z: FloatArray
+    """(rows, 2 n) of the new rows where a pair moves by itself, its first entry nan where it is not known; empty for
+    single modes."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +80,7 @@ the ends of steps, over sqrt(2 E) of each band (`flow.resolution.below_parabola`
 class Recorder:
     """The table of all instants, the motion at output steps, and what they become.
 
-    What a march keeps of its motion are coordinates of the System, or those that `basis` (n, width) turns into them.
+    What a march keeps of its motion are coordinates of the System, or pairs of its complex modes.
     One by one (`lean`), only the coordinates that output needs are kept: few of a sparse System.
     """
 
@@ -87,19 +92,20 @@ class Recorder:
         loads: Loads,
         substeps: int,
         asked: OutputRequest,
-        basis: FloatArray | None = None,
+        pairs: ComplexModes | None = None,
         lean: bool = False,
         between: Between | None = None,
     ) -> None:
         self._preload = np.zeros(0) if gaps.preload is None else gaps.preload
         self._m, self._f2, self._every = gaps.m, on.T.shape[0], asked.every
         self._width = 1 + 2 * gaps.m + 2 * self._f2 + len(ENERGIES)
-        self._basis, self._needed = basis, np.arange(system.n, dtype=np.int64)
+        self._pairs, self._needed = pairs, np.arange(system.n, dtype=np.int64)
+        self._basis = None if pairs is None else pairs.basis
         self._watch = None if asked.watched is None else Watch(system, gaps, on, asked.watched)
         wanted = [system.rows(asked.observed), *on.tangents, *(() if self._watch is None else self._watch.rows)]
         if lean:
             self._needed = _columns([A for A, _ in wanted if A.shape[0]], system.n)
-        width = self._needed.size if basis is None else basis.shape[1]
+        width = self._needed.size if pairs is None else pairs.basis.shape[1]
         self._taken = slice(None) if self._needed.size == system.n else self._needed
         self._rows = self._on_kept(wanted[0])
         moves = any(abs(x).max() > 0.0 for rows in on.tangents for x in rows if np.prod(x.shape))
@@ -109,7 +115,7 @@ class Recorder:
         self._whole_at = np.asarray(asked.whole_at, dtype=np.int64)
         self._end, self._step = float(loads.time[-1]), substeps * loads.step
         self._sizes = loads.n_step // substeps, asked.observed.size, width, system.supports.count
-        self._whole_width = system.n if basis is None else width
+        self._whole_width = system.n if pairs is None else width
         self._begin_tables()
 
     def again(self) -> Recorder:
@@ -187,6 +193,10 @@ class Recorder:
         """The instant that a compiled march starts from."""
         row = np.concatenate([[time], x.gap, x.force, x.sliding, x.energy[: len(ENERGIES)]])
         self._begin(row, kept, kept, x.support[0])
+        if self._pairs is not None:
+            self._stored = np.concatenate(self._pairs.energies(kept[None]))
+            self._table[0, self._width - len(ENERGIES) :][[KINETIC, STRAIN]] += self._stored
+            self._begun = float(self._stored.sum())
 
     def _begin(self, row: FloatArray, kept: FloatArray, whole: FloatArray, support: FloatArray) -> None:
         self._table[0], self._u[0], self._s[0] = row, kept, support
@@ -225,7 +235,8 @@ class Recorder:
         self._grow(rows)
         at = np.zeros(self._u.shape[0], dtype=np.int64)
         self._ring[:] = 0.0
-        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole, self._ring)
+        z = np.empty((0 if self._pairs is None else rows, self._u.shape[1]))
+        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole, self._ring, z)
 
     def _grow(self, rows: int) -> None:
         room = self._table.shape[0]
@@ -236,8 +247,22 @@ class Recorder:
 
     def take(self, used: int, kept: int, out: Output) -> None:
         """Account for what a chunk left, all of its whole steps."""
+        if self._pairs is not None and used > self.used:
+            self._store(self._pairs, self._table[self.used - 1 : used], out.z[: used - self.used])
         self.used = used
         self._took(kept, out.at)
+
+    def _store(self, pairs: ComplexModes, table: FloatArray, z: FloatArray) -> None:
+        """Put the energies of pairs z (k, 2 n) into all rows (k + 1) but the first, which has its own; they are taken
+        from the work of the dampers. Between rows whose pairs are known they are as good as straight."""
+        time, known = table[:, 0], np.flatnonzero(~np.isnan(z[:, 0]))
+        found = np.vstack([self._stored, np.stack(pairs.energies(z[known]), axis=1)])
+        at = np.concatenate([time[:1], time[1 + known]])
+        stored = np.stack([np.interp(time[1:], at, x) for x in found.T], axis=1)
+        energy = table[1:, self._width - len(ENERGIES) :]
+        energy[:, [KINETIC, STRAIN]] += stored
+        energy[:, DAMPING] -= stored.sum(axis=1) - self._begun
+        self._stored = stored[-1]
 
     def _took(self, kept: int, at: IntArray) -> None:
         """Whole steps that end at the rows `at` of the table."""

@@ -12,7 +12,6 @@ from creak.arrays import ComplexArray, FloatArray, IntArray, to_dense
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.diagonal import is_modal, modal_matrices
-from creak.dynamics.flow.coupled import coupled_damping
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
@@ -177,7 +176,8 @@ def _answers(system: System, i_omega: ComplexArray, loads: ComplexArray) -> Comp
     if is_modal(system):
         m, c, k = modal_matrices(system)
         return np.asarray(loads / (k + i_omega[:, None] * c + (i_omega**2)[:, None] * m))
-    m, k, C = np.asarray(system.M.diagonal()), np.asarray(system.K.diagonal()), coupled_damping(system)
+    m, k = np.asarray(system.M.diagonal()), np.asarray(system.K.diagonal())
+    C = system.damping.matrix(m, k)
     q = loads / (k + i_omega[:, None] * C.diagonal() + (i_omega**2)[:, None] * m)
     low = np.flatnonzero(k <= m * (COUPLED * abs(i_omega).max()) ** 2)
     for j, s in enumerate(i_omega):

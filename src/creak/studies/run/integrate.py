@@ -14,7 +14,7 @@ from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
 from creak.dynamics.flight.stepper import FlightStepper
-from creak.dynamics.flow.coupled import MOST, can_couple
+from creak.dynamics.flow.coupled import MOST, coupled_count
 from creak.dynamics.flow.march import SAMPLES, simulate_flow, with_springs
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.flow.unhindered import Silent, gaps_without_contact
@@ -23,7 +23,8 @@ from creak.dynamics.instant import Keeper
 from creak.dynamics.loads import Loads, refined
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, march, simulate
-from creak.reduction.diagonal import in_own_modes
+from creak.linalg.diagonal import Diagonal
+from creak.reduction.diagonal import diagonalise
 from creak.signals.spectra import largest
 from creak.studies.prepare.marching import Marching
 from creak.verify.events import Event
@@ -76,10 +77,12 @@ def flowing(system: System) -> tuple[System | None, str]:
         return system, ""
     if sp.issparse(system.M) and not np.any(system.coordinates < 0):
         return None, ""
-    if system.n > MOST:
-        return None, f"; no exact flow: damping couples {system.n} modes (at most {MOST})"
-    modal = in_own_modes(system)
-    if not can_couple(modal):
+    diagonal = isinstance(system.M, Diagonal)
+    count = coupled_count(system) if diagonal else system.n
+    if count > MOST:
+        return None, f"; no exact flow: damping couples {count} modes (at most {MOST})"
+    modal = system if diagonal else diagonalise(system)
+    if np.any(modal.M.diagonal() <= 0.0):
         return None, "; no exact flow: damping couples modes, and some coordinates have no mass"
     return modal, ""
 

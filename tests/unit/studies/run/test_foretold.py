@@ -19,7 +19,7 @@ from creak.dynamics.loads import Loads
 from creak.dynamics.record.watch import Watched
 from creak.dynamics.state import LinearTerms
 from creak.progress import Sentence
-from creak.reduction.diagonal import diagonalise, in_own_modes
+from creak.reduction.diagonal import diagonalise
 from creak.studies.file.config import VerificationTable
 from creak.studies.prepare.elines import NO_ELINES
 from creak.studies.prepare.marching import Observed
@@ -62,7 +62,7 @@ def test_modes_that_damping_couples_move_in_pairs_with_two_rows_each(monkeypatch
     n = 12
     K = np.diag(np.linspace(1e3, 1e6, n))
     dashpot = 0.1 * np.outer(np.ones(n), np.ones(n))
-    alone, together = (in_own_modes(system_of(np.eye(n), K, extra=C, velocity=np.zeros(n))) for C in (None, dashpot))
+    alone, together = (diagonalise(system_of(np.eye(n), K, extra=C, velocity=np.zeros(n))) for C in (None, dashpot))
     gaps = channels(np.eye(4, n), 1e-3, 1e9)
     loads = Loads(np.linspace(0.0, 0.3, 301), np.zeros((3, 301, 0)), np.zeros((301, 1)), (np.array([0]),))
     monkeypatch.setattr("creak.studies.run.foretold.step_s", lambda unknowns, rows: 1e-6 * unknowns * rows)
