@@ -142,3 +142,53 @@ def test_what_sticks_does_not_walk_where_it_is_shaken_unevenly(measured):
         at_most=1e-4,
         source="it sticks",
     )
+
+
+@numba.njit
+def explicit(K, pull, gap0, k, mu, m, h, steps):  # type: ignore[no-untyped-def]
+    """Heat of two nodes that press (dofs 0, 1), rub (2, 3; across: 4, 5) and stick where they stand: symplectic Euler."""
+    u, v, heat, sticks = np.zeros(6), np.zeros(6), 0.0, np.ones(2, dtype=np.bool_)
+    for s in range(steps):
+        t = (s + 0.5) * h
+        F = pull[0] * np.sin(74.0 * np.pi * t) + pull[1] * np.sin(22.0 * np.pi * t) - K @ u
+        for c in range(2):
+            pressure = k * max(0.0, -gap0 - u[c])
+            F[c] += pressure
+            w = v[2 + c :: 2] + h / m * F[2 + c :: 2]
+            speed = np.hypot(w[0], w[1])
+            sticks[c] = pressure == 0.0 or speed * m / h <= mu[0 if sticks[c] else 1] * pressure
+            taken = min(1.0, mu[1] * pressure * h / m / max(speed, 1e-300))
+            if pressure > 0.0:
+                taken = 1.0 if sticks[c] else taken
+                F[2 + c :: 2] -= taken * w * m / h
+                heat += 0.0 if sticks[c] else taken * (1.0 - 0.5 * taken) * m * speed**2
+        v += h / m * F
+        u += h * v
+    return heat
+
+
+@pytest.mark.parametrize(("seed", "stiffness"), [(2, 1e6), (0, 1e8), (1, 1e8)])
+def test_friction_stands_under_friction_and_not_under_damping(seed, stiffness, measured):
+    """Masses without dampers that touch, stick and slide: after touches and long steps, too, all heat is friction's."""
+    draw, n, end, static, kinetic = np.random.default_rng(seed), 6, 0.05, 0.5, 0.3
+    B = draw.normal(size=(n, n))
+    K = 1e5 * (B @ B.T / n + 0.1 * np.eye(n))
+    pull = 8.0 * draw.normal(size=(2, n))
+    time = np.linspace(0.0, end, 50 * SAMPLES + 1)
+    system = in_own_modes(creak.system_from_matrices(K, 0.1 * np.eye(n)))
+    rows = np.eye(n)
+    tangents = [rows[2:4], rows[4:]]
+    gaps = creak.gap_channels(rows[:2], 1e-5, stiffness, tangents=tangents, friction=(static, kinetic, 0.0))
+    swings = np.stack([np.sin(74.0 * np.pi * time), np.sin(22.0 * np.pi * time)], axis=1)
+    loads = creak.make_loads(system, time, forces=[(list(range(n)), swings @ pull)])
+    history = simulate_flow(system, gaps, loads, OutputRequest(np.arange(n)))
+    friction, damping = (history.energy[:, ENERGIES.index(name)] for name in ("friction", "damping"))
+    heat = explicit(K, pull, 1e-5, stiffness, np.array([static, kinetic]), 0.1, 2e-7, round(end / 2e-7))
+    measured(
+        f"heat of two nodes that touch, stick and slide, stiffness {stiffness:g}, seed {seed}",
+        friction[-1],
+        heat,
+        rel=1e-3,
+        source="symplectic Euler of the full matrices",
+    )
+    assert np.abs(damping).max() < 5e-5 * friction[-1]

@@ -37,18 +37,25 @@ def go_ahead(P, gain, D, steady, x, end):  # type: ignore[no-untyped-def]
 
 @inner
 def look_ahead(model, laws, P, gain, D, h, steady, now, after, later):  # type: ignore[no-untyped-def]
-    """Of what presses and rubs: its place, and how far the coming step takes it from there without a kick (`slip`)."""
+    """Of what presses and rubs: its place, and how far the coming step takes it from there without a kick (`slip`).
+
+    After a step of another kind, which has no place for its end, the way in the step before is that of the structure.
+    """
     m, u = after.gap.size, after.x.reshape(after.x.size)[model.u0 : model.u1]
+    u_now = now.x.reshape(now.x.size)[model.u0 : model.u1]
     go_ahead(P, gain, D, steady, after, later)
     ahead = later.x.reshape(later.x.size)[model.u0 : model.u1]
     for i in range(after.slip.size):
         if after.gap[laws.rubs[i // 2]] < 0.0:
-            place = now.place[i] if now.place[i] < np.inf else place_of(model, m + i, u, after, 0.0)
+            place, slid = now.place[i], now.slip[i]
+            if place == np.inf:
+                place = place_of(model, m + i, u, after, 0.0)
+                slid = place - place_of(model, m + i, u_now, now, 0.0)
             end = dot(model.rows[m + i], ahead)
             for j in range(after.support.shape[1]):
                 s, v, a = after.support[0, j], after.support[1, j], after.support[2, j]
                 end += model.rows_s[m + i, j] * (s + h * (v + 0.5 * h * a))
-            after.place[i], after.slip[i], after.slid[i] = place, end - place, now.slip[i]
+            after.place[i], after.slip[i], after.slid[i] = place, end - place, slid
 
 
 @inner
@@ -65,6 +72,14 @@ def slide_on(model, laws, A, rate, h, after):  # type: ignore[no-untyped-def]
             after.slip[i] = 0.0
         else:
             after.sliding[i] = after.slip[i] / h
+
+
+@inner
+def forget_touched(laws, now, after):  # type: ignore[no-untyped-def]
+    """What touched since the instant before has no place yet: with its share of a kick it goes another way."""
+    for i in range(after.slip.size):
+        if now.gap[laws.rubs[i // 2]] >= 0.0:
+            after.place[i] = np.inf
 
 
 @inner

@@ -16,7 +16,7 @@ import math
 
 from creak.contact.step_problem import Unpressed, solve_step, spring_energy, spring_force
 from creak.dynamics.books import CONTACT_DAMPING, EXTERNAL, FRICTION, GIVEN
-from creak.dynamics.flow.along import look_ahead, slide_on
+from creak.dynamics.flow.along import forget_touched, look_ahead, slide_on
 from creak.dynamics.flow.model import DONE
 from creak.dynamics.flow.motion import look_along, quiet
 from creak.linalg.by_reference import by_value
@@ -82,6 +82,7 @@ def press(model, scheme, A, h, desk, now, after, watched):  # type: ignore[no-un
     if closing:
         if model.damped:
             book_touch(laws, W, h, now, after, share)
+        forget_touched(laws, now, after)
         fill(share, 1.0)
         force_on(model, laws, after.force, share, after.F)
     return DONE
