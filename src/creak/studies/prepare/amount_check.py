@@ -3,7 +3,7 @@ measured records when they move something, how well, and which of their samples 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -42,6 +42,8 @@ WEAK, HARD = 0.02, 1e4
 INSTEAD = (
     "Give its displacement, or take a multisine, which is faded in and has none; one line will do, with f_min = f_max"
 )
+ROUND_OFF = 1e-12
+"""Share of its largest displacement up to which a support starts at zero."""
 STOPPED = 0.01
 """Share of its highest speed below which what a table moves has come to rest where it was to go."""
 CARRIED = 0.5
@@ -134,6 +136,19 @@ def drift_warnings(model: Model, driving: Driving, driven: Driven, loads: Loads)
                 + ('A measured one is a type = "record", with a high_pass' if table else INSTEAD)
             )
     return [Warned(text) for text in found]
+
+
+def jump_warnings(names: Sequence[str], motion: FloatArray) -> list[str]:
+    """Prescribed displacements (n_time, n_support) that are not zero, but for round-off, when the run starts."""
+    largest = np.abs(motion).max(axis=0, initial=0.0)
+    return [
+        Warned(
+            f"{name} is {value:g} at the start, where the structure is at rest: it jumps, and what that closes presses "
+            "from the start, so it is no event. Let it begin at zero"
+        )
+        for name, value, most in zip(names, motion[0].tolist(), largest.tolist(), strict=True)
+        if abs(value) > ROUND_OFF * most
+    ]
 
 
 def _peak(t: ExcitationTable, acceleration: FloatArray) -> float:

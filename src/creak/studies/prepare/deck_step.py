@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from creak.arrays import FloatArray, IntArray
+from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.deck.membranes import with_held_membranes
 from creak.formats.decks import format_of
@@ -45,8 +45,6 @@ LOWEST = 1e-3
 """Hz; a run that is not compared with a reduced one needs no modes."""
 STATIC = "STATIC"
 """Name of the loads that a deck's own run starts under."""
-ROUND_OFF = 1e-12
-"""Share of a motion's largest value that is none at the start."""
 WHOLE = 1e-6
 """Share of an increment by which the period may miss a whole number of them."""
 
@@ -102,18 +100,8 @@ def set_up_deck(path: Path, ignore: Sequence[str] = (), units: UnitsName | None 
     setup = set_up_model(study, model, ignore, free=True)
     if run.step.modes is not None:
         setup = replace(setup, structure=damped_in(setup.structure, run.step.modes))
-    notes = [*_steps_note(run), *notes, *_jumps(setup.structure.driven.names, setup.loads.support[0]), *setup.notes]
+    notes = [*_steps_note(run), *notes, *setup.notes]
     return replace(setup, notes=notes, digests=digests_of(study))
-
-
-def _jumps(names: Sequence[str], motion: FloatArray) -> list[str]:
-    """Prescribed displacements (n_time, n_support) that are not zero, but for round-off, when the run starts."""
-    largest = np.abs(motion).max(axis=0, initial=0.0)
-    return [
-        f"{name} is {value:g} at the start, where the structure is at rest: it jumps"
-        for name, value, most in zip(names, motion[0].tolist(), largest.tolist(), strict=True)
-        if abs(value) > ROUND_OFF * most
-    ]
 
 
 def _checked(tables: dict[str, Any], places: Places) -> StudyConfig:

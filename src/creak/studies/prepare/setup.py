@@ -28,7 +28,13 @@ from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.sound_tables import UNNAMED
 from creak.studies.file.table import Table
-from creak.studies.prepare.amount_check import clearance_warnings, drift_warnings, file_unit_notes, motion_warnings
+from creak.studies.prepare.amount_check import (
+    clearance_warnings,
+    drift_warnings,
+    file_unit_notes,
+    jump_warnings,
+    motion_warnings,
+)
 from creak.studies.prepare.elines import NO_ELINES, make_elines
 from creak.studies.prepare.excitation import (
     driven_dofs,
@@ -251,7 +257,7 @@ def set_up_model(
     loads = sample_loads(model, driving, time, store, exact=c.time.exact)
     notes += [*designed, *banded, *unfollowed, *amounts]
     notes += [*start_warnings(model, touching, c.precheck), *motion_warnings(driving, loads)]
-    notes += drift_warnings(model, driving, driven, loads)
+    notes += [*jump_warnings(driven.names, loads.support[0]), *drift_warnings(model, driving, driven, loads)]
     plays = [*plays_of(touching), *clips]
     notes += [Warned(text) for p, where in plays for text in crossed(model, p, where, UNITS[c.model.units].length)]
     connectors = join([play_channels(model, p, where) for p, where in plays])

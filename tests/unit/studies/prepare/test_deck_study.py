@@ -9,7 +9,8 @@ import pytest
 from creak.errors import InputError
 from creak.progress import silent
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.deck_step import _jumps, set_up_deck
+from creak.studies.prepare.amount_check import jump_warnings
+from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import run_study
 from helpers_dynamic_decks import FLUSH, LINEAR, PAIR, STEP, bar_deck, cantilever_deck, stop_deck
@@ -334,4 +335,5 @@ def test_instances_and_assembly_names(run):
 
 def test_a_start_of_round_off_is_no_jump():
     motion = np.array([[3e-17, 0.2, 0.0], [1.0, 0.5, 0.0]])
-    assert _jumps(["a", "b", "c"], motion) == ["b is 0.2 at the start, where the structure is at rest: it jumps"]
+    (told,) = jump_warnings(["a", "b", "c"], motion)
+    assert told.startswith("b is 0.2 at the start, where the structure is at rest: it jumps, and what that closes")

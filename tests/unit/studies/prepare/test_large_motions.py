@@ -107,3 +107,12 @@ def test_a_rigid_rotation_is_found_at_parts_and_nodes():
     u[:, :3], u[:, 3:] = np.cross(turn, model.nodes.coords) + [1.0, -2.0, 3.0], turn
     assert names == ("part LOW", "part TOP", "node 4")
     np.testing.assert_allclose((turns @ u.ravel()[labels]).reshape(-1, 3), [turn] * 3, atol=1e-12)
+
+
+def test_a_motion_that_begins_with_a_jump_is_told(tmp_path):
+    begins = STUDY.replace("[[0, 0], [0.005, 12]", "[[0, 6], [0.005, 12]")
+    for text, count in ((STUDY, 0), (begins, 1)):
+        (tmp_path / "study.toml").write_text(text, encoding="utf-8")
+        (tmp_path / "strips.inp").write_text(DECK, encoding="utf-8")
+        notes = warnings_of(set_up(read_study(tmp_path / "study.toml")).notes)
+        assert [n.startswith("aside is 6 at the start") for n in notes if "jumps" in n] == [True] * count
