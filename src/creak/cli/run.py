@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import ExitStack
 from pathlib import Path
+from shlex import quote
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -70,7 +71,7 @@ def run(
         help="Repeat the run with contact resolved twice as finely, half and twice "
         "its stiffness and 1.5 times the modes (with a forced scheme: shorter steps, stiffer contact, more modes), and "
         "tell how far each event has settled; also in convergence.csv. By default where no scheme is forced, the model "
-        "is reduced and the accuracy is not quick. Ctrl-C ends the repeated run under way, the next one follows.",
+        "is reduced and the accuracy is not quick. Ctrl-C leaves these runs out.",
     ),
     changes_wanted: bool = typer.Option(
         False,
@@ -102,10 +103,10 @@ def run(
 ) -> None:
     """Run a study: reduced and unreduced model, their comparison, summary.json, results.h5, report.html.
 
-    Ctrl-C during a run ends it there: what was computed until then is written. An unreduced run keeps a checkpoint
-    every five minutes beside the results: the same command goes on from it, after a kill as well. Earlier results of
-    the same study are replaced; those of another study, and files that creak did not write, are not, unless --force
-    says so.
+    Ctrl-C during a run ends it there: what was computed until then is written, without the page, and nothing more is
+    tried. An unreduced run keeps a checkpoint every five minutes beside the results: the same command goes on from it,
+    after a kill as well. Earlier results of the same study are replaced; those of another study, and files that creak
+    did not write, are not, unless --force says so.
 
     Example: creak run door/door.toml --out door/results
     """
@@ -177,14 +178,15 @@ def run(
 def _write(
     output: Output, progress: Progress, result: Result, checkpoints: Checkpoints, animation_mb: float
 ) -> str | None:
-    """Write results and page beside the checkpoints, which go; the page, where it can be drawn. Its failure, or an
-    interruption, costs no results."""
+    """Write results and page beside the checkpoints, which go; the page, where it can be drawn and nobody waits for the
+    end. Its failure, or an interruption, costs no results."""
     from creak.api.extras import missing_for_report
+    from creak.studies.warned import is_asked_to_end
 
     progress("write results", 0, 2)
     page = None
     try:
-        if not missing_for_report():
+        if not missing_for_report() and not is_asked_to_end(result.found.notes):
             page = result.page(animation_mb)
         progress("write results", 1, 2)
     finally:
@@ -201,6 +203,7 @@ def _tell(output: Output, result: Result, folder: Path) -> None:
     from creak.report.words.terminal import answer_lines
     from creak.report.words.verdict import verdict_line
     from creak.studies.run.compared import main_of
+    from creak.studies.warned import is_asked_to_end
 
     if missing_for_report():
         output.warn(no_report_text())
@@ -211,6 +214,8 @@ def _tell(output: Output, result: Result, folder: Path) -> None:
     for line in answer_lines(result.summary):
         output.say(line)
     output.say(f"wrote {folder}: {', '.join(path.name for path in output.written)}")
+    if is_asked_to_end(result.found.notes):
+        output.command(f"no report.html yet: creak report {quote(str(folder))}")
     if said := verdict_line(main_of(result.summary)):
         output.say(f"verdict: {said}")
 

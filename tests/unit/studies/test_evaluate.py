@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 
 import pytest
 
@@ -63,6 +64,33 @@ def test_ctrl_c_after_the_run_leaves_the_run(setup, monkeypatch, place):
     (warned,) = [text for text in result.summary["warnings"] if "Ctrl-C" in text]
     assert warned.startswith(TOLD[place])
     assert result.runs["reduced"].history.time[-1] == pytest.approx(0.02)
+
+
+def test_nothing_more_is_tried_after_ctrl_c(setup, monkeypatch):
+    """One sentence tells of all that was left out; each would have taken its time, or another Ctrl-C."""
+    monkeypatch.setattr("creak.studies.sound.heard.hear", failing(KeyboardInterrupt()))
+    for place in ("creak.studies.converge.repeats.converge", "creak.studies.cause.effects.causes_of"):
+        monkeypatch.setattr(place, failing(AssertionError("it was tried")))
+    result = creak.run_setup(setup, converge=True, changes="predicted")
+    (warned,) = [text for text in result.summary["warnings"] if "Ctrl-C" in text]
+    told = re.match(r"sound, .*repeated runs and causes: left out, stopped by Ctrl-C\. The run itself is comp", warned)
+    assert told, warned
+
+
+def test_ctrl_c_in_the_run_keeps_its_beginning_and_ends(setup, tmp_path, monkeypatch):
+    for place in ("creak.studies.run.job.compare_modes", "creak.studies.models.health.checked"):
+        monkeypatch.setattr(place, failing(AssertionError("it was tried")))
+
+    def press(stage: str, done: int, _: int) -> None:
+        if stage == "reduced run" and done:
+            raise KeyboardInterrupt
+
+    result = creak.run_setup(setup, press, converge=True)
+    (warned,) = [text for text in result.summary["warnings"] if "Ctrl-C" in text]
+    assert warned.startswith("the rest of the run, health of the superelements, modes of both models")
+    assert "complete" not in warned
+    assert "reduced run: stopped at" in result.stopped
+    assert [path.name for path in result.save(tmp_path / "out")] == ["summary.json", "results.h5"]
 
 
 def test_a_run_is_kept_before_it_is_repeated(setup, tmp_path, monkeypatch):

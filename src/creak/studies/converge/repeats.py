@@ -268,6 +268,8 @@ def _outcomes(
         repeat, gaps = one.repeat, one.gaps
         try:
             run = one.march(_named(repeat, shared))
+            if run.interrupted:  # who presses Ctrl-C waits for no further run
+                raise KeyboardInterrupt
             rubs = places.rubs_of(gaps, run.history)
             return outcome_of(repeat, run, places.of(one.system, gaps, run.history), rubs)
         except CreakError as error:

@@ -38,7 +38,7 @@ from creak.studies.run.kernels import compiling
 from creak.studies.run.one_run import Run, march_run
 from creak.studies.run.precheck import may_have_rung, ready, run_with_closed, sure_of_dropped, with_closed
 from creak.studies.unraised import none_ignored
-from creak.studies.warned import Warned, attempted
+from creak.studies.warned import REST, Warned, attempted, is_asked_to_end, left_by_ctrl_c
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.unreduced import Structure
 
@@ -188,6 +188,8 @@ def run_study(
             from creak.studies.models.health import checked  # what comes after the run is not waited for before it
 
             notes += [*more, *reduced.notes]
+            if found.run.interrupted or (found.more is not None and found.more[1].interrupted):
+                left_by_ctrl_c(REST if found.run.interrupted else "runs with more modes", notes)
             try:
                 found_of = partial(checked, reduced.superelements, nodes, setup.band, progress, store.folder)
                 health = attempted("health of the superelements", found_of, health, notes, ctrl_c=False)
@@ -198,7 +200,7 @@ def run_study(
             ]
         stopped = next((r.stopped for r in runs.values() if r.stopped), stopped)
         compiled(progress, steps=True)
-        if stopped is None and c.runs_unreduced:
+        if stopped is None and c.runs_unreduced and not is_asked_to_end(notes):
             checkpoint = None if checkpoints is None else partial(checkpoints.of, setup.origin)
             own: ReferenceRun = partial(march_run, "reference", checkpoint=checkpoint)
             if reduced is None:
@@ -216,6 +218,8 @@ def run_study(
                 make, springs = reference_run or own, sprung(marching, runs["reduced"].system, gaps)
                 runs["reference"] = make(marching.compared, setup.observed(gaps), reference, springs, progress)
             stopped = runs["reference"].stopped
+            if runs["reference"].interrupted:
+                left_by_ctrl_c(REST, notes)
     notes += [] if checkpoints is None else checkpoints.notes
     if gaps.m == 0 and (setup.contacts.m or setup.connectors.m):
         which = "both runs are" if len(runs) > 1 else "the run is"

@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.history import History, Stopped
+from creak.dynamics.history import History, Interrupted, Stopped
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.record.thinning import spacing_words
 from creak.model.dofs import node_dofs
@@ -49,6 +49,8 @@ class Run(RunBase):
     """Over time, with `lines`."""
     notes: tuple[str, ...] = ()
     """What should be known of it: instants that were not kept, a run that was taken from another case."""
+    interrupted: bool = False
+    """Whether Ctrl-C is why it ended early."""
     places_known: dict[tuple[float, float], Any] = field(default_factory=dict, init=False, compare=False, repr=False)
     """Window -> what `studies.findings.places` found, so that it looks once."""
 
@@ -68,7 +70,7 @@ def march_run(
     ----------
     checkpoint : gives that of a march (`Checkpoints.of`, its `origin` known).
     """
-    meter, stopped, how = Meter(), None, ""
+    meter, stopped, how, interrupted = Meter(), None, "", False
     system, seen, v = model.system, observed.seen, observed.verification
     fields, labels = field_steps(marching.course, marching.ends), node_dofs(observed.nodes)
     period = 1.0 / (marching.excited or v.mac_f_max)
@@ -85,7 +87,7 @@ def march_run(
     try:
         history, system, how = integrate(marching, system, gaps, asked, report, keeper)
     except Stopped as error:
-        history, stopped = error.history, f"{name} run: {error}"
+        history, stopped, interrupted = error.history, f"{name} run: {error}", isinstance(error, Interrupted)
     cost = meter.read() if keeper is None else keeper.cost
     system, history = with_static(observed.static, observed.nodes, system, history)
     events, slips = find_events(history, gaps, v.merge, v.f_max), tuple(find_slips(history, gaps, v.merge, v.f_max))
@@ -111,6 +113,7 @@ def march_run(
         slips=slips,
         integrator=how,
         stopped=stopped,
+        interrupted=interrupted,
         recording=recording,
         at_contact=touching,
         lines=at_lines,
