@@ -33,7 +33,8 @@ from creak.model.materials import Material, ShellSection
 from creak.model.mesh import ElementBlock, Model, Nodes, Part
 from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses
-from creak.sound.forced import Modes, high_end, without_lows
+from creak.sound.answering import Modes
+from creak.sound.forced import high_end, without_lows
 from creak.studies.sound.band import mesh_band
 from creak.studies.sound.ear import Ear, records_of
 from creak.studies.sound.listeners import Listener

@@ -7,7 +7,7 @@ from benchmarks import plates
 
 from creak.assembly.system import System
 from creak.model.mesh import Model
-from creak.sound.forced import Modes
+from creak.sound.answering import Modes
 from helpers_core import STEEL
 
 SIDES, THICK, ZETA = (0.5, 0.4), 2e-3, 0.02

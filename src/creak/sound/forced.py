@@ -2,7 +2,9 @@
 
 With forces f_j(t), their rows X and what modal accelerations send to a listener, R(s) = sum_k rows_k e^(-s k / rate),
 
-    P(s) = sum_m R_m(s) s^2 / (m_m s^2 + c_m s + k_m) sum_j X_jm F_j(s),     s = sigma + i omega,
+    P(s) = R(s) s^2 H(s) X' F(s),     s = sigma + i omega,     H = diag(1 / (m s^2 + c s + k))
+
+where damping couples no modes (`answering`),
 
 a discrete Fourier transform of what is weighted by e^(-sigma t). The weight makes the motion die out within the
 record, so that nothing comes around at its start, however weakly the modes are damped; rigid ones need no care. Source:
@@ -17,8 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
 
-from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from creak.arrays import ComplexArray, FloatArray, IntArray
 from creak.errors import InputError
+from creak.sound.answering import Answering
 from creak.sound.rayleigh import HIGHEST, PressureRows
 
 DECAY = 10.0
@@ -47,19 +50,8 @@ Gain = Callable[[FloatArray], FloatArray | ComplexArray]
 """Of frequencies, Hz, above 0."""
 
 
-@dataclass(frozen=True)
-class Modes:
-    """Diagonal m, c, k (n_mode,) of a structure and the work of unit forces on its modes."""
-
-    m: FloatArray
-    c: FloatArray
-    k: FloatArray
-    push: FloatArray
-    """(n_force, n_mode)"""
-
-
 def sound_of_forces(
-    modes: Modes,
+    modes: Answering,
     force: FloatArray,
     rate: float,
     groups: Sequence[IntArray],
@@ -88,9 +80,7 @@ def sound_of_forces(
     _checked(modes, force, rows.rows.shape[2])
     _in_band(band, min(HIGHEST * rate, rows.band))
     on = _transformed(force, rate, band)
-    slow = modes.k <= modes.m * (2.0 * np.pi * STIFF * band) ** 2
-    push = np.ascontiguousarray(modes.push[:, slow].T)
-    m, c, k = modes.m[slow], modes.c[slow], modes.k[slow]
+    slow = modes.omega <= 2.0 * np.pi * STIFF * band
     whole = slice(0, on.front + n + int(TAIL * rate))
     kept = whole if around else slice(on.front, on.front + n)
     out = on.growth(whole, rate) * _fade(whole.stop, FADES * rate)[::-1]
@@ -98,15 +88,17 @@ def sound_of_forces(
     for listener, (taps, start) in enumerate(zip(rows.rows, rows.start.tolist(), strict=True)):
         late = (start + np.arange(taps.shape[0])) / rows.rate
         P = np.zeros((len(groups), on.size // 2 + 1), dtype=complex)
-        still = _stiff(modes, ~slow, taps)
-        flexible = np.ascontiguousarray(taps[:, slow])
-        for here in _blocks(on.used.size, m.size + late.size + count):
+        seen = modes.seen(taps)
+        flexible, own = modes.select(slow, seen)
+        stiff, other = modes.select(~slow, seen)
+        still, own, push = stiff.series(other), np.ascontiguousarray(own), np.ascontiguousarray(flexible.push.T)
+        for here in _blocks(on.used.size, own.shape[1] + late.size + count):
             z = on.s[here, None]
             delay = np.exp(-z * late)
-            each = _by_real(_by_real(delay, flexible) * (z * z / ((m * z + c) * z + k)), push)
+            each = _by_real(flexible.answer(_by_real(delay, own), z), push)
             for power, table in still:
                 each += z**power * _by_real(delay, table)
-            each *= on.F[here]
+            each *= z * z * on.F[here]
             for g, columns in enumerate(groups):
                 P[g, on.used[here]] = each[:, columns].sum(axis=1)
         for g in range(len(groups)):
@@ -121,7 +113,7 @@ def lead(rate: float, band: float) -> int:
 
 
 def velocity_of_forces(
-    modes: Modes, force: FloatArray, rate: float, rows: FloatArray, band: float
+    modes: Answering, force: FloatArray, rate: float, rows: FloatArray, band: float
 ) -> tuple[FloatArray, FloatArray]:
     """Times (n,) and velocities (n, k) of the motion `rows` (k, n_mode) under all forces, 20 Hz to the band's end.
 
@@ -132,10 +124,11 @@ def velocity_of_forces(
     on = _transformed(force, rate, band)
     size = next_fast_len(max(FEW * on.used.size, LEAST), real=True)
     V = np.zeros((size // 2 + 1, rows.shape[0]), dtype=complex)
-    for here in _blocks(on.used.size, modes.m.size + rows.shape[0]):
+    seen = np.ascontiguousarray(modes.seen(rows).T)
+    for here in _blocks(on.used.size, seen.shape[0] + rows.shape[0]):
         z = on.s[here, None]
-        moved = _by_real(on.F[here], modes.push) * (z / ((modes.m * z + modes.c) * z + modes.k))
-        V[on.used[here]] = _by_real(moved, rows.T) * (size / on.size)
+        moved = z * modes.answered(_by_real(on.F[here], modes.push), z)
+        V[on.used[here]] = _by_real(moved, seen) * (size / on.size)
     slow = rate * size / on.size
     first, last = (round(slow / rate * k) for k in (on.front, on.front + force.shape[0] + int(TAIL * rate)))
     found = irfft(V, size, axis=0)[first:last] * on.growth(slice(first, last), slow)[:, None]
@@ -182,26 +175,17 @@ def _fade_samples(rate: float, band: float) -> float:
     return rate / (band * (1.0 - FADE))
 
 
-def _checked(modes: Modes, force: FloatArray, n_mode: int) -> None:
-    n, count = force.shape
-    if modes.push.shape != (count, modes.m.size) or n_mode != modes.m.size:
+def _checked(modes: Answering, force: FloatArray, n_mode: int) -> None:
+    if modes.shape != (force.shape[1], n_mode):
         raise InputError(
-            f"forces {force.shape}, their rows {modes.push.shape}, rows of {n_mode} modes",
-            expected=f"({n}, n_force), (n_force, {modes.m.size}) and {modes.m.size}",
+            f"forces {force.shape}, rows of {n_mode} modes, beside {modes.shape[0]} forces on {modes.shape[1]} modes",
+            expected=f"({force.shape[0]}, {modes.shape[0]}), and rows of {modes.shape[1]} modes",
         )
 
 
 def _in_band(band: float, highest: float) -> None:
     if not LOWEST < band <= highest:
         raise InputError(f"a band up to {band:g} Hz", expected=f"{LOWEST:g} to {highest:g} Hz")
-
-
-def _stiff(modes: Modes, which: BoolArray, taps: FloatArray) -> list[tuple[int, FloatArray]]:
-    """Powers of s and (n_tap, n_force) what they stand before, of modes far above the band: 1 / (k + c s + m s^2) is
-    1 / k - c s / k^2 - m s^2 / k^2 within (f / f_m)^4."""
-    m, c, k = modes.m[which], modes.c[which], modes.k[which]
-    push, own = modes.push[:, which], taps[:, which]
-    return [(p, own @ (push * w).T) for p, w in ((2, 1.0 / k), (3, -c / k**2), (4, -m / k**2)) if w.any()]
 
 
 def without_clicks(x: FloatArray, rate: float) -> FloatArray:

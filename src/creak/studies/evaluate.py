@@ -116,7 +116,7 @@ def evaluate(
         from creak.studies.findings.measured import beside_tests
         from creak.studies.findings.places import find_places
         from creak.studies.findings.sound import heard_places
-        from creak.studies.sound.heard import COUPLED, Sound, hear
+        from creak.studies.sound.heard import NO_MODES, Sound, hear
 
         main, notes = found.main, [*found.notes, *said_of_proof]
         worth = table.exact and not quick and "reduced" in found.runs and found.stopped is None and found.gaps.presses
@@ -147,11 +147,8 @@ def evaluate(
         notes += sound.notes
     elif setup.study.config.listener:
         notes.append(Warned(f"no sound: {sound}"))
-    elif sound == COUPLED and places:
-        notes.append(
-            f"forces, but no loudness of what touches: {COUPLED.removeprefix('none: ')} (dashpots, materials with "
-            "their own damping)"
-        )
+    elif sound == NO_MODES and places:
+        notes.append(f"forces, but no loudness of what touches: {NO_MODES.removeprefix('none: ')}")
     causes: dict[int, dict[str, Any]] = {}
     if told:
         nothing: tuple[dict[int, dict[str, Any]], list[str]] = {}, []

@@ -8,7 +8,8 @@ from scipy.integrate import solve_ivp, trapezoid
 
 from creak.errors import InputError
 from creak.sound import forced
-from creak.sound.forced import Modes, sound_of_forces
+from creak.sound.answering import Modes
+from creak.sound.forced import sound_of_forces
 from creak.sound.rayleigh import AIR
 from helpers_sound import faded, pressure_rows
 

@@ -371,6 +371,11 @@ class FlowRun:
         return x
 
 
+def flows(system: System) -> bool:
+    """Is the System in modes, single or in pairs, that exact flow can carry?"""
+    return is_modal(system) or can_couple(system)
+
+
 def form_of(system: System, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> FlowForm:
     """Single modes where damping leaves them so, pairs of complex modes where it couples them.
 

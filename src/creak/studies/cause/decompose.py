@@ -15,12 +15,11 @@ from functools import partial
 
 import numpy as np
 
-from creak.arrays import FloatArray, IntArray, to_dense
+from creak.arrays import ComplexArray, FloatArray, IntArray, to_dense
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
-from creak.dynamics.diagonal import is_modal, modal_matrices
-from creak.dynamics.flow.march import SAMPLES, form_of
+from creak.dynamics.flow.march import SAMPLES, flows, form_of
 from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
@@ -120,8 +119,8 @@ def find_causes(
     if not marching.table.exact:
         return "a scheme is forced"
     gaps, system, loads = run.gaps, run.system, marching.loads
-    if not is_modal(system) or not np.all(np.asarray(system.M.diagonal()) > 0.0):
-        return "damping couples the modes, or some coordinates have no mass"
+    if not flows(system) or not np.all(np.asarray(system.M.diagonal()) > 0.0):
+        return "the reduced model is too large for its modes, or some coordinates have no mass"
     flights = loads.time[::SAMPLES]
     chosen = [_instant(run.history, gaps, place, flights) for place in places]
     if not any(chosen):
@@ -248,20 +247,25 @@ class _Seen:
 
     def __init__(self, loads: Loads, resolution: Resolution, system: System, gaps: GapOperator) -> None:
         self.system, self.gaps = system, gaps
-        self.m, self.c, self.k = modal_matrices(system)
+        m, self.k = (np.asarray(A.diagonal(), dtype=float) for A in (system.M, system.K))
         on: ChannelMatrices = channel_matrices(system, gaps)
         form = form_of(system, on, LinearTerms(system, loads), gaps)
         steps = flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution)
         self.filter = steps.mollifier
         self.rows = to_dense(on.rows) * self.filter
-        omega = np.sqrt(self.k / self.m)
+        omega = np.sqrt(self.k / m)
         held = omega > np.minimum(ADRIFT, UNHELD * omega.max(initial=0.0))
         self.ride = np.zeros((omega.size, system.supports.count))
         self.ride[held] = -to_dense(system.supports.K_qs)[held] / self.k[held, None]
         self.rows_s = on.G_s + self.rows[: gaps.m] @ self.ride
         self.frequencies = omega / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.damping = np.where(omega > 0.0, self.c / (2.0 * self.m * omega), np.nan)
+            self.damping = np.where(omega > 0.0, form.damping / (2.0 * omega), np.nan)
+        n, zero, pairs = m.size, np.zeros_like(m), form.pairs
+        self.blocks = np.stack([zero, zero + 1.0, -(omega**2), -form.damping]) if pairs is None else pairs.blocks
+        """(4, n) z' = B z of pairs, of single modes (q, q')"""
+        self.basis = np.eye(n, 2 * n) if pairs is None else pairs.basis
+        self.push = np.eye(2 * n, n, -n) / m if pairs is None else pairs.push
 
     def of_parts(self, model: Model, channel: int, q: FloatArray, s: FloatArray) -> tuple[tuple[str, float], ...]:
         """What the motion of each part does to a gap beyond what the supports carry along, and that."""
@@ -315,21 +319,33 @@ def _pushed(seen: _Seen, history: History, row: int, channels: IntArray) -> Floa
     at = np.maximum(time[-1] - CELL * np.arange(count, -1, -1), time[0])
     force = np.hstack([history.force[: row + 1, channels], history.tangential[: row + 1, along]])
     force = cell_means(time, force, at) - gaps.resting[columns]
-    X, delta, omega2 = seen.rows[columns], 0.5 * seen.c / seen.m, seen.k / seen.m
-    fast = np.sqrt(omega2) * CELL > FOLLOWS
-    found = np.zeros(seen.m.size)
-    found[fast] = (force[-1] @ X[:, fast]) / seen.k[fast]
-    force[[0, -1]] *= 0.5  # half a cell
-    slow = np.flatnonzero(~fast)
-    root = np.sqrt((omega2[slow] - delta[slow] ** 2).astype(complex))
+    pushed = np.hsplit(seen.rows[columns] @ seen.push.T, 2)
+    a, b, c, d = seen.blocks
+    h = 0.5 * (a + d)
+    # exp(B t) is half the sum of e^((h + r) t) (1 + (B - h) / r) and of the same with -r for r.
+    root = np.sqrt((h**2 - a * d + b * c).astype(complex))
     root[np.abs(root) < STANDS] = STANDS
-    X, delta = X[:, slow], delta[slow]
-    rising, falling = (_summed(force, X, -delta + sign * 1j * root) for sign in (1.0, -1.0))
-    found[slow] = CELL * ((rising - falling) / (2j * root)).real / seen.m[slow]
-    return found
+    z = np.zeros((2, h.size))
+    for r in (root, -root):
+        first, second = (_grown(force, X, h + r) for X in pushed)
+        z[0] += 0.5 * (first + ((a - h) * first + b * second) / r).real
+        z[1] += 0.5 * (second + (c * first + (d - h) * second) / r).real
+    return np.asarray(seen.basis @ z.ravel())
 
 
-def _summed(force: FloatArray, X: FloatArray, pole: np.ndarray) -> np.ndarray:
+def _grown(force: FloatArray, X: FloatArray, pole: ComplexArray) -> ComplexArray:
+    """(n,) what forces at the cells have brought about of x' = pole x + X' f; what is fast follows the last of them."""
+    if not X.any():
+        return np.zeros(pole.size, dtype=complex)
+    slow = np.abs(pole) * CELL <= FOLLOWS
+    found = (force[-1] @ X) / -np.where(slow, 1.0, pole)
+    halved = force.copy()
+    halved[[0, -1]] *= 0.5  # half a cell
+    found[slow] = CELL * _summed(halved, X[:, slow], pole[slow])
+    return np.asarray(found)
+
+
+def _summed(force: FloatArray, X: FloatArray, pole: ComplexArray) -> ComplexArray:
     """(n,) sum over the cells of X' f(t) exp(pole (end - t)), block by block."""
     within = np.exp(np.outer(CELL * np.arange(BLOCK), pole))[::-1]
     over, found = np.exp(BLOCK * CELL * pole), np.zeros(pole.size, dtype=complex)

@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
-from creak.dynamics.diagonal import is_modal
+from creak.dynamics.flow.march import flows
 from creak.dynamics.history import History, Stopped
 from creak.dynamics.loads import Loads
 from creak.errors import CreakError
@@ -91,7 +91,7 @@ def try_changes(
     tried = []
     for change in candidates(place, cause, *of, at_rest):
         changed = system if change.of_system is None else change.of_system(system)
-        if not is_modal(changed):
+        if not flows(changed):
             continue
         try:
             gaps = change.of_gaps(run.gaps)
@@ -125,8 +125,8 @@ def checked_by_run(setup: Setup, ear: Ear | None, progress: Progress, place: Pla
     except CreakError as error:
         return str(error)
     run = again.main
-    if run is None or again.stopped is not None or not is_modal(run.system):
-        return again.stopped or "damping couples the modes"
+    if run is None or again.stopped is not None or not flows(run.system):
+        return again.stopped or "the reduced model is too large for its modes"
     return effect_of(again.scope, place, run.system, run.gaps, run.history, ear)
 
 

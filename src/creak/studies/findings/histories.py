@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.assembly.system import System, by_node, recovered
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.diagonal import is_modal
+from creak.dynamics.flow.march import flows
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
 from creak.model.mesh import Nodes
@@ -114,7 +114,7 @@ class _Places:
         events = events_at(groups, self.scope, gaps, history)
         here = [replace(p, events=tuple(own)) for p, own in zip(self.places, events, strict=True)]
         heard: Sequence[float | None] = [None] * len(here)
-        if self.ear is not None and is_modal(system):
+        if self.ear is not None and flows(system):
             *heard, _ = n5_of(self.scope.window, system, gaps, history, groups, self.ear)
         return tuple(map(_figures, here, heard))
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
-from creak.dynamics.diagonal import is_modal
+from creak.dynamics.flow.march import flows
 from creak.formats.wav import full_scale_for, full_scale_level
 from creak.model.skin import skin_of
 from creak.reduction.modal import one_share
@@ -44,8 +44,7 @@ THIRD = 2.0 / 3.0
 """Of the band that is left where its last third is taken away."""
 
 
-COUPLED = "none: damping couples the modes of the reduced model"
-"""Why a run with dashpots has no sound."""
+NO_MODES = "none: the reduced model is too large for its modes, which carry the sound"
 
 
 @dataclass(frozen=True)
@@ -112,8 +111,8 @@ def hear(
         return "none: the run ended early"
     if reduced is None or run.name != "reduced":
         return "none: only a reduced model carries sound"
-    if not is_modal(run.system):
-        return COUPLED
+    if not flows(run.system):
+        return NO_MODES
     if float(run.history.time[-1]) < SHORTEST:
         return f"none: the run is shorter than {SHORTEST:g} s"
     if not given and not places:

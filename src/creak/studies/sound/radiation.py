@@ -14,13 +14,14 @@ from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Matrix, 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.diagonal import modal_matrices
+from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.history import History
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.signals.resampling import cell_means
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import LOWEST, Gain, Modes, smooth, sound_of_forces, velocity_of_forces, without_lows
+from creak.sound.answering import Answering, Modes, coupled_modes, transfer
+from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, velocity_of_forces, without_lows
 from creak.sound.head import Head
 from creak.sound.rayleigh import AIR, PressureRows, equivalent_power, pressure_weights
 from creak.sound.zwicker_tables import RATE
@@ -36,7 +37,7 @@ NO_GAPS = join([])
 class Source:
     """Forces of the channels that touched, less what rests on them: normal ones, then tangents."""
 
-    modes: Modes
+    modes: Answering
     force: FloatArray
     """(n, n_force) means over the intervals of 48 kHz."""
     channel: IntArray
@@ -54,7 +55,7 @@ class Source:
 
 
 def source_of(system: System, gaps: GapOperator, history: History) -> Source:
-    """The forces of a run on its System, which is diagonal."""
+    """The forces of a run on its System, whose M and K are diagonal."""
     touched = np.flatnonzero((history.force > 0.0).any(axis=0)).astype(np.int64)
     rubbing = np.zeros(0, dtype=np.int64) if gaps.friction is None else gaps.friction.channels
     along = np.flatnonzero(np.repeat(np.isin(rubbing, touched), 2))
@@ -69,12 +70,17 @@ def source_of(system: System, gaps: GapOperator, history: History) -> Source:
 
 
 def on_system(source: Source, system: System) -> Source:
-    """The same forces on another System of the structure, diagonal too."""
+    """The same forces on another System of the structure, likewise."""
     return replace(source, modes=_modes(system, source.gaps, source.row))
 
 
-def _modes(system: System, gaps: GapOperator, row: IntArray) -> Modes:
-    return Modes(*modal_matrices(system), to_dense(channel_matrices(system, gaps).rows[row]))
+def _modes(system: System, gaps: GapOperator, row: IntArray) -> Answering:
+    return answering(system, to_dense(channel_matrices(system, gaps).rows[row]))
+
+
+def answering(system: System, push: FloatArray) -> Answering:
+    """A System with diagonal M and K under forces, their rows (n_force, n) on its coordinates."""
+    return Modes(*modal_matrices(system), push) if is_modal(system) else coupled_modes(system.complex_modes, push)
 
 
 def of_modes(system: System, A: Matrix, labels: IntArray) -> FloatArray:
@@ -330,8 +336,7 @@ def faces_of_parts(system: System, skin: Skin, metre: float) -> Faces:
 
 def moved(source: Source, faces: Faces, skin: Skin) -> BoolArray:
     """(n,) facets of the parts that the forces of a run can move: under forces that grow as e^(2 pi 20 t / s)."""
-    modes, s = source.modes, 2.0 * np.pi * LOWEST
-    reach = np.abs(faces.normal / ((modes.m * s + modes.c) * s + modes.k) @ modes.push.T).max(axis=1, initial=0.0)
+    reach = np.abs(transfer(source.modes, faces.normal, 2.0 * np.pi * LOWEST)).max(axis=1, initial=0.0)
     return np.isin(skin.part, faces.part[reach > NOTHING * reach.max(initial=0.0)])
 
 

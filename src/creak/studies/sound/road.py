@@ -9,17 +9,16 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.system import System, no_supports
-from creak.dynamics.diagonal import modal_matrices
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.diagonal import Diagonal
 from creak.sound.carriers import EASE
-from creak.sound.forced import LOWEST, Modes, smooth
+from creak.sound.forced import LOWEST, smooth
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, third_octave_levels
 from creak.sound.zwicker_tables import RATE
 from creak.studies.sound.cabin import NOTHING
 from creak.studies.sound.ear import Ear
-from creak.studies.sound.radiation import Source, record_of
+from creak.studies.sound.radiation import Source, answering, record_of
 
 SHORT = 0.1
 """Of what counts, the longest time in which the motion comes and goes."""
@@ -42,7 +41,8 @@ def road_levels(
 
     Parameters
     ----------
-    system : diagonal, as it was run. window : s of the run. period : s after which all loads begin again; None: none.
+    system : as it was run, M and K diagonal. window : s of the run. period : s after which all loads begin again; None:
+        none.
     """
     whole, ease = _with_supports(system), min(EASE, SHORT * window[1])
     if period is not None and _repeat(loads, period):
@@ -93,9 +93,9 @@ def _slope(loads: Loads, x: FloatArray) -> FloatArray:
 
 def _settling(system: System, band: float) -> float:
     """s after which modes that are heard are steady, as long as their own time lets them be."""
-    m, c, k = modal_matrices(system)
-    heard = (k > m * (np.pi * LOWEST) ** 2) & (k < m * (2.0 * np.pi * band) ** 2)
-    rate = float((0.5 * c[heard] / m[heard]).min(initial=SETTLED / LEAST))
+    modes = answering(system, np.zeros((0, system.n)))
+    heard = (modes.omega > np.pi * LOWEST) & (modes.omega < 2.0 * np.pi * band)
+    rate = float(modes.decay[heard].min(initial=SETTLED / LEAST))
     return SETTLED / max(rate, SETTLED / LONGEST)
 
 
@@ -151,12 +151,11 @@ def _driven(system: System, loads: Loads, ease: float = EASE) -> Source:
     sides = [-terms.M_qs, -terms.C_qs, -terms.K_qs, terms.B]
     push = np.vstack([np.pad(terms.on_all(side).T, ((0, 0), (0, count))) for side in sides])
     push[:count, system.n :] = np.eye(count)
-    of_supports = np.ones(count), np.zeros(count), np.zeros(count)
-    m, c, k = (np.concatenate(both) for both in zip(modal_matrices(system), of_supports, strict=True))
     f = np.hstack([*_eased(loads, ease), _at_rate(loads, loads.force - loads.force[:1])])
     f[:, 3 * count :] *= _rise(f.shape[0], ease)[0][:, None]
     acts = np.flatnonzero(f.any(axis=0)).astype(np.int64)
-    return Source(Modes(m, c, k, push[acts]), f[:, acts], acts, acts)
+    modes = answering(system, push[acts, : system.n]).beside(push[acts, system.n :])
+    return Source(modes, f[:, acts], acts, acts)
 
 
 def _eased(loads: Loads, ease: float) -> tuple[FloatArray, FloatArray, FloatArray]:

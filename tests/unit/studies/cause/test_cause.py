@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import creak
+from creak.dynamics.diagonal import is_modal
 from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
 from creak.studies.cause import decompose
@@ -76,6 +77,20 @@ def test_modes_sources_and_parts_sum_to_the_gap(causes, measured):
         rest = next(s for s in cause.sources if s.kind == REST)
         assert abs(rest.modes).max() < 0.01 * max(abs(s.total) for s in cause.sources)
         assert cause.modes.sum() + sum(s.direct for s in cause.sources) == pytest.approx(cause.total, abs=1e-12)
+
+
+def test_modes_that_a_dashpot_couples_have_causes_and_sound(tmp_path):
+    """By up to a sixth of critical; contact and stop are told apart by pairs of complex modes."""
+    write_strips(tmp_path, two_strips() + DASHPOT, BASE + STOP)
+    result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
+    assert not is_modal(result.main.system)
+    assert result.sound.heard[0][0].n5 > 1.0
+    found = causes_in(result, heard_places(result.found.scope, result.main, result.sound))
+    assert {s.name for c in found for s in c.sources if s.kind == CONTACT} == {"tip", "stop"}
+    for cause in found:
+        assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-10)
+        rest = next(s for s in cause.sources if s.kind == REST)
+        assert abs(rest.modes).max() < 0.01 * max(abs(s.total) for s in cause.sources)
 
 
 def test_what_the_run_kept_of_its_motion_is_not_marched_again(causes, folder, monkeypatch):
@@ -189,6 +204,12 @@ def test_a_run_without_modes_says_why(result):
     assert notes == ["no cause is told of the places: only a reduced model has few enough modes"]
 
 
+DASHPOT = """*ELEMENT, TYPE=DASHPOT2, ELSET=DAMP
+902, 18, 1018
+*DASHPOT, ELSET=DAMP
+3, 3
+1e-2,
+"""
 JOINED = """*ELEMENT, TYPE=SPRING2, ELSET=JOIN
 901, 18, 1018
 *SPRING, ELSET=JOIN

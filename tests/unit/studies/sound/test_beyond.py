@@ -19,8 +19,9 @@ from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses, band_modes, count_for
 from creak.report.sound_parts import sound_tables
 from creak.report.words.terminal import answer_lines
+from creak.sound.answering import Modes
 from creak.sound.carriers import SEED
-from creak.sound.forced import Modes, lead, sound_of_forces
+from creak.sound.forced import lead, sound_of_forces
 from creak.studies.findings.histories import followed
 from creak.studies.findings.places import find_places
 from creak.studies.models.reference import ReferenceModel

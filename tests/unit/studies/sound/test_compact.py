@@ -12,7 +12,8 @@ from creak.model.mesh import Model
 from creak.model.skin import skin_of
 from creak.reduction.diagonal import diagonalise
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.forced import Modes, lead
+from creak.sound.answering import Modes
+from creak.sound.forced import lead
 from creak.studies.sound.listeners import Listener
 from creak.studies.sound.radiation import Source, compact_bodies, radiation, record_of
 from helpers_core import STEEL, assembled, block, model_of, shell

@@ -12,7 +12,7 @@ from creak.dynamics.diagonal import modal_matrices
 from creak.errors import InputError
 from creak.model.dofs import node_dofs
 from creak.model.skin import skin_of
-from creak.sound.forced import Modes
+from creak.sound.answering import Modes
 from creak.sound.rayleigh import AIR
 from creak.sound.zwicker_tables import RATE
 from creak.studies.file.places import Places

@@ -13,7 +13,8 @@ from creak.dynamics.diagonal import modal_matrices
 from creak.model.materials import SolidSection
 from creak.model.skin import skin_of
 from creak.reduction.band_modes import Losses
-from creak.sound.forced import Modes, lead, sound_of_forces
+from creak.sound.answering import Modes
+from creak.sound.forced import lead, sound_of_forces
 from creak.sound.plates import EDGE
 from creak.sound.rayleigh import AIR
 from creak.sound.room import Room
