@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import difflib
 import traceback
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import zip_longest
 from pathlib import Path
 
 LONGEST = 600
@@ -17,6 +18,31 @@ def shortened(text: str, most: int = LONGEST) -> str:
         return text
     end = most // 3
     return f"{text[: most - end - 5]} ... {text[-end:]}"
+
+
+def told_apart(names: Sequence[str], most: int | Sequence[int] = LONGEST) -> list[str]:
+    """Names that stand below each other, each of at most so many characters: as `shortened`, but what would look alike
+    shows where it differs, and is whole where that does not do."""
+    room = [most] * len(names) if isinstance(most, int) else list(most)
+    short = [shortened(name, n) for name, n in zip(names, room, strict=True)]
+    looks: dict[str, list[int]] = {}
+    for i, name in enumerate(names):
+        if short[i] != name:
+            looks.setdefault(shortened(name, min(room)), []).append(i)
+    for alike in looks.values():
+        different = {names[i] for i in alike}
+        if len(different) < 2:
+            continue
+        at = next(k for k, letters in enumerate(zip_longest(*different)) if len(set(letters)) > 1)
+        for i in alike:
+            end = max(room[i] // 3, 1)
+            begin = max(at - end // 2, 0)
+            rest = names[i][begin : begin + end] + (" ..." if begin + end < len(names[i]) else "")
+            short[i] = f"{names[i][: max(room[i] - len(rest) - 5, 1)]} ... {rest}"
+        if len({short[i] for i in alike}) < len(different):
+            for i in alike:
+                short[i] = names[i]
+    return short
 
 
 class CreakError(Exception):

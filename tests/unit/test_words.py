@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import pytest
 
 from creak import version
+from creak.errors import shortened, told_apart
 from creak.later import is_made, later
 from creak.words import duration, first_few, listed, percent
 
@@ -108,3 +109,24 @@ def test_a_copy_has_all_fields_and_two_records_do_not_share_them():
     beam, other = (later(Beam, lambda area=area: Beam(2.0, area), length=2.0) for area in (3.0, 4.0))
     assert replace(beam, length=5.0).volume == 15.0
     assert (beam.area, other.area) == (3.0, 4.0)
+
+
+LONG = [f"BRACKET_DASHBOARD_LEFT_UPPER_REINFORCEMENT_{x}_TO_GLOVEBOX_LID_INNER_SKIN {n}" for x, n in ("A1", "B1", "B2")]
+
+
+@pytest.mark.parametrize("most", [48, [48, 40, 44]])
+def test_long_names_that_stand_together_do_not_look_alike(most):
+    """A cut in the middle would take what tells the first from the second, and keeps what tells the others apart."""
+    short = told_apart([*LONG, "short"], most if isinstance(most, int) else [*most, 10])
+    assert max(map(len, short)) <= 48
+    assert "_A_TO" in short[0]
+    assert "_B_TO" in short[1]
+    assert short[2].endswith("SKIN 2")
+    assert short[3] == "short"
+
+
+def test_names_that_no_cut_tells_apart_are_whole():
+    names = [f"{x}{'-' * 90}{y}" for x, y in ("ab", "ab", "bb", "ba")]
+    mixed = [f"{'-' * 40}{x}{'-' * 40}{y}{'-' * 20}" for x, y in ("ab", "aa", "bb")]
+    assert told_apart(names[:2], 20) == [shortened(names[0], 20)] * 2
+    assert told_apart(mixed, 30) == mixed

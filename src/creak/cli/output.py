@@ -25,7 +25,7 @@ from rich.text import Text
 
 from creak.cli.console import Terminal, printable
 from creak.cli.joined import joined
-from creak.errors import CreakError, InputError, shortened
+from creak.errors import CreakError, InputError, told_apart
 from creak.formats.destination import Destination, descriptor_of, destination
 from creak.progress import Sentence
 
@@ -177,10 +177,8 @@ class Output:
 
         Where it is wider than the terminal it goes on below, with the first column again.
         """
-        cells = [
-            [printable(shortened(c, NAME) if i == 0 and k else c) for i, c in enumerate(row)]
-            for k, row in enumerate(rows)
-        ]
+        names = [rows[0][0], *told_apart([row[0] for row in rows[1:]], NAME)]
+        cells = [[printable(c) for c in (name, *row[1:])] for name, row in zip(names, rows, strict=True)]
         for k, columns in enumerate(pieces(cells, self.console.width)):
             table = Table(title=None if k else Text(printable(title)), title_justify="left")
             for i in columns:

@@ -6,7 +6,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from creak.errors import shortened
+from creak.errors import told_apart
 from creak.report.words.answer import SHOWN, Answer, Place, answer, band_words, sones
 from creak.report.words.text import number
 from creak.studies.run.compared import main_of
@@ -180,12 +180,15 @@ def _place_lines(places: Sequence[Place], beside: bool) -> list[str]:
     """A line for each of the first places, and one for the others; two for a single one that has a long name."""
     shown = places if len(places) <= SHOWN else places[: SHOWN - 1]
     n5, n_max = ("adds", "adds up to") if beside else ("N5", "Nmax")
-    lines = []
+    lines, texts = [], []
     for p in shown:
         heard = "" if p.n5 is None else f", {n_max} {sones(p.n_max)}" if p.is_rare else f", {n5} {sones(p.n5)}"
         often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} slips in a squeak)" if p.squeak else "")
-        told = f" {p.does}, {often}, {number(p.force, 3)} N{heard}"
-        name = p.name if len(shown) == 1 else shortened(p.name, WIDTH - 2 - len(told))
+        texts.append(f" {p.does}, {often}, {number(p.force, 3)} N{heard}")
+    names = [p.name for p in shown]
+    if len(shown) > 1:
+        names = told_apart(names, [WIDTH - 2 - len(told) for told in texts])
+    for name, told in zip(names, texts, strict=True):
         lines += textwrap.wrap(name + told, WIDTH, initial_indent="  ", subsequent_indent="    ", max_lines=2)
     return lines if len(shown) == len(places) else [*lines, f"  and {len(places) - len(shown)} more places"]
 
