@@ -4,7 +4,7 @@ With forces F(s), their rows X and rows R that see the motion, R q(s) = R H(s) X
 
     H(s) = diag(1 / (m s^2 + c s + k)),   or   H(s) = basis (s - B)^-1 push
 
-of pairs of complex modes z' = B z + push f (`linalg.complex_modes`), whose blocks B are 2 x 2.
+of pairs of complex modes z' = B z + push f, whose blocks B are 2 x 2.
 """
 
 from __future__ import annotations
@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray
-from creak.linalg.complex_modes import ComplexModes
 
 Terms = list[tuple[int, FloatArray]]
 """Powers of s and what stands behind them."""
@@ -151,11 +150,6 @@ class CoupledModes:
 
 
 Answering = Modes | CoupledModes
-
-
-def coupled_modes(pairs: ComplexModes, push: FloatArray) -> CoupledModes:
-    """Of a structure whose damping couples its modes; push (n_force, n_mode)."""
-    return CoupledModes(pairs.blocks, pairs.basis, push @ pairs.push.T)
 
 
 def transfer(modes: Answering, rows: FloatArray, s: float) -> FloatArray:

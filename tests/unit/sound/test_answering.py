@@ -7,7 +7,7 @@ import pytest
 
 from creak.arrays import FloatArray
 from creak.linalg.complex_modes import complex_modes
-from creak.sound.answering import CoupledModes, coupled_modes, transfer
+from creak.sound.answering import CoupledModes, transfer
 
 OMEGA = np.array([0.0, 60.0, 61.0, 400.0, 3000.0, 9000.0, 40000.0])
 """rad/s, a rigid mode and two that nearly coincide among them"""
@@ -19,7 +19,8 @@ def damped_by(strength: float) -> tuple[CoupledModes, FloatArray, FloatArray, Fl
     m = rng.uniform(0.5, 2.0, OMEGA.size)
     at = rng.normal(size=(OMEGA.size, 2))
     C = np.diag(0.02 * OMEGA * m) + strength * at @ at.T
-    return coupled_modes(complex_modes(m, OMEGA**2 * m, C), PUSH), m, OMEGA**2 * m, C
+    pairs = complex_modes(m, OMEGA**2 * m, C)
+    return CoupledModes(pairs.blocks, pairs.basis, PUSH @ pairs.push.T), m, OMEGA**2 * m, C
 
 
 PUSH, ROWS = (np.random.default_rng(7).normal(size=(k, OMEGA.size)) for k in (3, 2))

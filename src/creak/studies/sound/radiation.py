@@ -20,7 +20,7 @@ from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
 from creak.signals.resampling import cell_means
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
-from creak.sound.answering import Answering, Modes, coupled_modes, transfer
+from creak.sound.answering import Answering, CoupledModes, Modes, transfer
 from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, velocity_of_forces, without_lows
 from creak.sound.head import Head
 from creak.sound.rayleigh import AIR, PressureRows, equivalent_power, pressure_weights
@@ -80,7 +80,10 @@ def _modes(system: System, gaps: GapOperator, row: IntArray) -> Answering:
 
 def answering(system: System, push: FloatArray) -> Answering:
     """A System with diagonal M and K under forces, their rows (n_force, n) on its coordinates."""
-    return Modes(*modal_matrices(system), push) if is_modal(system) else coupled_modes(system.complex_modes, push)
+    if is_modal(system):
+        return Modes(*modal_matrices(system), push)
+    pairs = system.complex_modes
+    return CoupledModes(pairs.blocks, pairs.basis, push @ pairs.push.T)
 
 
 def of_modes(system: System, A: Matrix, labels: IntArray) -> FloatArray:
