@@ -58,6 +58,11 @@ MISTAKES = {
     "boundary of unknown node": (" 110, 2, 3", " 111, 2, 3", "there is no node 111"),
     "boundary type": ("ENCASTRE", "ENCASTER", "unknown type 'ENCASTER'.*Did you mean 'ENCASTRE'"),
     "boundary dof": (" 110, 2, 3", " 110, 2, 9", "last degree of freedom is 9; expected 1 to 6"),
+    "boundary of no motion": (
+        " 110, 2, 3",
+        " 110, 11, 11",
+        "is 11.* 11 is the temperature, which creak does not have: del",
+    ),
     "boundary value": (" 110, 2, 3", " 110, 2, 3, 1.9", r"prescribes 1.9; expected 0.*\[excitation\]"),
     "malformed coordinate": (
         " 201, 0., 13.7",

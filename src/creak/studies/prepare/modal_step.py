@@ -19,8 +19,8 @@ from creak.studies.prepare.structure import Structure
 def tables_in_modes(step: DynamicStep, of: InModes, notes: list[str]) -> dict[str, Any]:
     """The tables of a study that runs a step in modes: reduced, moving exactly between contacts, damped as it says."""
     notes.append(
-        f"{step.name}: a step in modes is run in as many modes as the answer takes, exact between contacts, without "
-        "the increments of the deck; contact and gaps act in it, which other programs leave out there"
+        f"step {step.name}: a step in modes is run in as many modes as the answer takes, exact between contacts, "
+        "without the increments of the deck; contact and gaps act in it, which other programs leave out there"
     )
     if any(m.name == BASE for m in step.moved):
         notes.append("base motion: motion is that in space (TU of Abaqus), not that relative to the base (U)")

@@ -354,7 +354,7 @@ def _size(model: Model, declared: UnitSystem) -> list[str]:
     size, unit = across(model), declared.words[0] or "units of length"
     if not size or _within(size * declared.length, SIZE):
         return []
-    return [f"the model is {size:.3g} {unit} across: are its coordinates in {declared.name}?"]
+    return [f"the model is {size:.3g} {unit} across: are its coordinates in {unit}, as {declared.name} has them?"]
 
 
 def across(model: Model) -> float:

@@ -240,6 +240,8 @@ def test_gravity_of_a_step_is_said_to_be_that_of_static_in_a_study(tmp_path):
     path.write_text(cantilever_deck(step("*DLOAD\nBEAM, GRAV, 9.81, 0., 0., -1.\n")))
     listed = {u.keyword: u.why for u in read_deck(path).unread}
     assert "gravity acts in a study only as the study's [[static]] gravity" in listed["*STEP"]
+    own = {u.keyword: u.why for u in read_deck_run(path)[0].unread}
+    assert "gravity that a *STATIC step before it begins" in own["*DLOAD"]
 
 
 def test_contact_that_is_not_read_is_listed(read):

@@ -143,6 +143,8 @@ def changing(path):
         (MODES + step("*CLOAD\nTOP, 3, 4.\n").replace("1, 1, 1\n", "2, 3, 1\n"), ["*SELECT EIGENMODES"]),
         (MODES + step("*DLOAD\nM, GRAV, 9.81, 0., 0., -1.\n"), ["*DLOAD"]),
         (MODES + step("*CLOAD\nTOP, 3, 4.\n", ""), []),
+        (MODES + step("*CLOAD\nTOP, 3, 4.\n", head="*MODAL DYNAMIC, DIRECT=NO, DELTMX=0.01"), []),
+        (MODES + step("*CLOAD\nTOP, 3, 4.\n", head="*MODAL DYNAMIC, STEADY STATE"), ["*MODAL DYNAMIC, STEADY STATE"]),
     ],
 )
 def test_what_is_not_followed_is_named(deck, steps, named):

@@ -73,7 +73,7 @@ def test_coordinates_in_metres(tmp_path):
     path = tmp_path / "strips.inp"
     path.write_text(in_metres(two_strips()))
     found = unit_warnings(read_deck(path), "mm-t-s")
-    assert found == ["the model is 0.122 mm across: are its coordinates in mm-t-s?"]
+    assert found == ["the model is 0.122 mm across: are its coordinates in mm, as mm-t-s has them?"]
 
 
 def test_a_deck_all_in_si_is_guessed(tmp_path):

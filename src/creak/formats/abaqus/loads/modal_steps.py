@@ -22,6 +22,8 @@ from creak.model.steps import BASE, Amplitude, InModes, Prescribed
 PROCEDURE = "MODAL DYNAMIC"
 USED = (PROCEDURE, "MODAL DAMPING", "BASE MOTION", "SELECT EIGENMODES")
 """Keywords that such a step has besides those of *DYNAMIC."""
+_INCREMENTS = "DIRECT, DELTMX"
+"""Parameters of CalculiX, which say how its increments are chosen: creak's step in modes has none."""
 _CRITICAL = ("FRACTION OF CRITICAL DAMPING", "DIRECT", "")
 _WAY_OUT = "write a study (`creak new DECK`) with [damping]: modal, rayleigh or from_test"
 
@@ -44,7 +46,10 @@ def in_modes(deck: Outline, step: StepBlocks) -> InModes:
     """
     for block in step.blocks:
         if block.name == PROCEDURE:
-            list_params(deck, block, "CONTINUE")
+            list_params(deck, block, f"CONTINUE, {_INCREMENTS}, STEADY STATE")
+            if block.has("STEADY STATE"):
+                why = "it asks for the motion that is left in the end; creak runs over the time of the step, from rest"
+                deck.note(block, why, changes=True, what=f"*{PROCEDURE}, STEADY STATE")
             if block.option("CONTINUE", "NO") == "YES":
                 why = "it starts where the step before ends; creak starts at rest, or with the initial velocities"
                 deck.note(block, why, changes=True, what=f"*{PROCEDURE}, CONTINUE")

@@ -61,6 +61,12 @@ MOST = 1e8
 """Increments of a step; their samples alone would fill the memory."""
 _CONTROLS = ("CONTROLS", "SOLUTION TECHNIQUE", "SECTION CONTROLS", "DIAGNOSTICS")
 _USED = ("BOUNDARY", "CLOAD", "AMPLITUDE", "DYNAMIC")
+_AT_REST = dict.fromkeys(
+    ("DLOAD", "DSLOAD"),
+    "in a step of its own creak has forces at nodes (*CLOAD), and gravity that a *STATIC step before it begins; in a "
+    "study (`creak new DECK`) [[static]] gravity is that of the whole run",
+)
+"""What is said of loads that a run starts under."""
 _NODE_OUTPUT = ("NODE OUTPUT", "NODE PRINT", "NODE FILE")
 _DYNAMIC = (
     "ALPHA, DIRECT, APPLICATION, TIME INTEGRATOR, HAFTOL, HALFINC SCALE FACTOR, NOHAF, INITIAL, IMPACT,"
@@ -236,7 +242,7 @@ def _relist(deck: Outline, step: StepBlocks, statics: list[StepBlocks]) -> None:
             why = "creak writes its own results" if known.why in _OUTPUT else "it controls the job, not the model"
             deck.note(block, why, changes=False)
         elif block.name not in used_here:
-            deck.note(block, "creak does not read this keyword of a step", changes=True)
+            deck.note(block, _AT_REST.get(block.name, "creak does not read this keyword of a step"), changes=True)
 
 
 _OURS = tuple(meaning(name).why for name in ("CONTACT PAIR", "CONTACT CONTROLS", "AMPLITUDE"))

@@ -99,9 +99,16 @@ def to_dof(field: str, where: str, *, what: str = "degree of freedom") -> int:
             f"{what} is {dof}",
             expected="1 to 6",
             where=where,
-            fix="1, 2, 3 are the displacements and 4, 5, 6 the rotations.",
+            fix=f"1, 2, 3 are the displacements and 4, 5, 6 the rotations. {_of_no_motion(dof)}".rstrip(),
         )
     return dof
+
+
+def _of_no_motion(dof: int) -> str:
+    """What a degree of freedom of Abaqus and CalculiX is that moves nothing."""
+    names = {0: "the temperature", 7: "warping", 8: "a pressure", 9: "the electric potential", 10: "a flow"}
+    name = "the temperature" if 11 <= dof <= 30 else names.get(dof)
+    return f"{dof} is {name}, which creak does not have: delete the line." if name else ""
 
 
 def dof_range(fields: Sequence[str], where: str) -> tuple[int, ...]:

@@ -238,7 +238,7 @@ def read_transient(deck: Deck, fixed: Sequence[Fixed]) -> DeckRun:
     case = deck.case
     if case.solution not in SOLUTIONS:
         what = f"SOL {case.solution}" if case.solution else "no SOL line"
-        fix = "Write a study that names the deck in [model]."
+        fix = "`creak new DECK` writes a study that names the deck."
         if case.solution in BY_FREQUENCY:
             fix = f"creak computes in time: `creak modes` finds the modes of a frequency response. {fix}"
         raise InputError(
