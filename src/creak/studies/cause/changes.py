@@ -24,11 +24,11 @@ from creak.model.materials import NodalMatrices
 from creak.model.mesh import ElementBlock, Model, some_of
 from creak.model.units import UNITS, UnitsName
 from creak.reduction.diagonal import diagonalise
-from creak.reduction.modal import ModalShares
+from creak.reduction.modal import ModalShares, support_motion, without_modal_damping
 from creak.studies.cause.decompose import Cause
 from creak.studies.findings.places import Place
 from creak.studies.models.reduced import ReducedModel, coupled_again, with_damping
-from creak.studies.models.reference import ReferenceModel
+from creak.studies.models.reference import ReferenceModel, held_factor
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.structure import Structure
@@ -151,9 +151,12 @@ def _more_damping(structure: Structure) -> Change:
     ray = Rayleigh(DAMPING * ray.alpha, DAMPING * ray.beta)
 
     def of(system: System) -> System:
-        d = system.damping
+        d, sup, bare = system.damping, system.supports, _undamped(system).supports
         values = None if d.modal_values is None else DAMPING * d.modal_values
-        return replace(system, damping=replace(d, alpha=DAMPING * d.alpha, beta=DAMPING * d.beta, modal_values=values))
+        by_modes = {name: getattr(sup, name) - getattr(bare, name) for name in ("C_qs", "C_ss")}
+        more = {name: getattr(sup, name) + (DAMPING - 1.0) * C for name, C in by_modes.items()}
+        damping = replace(d, alpha=DAMPING * d.alpha, beta=DAMPING * d.beta, modal_values=values)
+        return replace(system, damping=damping, supports=replace(sup, **more))
 
     def whole(s: Structure) -> Structure:
         if zeta is not None:
@@ -251,8 +254,10 @@ def _with_blocks(structure: Structure, blocks: list[ElementBlock]) -> Structure:
 
 
 def _again(system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> System:
-    """The reduced System with more stiffness and mass (d, d) on physical dofs (d,), in its new modes."""
-    sup, d = system.supports, replace(system.damping, modal_shapes=None, modal_values=None)
+    """The reduced System with more stiffness and mass (d, d) on physical dofs (d,), in its new modes, without the
+    modal damping of the old ones."""
+    system = _undamped(system)
+    sup = system.supports
     R, R_s = (to_dense(a) for a in system.rows(labels))
     supports = replace(
         sup,
@@ -263,7 +268,14 @@ def _again(system: System, labels: IntArray, k: FloatArray, m: FloatArray) -> Sy
         M_start=to_dense(sup.M_start) + R.T @ m @ R_s,
     )
     M, K = to_dense(system.M) + R.T @ m @ R, to_dense(system.K) + R.T @ k @ R
-    return diagonalise(replace(system, M=M, K=K, supports=supports, damping=d))
+    return diagonalise(replace(system, M=M, K=K, supports=supports))
+
+
+def _undamped(system: System) -> System:
+    """Without modal damping, which acts on the motion relative to the supports."""
+    if system.damping.modal_shapes is None:
+        return system
+    return without_modal_damping(system, support_motion(system, held_factor(system)))
 
 
 def _fastened(model: Model, gaps: GapOperator, mine: np.ndarray, channel: int) -> list[int]:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import scipy.linalg as sla
 from scipy.signal import lsim
 
 import creak
 from creak.studies.cause.decompose import CARRIED, EXCITATION, find_causes
-from creak.studies.cause.effects import cause_dict
+from creak.studies.cause.effects import cause_dict, try_changes
 from creak.studies.findings.sound import heard_places
+from helpers_contact_studies import blows, play, points, push, solved, switched
 from helpers_decks import write_study
+
+RECORDED = {"section": "verdicts"}
 
 M, LEFT, RIGHT, SHARE = 1e-3, 30.0, 10.0, 0.02
 OMEGA = np.sqrt((LEFT + RIGHT) / M)
@@ -154,3 +158,39 @@ def test_a_contact_within_a_flight_step_is_told_of_beside_it(tmp_path):
     near = np.abs(history.time - touch) <= step * (1.0 + 1e-9)
     ends = near & np.isin(history.time, run.found.setup.loads.time[::3])
     assert 0.0 < cause.gap == pytest.approx(history.gap[ends, cause.channel].min(), rel=1e-9)
+
+
+def test_changes_of_a_model_on_a_shaken_base(tmp_path, measured):
+    """Damping by modes acts on the motion relative to the base: twice of it, or with more mass, against an integration
+    of the full matrices."""
+    f, way, zeta, hard, room, end = 12.0, 1.5e-3, 0.03, 1e5, 1e-3, 0.5
+    deck = points([1.0, 1.0, 0.5], between=[1e4, 4e3])
+    moved = push("P1", f'type = "sine", frequency = {f}, amplitude = {way}', kind="displacement")
+    tables = play("P1, P2", hard, f"lower = {-room}") + moved + f"[damping]\nmodal = {zeta}\n[reduction]\nf_max = 200\n"
+    found = solved(tmp_path, deck, tables, end)
+    (place,) = heard_places(found.scope, found.main, None)
+    (cause,) = find_causes(found.setup.marching, found.setup.reduction, found.main, [place])
+    now, every = try_changes(found, None, place, cause)
+    omega, mass = 2.0 * np.pi * f, np.array([1.0, 0.5])
+    K = np.array([[14e3, -4e3], [-4e3, 4e3]])
+
+    def exact(more: float, share: float) -> float:
+        M = np.diag(mass + [more, 0.0])
+        omega2, shapes = sla.eigh(K, M)
+        C = M @ shapes @ np.diag(2.0 * share * np.sqrt(omega2)) @ shapes.T @ M
+        load = lambda t: np.outer(way * omega**2 * np.sin(omega * t), np.diag(M))  # noqa: E731
+        stop = [(np.array([1.0, 0.0]), room, hard)]
+        time, gap, force = switched(M, C, K, stop, load, np.full(2, -way * omega), 2e-6, end)
+        inside = blows(time, gap[:, 0], force[:, 0])
+        return float(inside[inside[:, 0] + inside[:, 1] >= found.scope.window[0], 2].sum())
+
+    effects = {change.kind: effect for change, effect in every}
+    cases = (("nothing", now, 0.0, zeta), ("mass", effects["mass"], 0.025, zeta))
+    for kind, effect, more, share in (*cases, ("damping", effects["damping"], 0.0, 2.0 * zeta)):
+        measured(
+            f"impulse of a mass on a shaken base, changed: {kind}",
+            effect.impulse,
+            exact(more, share),
+            rel=1e-3,
+            source="exponentials of the full matrices",
+        )
