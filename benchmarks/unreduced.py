@@ -32,8 +32,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import simulate
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import build_reference
-from creak.studies.prepare.marching import Observed
-from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.marching import Observed, excitation_window
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.run.integrate import limited
 from creak.studies.run.one_run import Run, march_run

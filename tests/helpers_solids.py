@@ -6,7 +6,7 @@ import numpy as np
 
 from creak.elements.registry import FORMULATIONS
 from creak.elements.solids import tet10 as solid_tet10
-from creak.model.solid_faces import FACES, MIDDLES
+from creak.model.faces import FACES, MIDDLES
 from helpers_fem import Mesh
 
 KINDS = {kind: FORMULATIONS[kind] for kind in FACES}

@@ -13,8 +13,7 @@ import h5py
 import numpy as np
 
 from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import hdf5_file
-from creak.formats.stored.sealed import KEY, seal, sealed_text
+from creak.formats.stored.sealed import KEY, hdf5_file, seal, sealed_text
 
 
 @contextmanager

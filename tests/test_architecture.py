@@ -190,7 +190,7 @@ def test_numerics_do_not_open_files():
         for node in nodes_of(path):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "open":
                 bad.append(f"{path.relative_to(ROOT.parent)}:{node.lineno}: open()")
-    assert not bad, "\n".join(["numerics never call open: linalg/scratch has temporary files", *bad])
+    assert not bad, "\n".join(["numerics never call open: linalg/memory has temporary files", *bad])
 
 
 def test_no_star_imports():

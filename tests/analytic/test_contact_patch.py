@@ -13,9 +13,9 @@ import scipy.sparse.linalg as spla
 from creak.contact.node_to_surface import node_to_surface
 from creak.contact.pair import ContactPair
 from creak.contact.surface_to_surface import surface_to_surface
+from creak.model.faces import FACES, face_numbers, faces_of
 from creak.model.materials import SolidSection
 from creak.model.mesh import Model, Surface
-from creak.model.solid_faces import FACES, face_numbers, faces_of
 from helpers_core import NO_DAMPING, STEEL, block, model_of, part_system
 from helpers_solids import EDGES, solid_mesh
 

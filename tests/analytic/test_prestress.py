@@ -12,9 +12,9 @@ from creak.elements.solids import hex8 as solid_hex8
 from creak.elements.solids import hex20 as solid_hex20
 from creak.elements.solids import tet10 as solid_tet10
 from creak.errors import InputError, NumericalError
+from creak.model.faces import MIDDLES
 from creak.model.materials import Material, SolidSection, TrussSection
 from creak.model.mesh import Own
-from creak.model.solid_faces import MIDDLES
 from creak.studies.models.deck_modes import deck_modes
 from helpers_fem import random_rotation, shell_section
 

@@ -25,7 +25,7 @@ from creak.studies.file.reader import Study, checked_study
 from creak.studies.models.reduced import ReducedModel, reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
 from creak.studies.prepare.flight_steps import with_flight_steps
-from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.marching import excitation_window
 from creak.studies.prepare.reduction import check_reduction
 from creak.studies.prepare.setup import Setup, check_frequencies
 from creak.studies.prepare.varied import OF_LOADS, varied

@@ -33,7 +33,7 @@ from creak.assembly.part import (
 from creak.assembly.system import Stats, Supports, System, dense_if_full, fitted_velocity, rows_with_entries
 from creak.errors import InputError
 from creak.linalg.dense_product import symmetric
-from creak.linalg.scratch import SPARE, rows_of
+from creak.linalg.memory import SPARE, rows_of
 from creak.model.dofs import dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 

@@ -31,9 +31,9 @@ from creak.assembly.partition import shared_nodes
 from creak.elements.free_sides import SHELLS, ending_sides, twisting_sides, with_free_sides
 from creak.model.constraints import KinematicCoupling, RigidLink, linked_nodes, oblique_supports
 from creak.model.dofs import PER_NODE, ROTATIONS, TRANSLATIONS, dof_label, nodes_of
+from creak.model.faces import EXACT, EXACTLY, SHELL_FACETS, SMOOTH, facets_of_shells, normals_at_nodes, unit
 from creak.model.materials import Discrete, GeneralShell
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import EXACT, EXACTLY, SHELL_FACETS, SMOOTH, facets_of_shells, normals_at_nodes, unit
 
 ROUND_OFF = 1e-12
 

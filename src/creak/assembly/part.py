@@ -32,8 +32,7 @@ from creak.model.materials import (
     has_stiffness,
     rayleigh,
 )
-from creak.model.mesh import ElementBlock, Model, elements_named
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import ElementBlock, Model, elements_named, rigid_vectors
 
 CHUNK = 300_000
 """Entries of element matrices made at a time; 8 bytes each, three times at most: they are summed in the caches.

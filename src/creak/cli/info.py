@@ -111,15 +111,14 @@ def _extent(surface: Any) -> dict[str, int]:
 def _loose(model: Model) -> dict[str, list[str]]:
     """Part -> rigid motions that the deck's supports and links leave free."""
     from creak.assembly.coupling import Driven
-    from creak.assembly.rigid import unheld_parts
-    from creak.studies.prepare.free_motion import loose_motions
+    from creak.assembly.rigid import loose_motions, unheld_parts
 
     driven = Driven({})
     return loose_motions(model, driven, unheld_parts(model, driven))
 
 
 def _loose_warning(loose: dict[str, list[str]]) -> list[str]:
-    from creak.studies.prepare.free_motion import loose_words
+    from creak.assembly.rigid import loose_words
 
     if not loose:
         return []

@@ -15,9 +15,9 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import FEATURE, middles
 from creak.model.constraints import tied_nodes
+from creak.model.faces import SHELL_FACETS, unit
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS, unit
 from creak.model.skin import Skin, skin_of
 
 SLIVER = 0.05

@@ -12,10 +12,19 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import held_nodes
 from creak.model.face_shapes import FaceShapes, face_shapes, joined
+from creak.model.faces import (
+    FACES,
+    N_CORNER,
+    SHELL_FACETS,
+    face_numbers,
+    faces_of,
+    facet_areas,
+    facets_of_shells,
+    free_faces,
+    volumes,
+)
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, ShellSection
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells
-from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces, volumes
 
 SHEAR_CORRECTION = 5.0 / 6.0
 FEATURE = np.cos(np.radians(45.0))

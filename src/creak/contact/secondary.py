@@ -8,10 +8,9 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.contact.facets import Facets, bends, facets_of
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.materials import BeamSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES
 
 
 @dataclass(frozen=True)

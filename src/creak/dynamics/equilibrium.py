@@ -23,8 +23,7 @@ from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.errors import NumericalError
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor
-from creak.model.mesh import Nodes
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import Nodes, rigid_vectors
 
 COLUMNS = 64
 """Right-hand sides solved at a time."""

@@ -10,8 +10,8 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.elements.geometry import unit
 from creak.elements.shells.common import mean_normal
+from creak.model.faces import SMOOTH
 from creak.model.mesh import ElementBlock
-from creak.model.shell_facets import SMOOTH
 
 SHELLS = ("quad4", "tri3")
 HOLDS = 0.5

@@ -14,8 +14,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.complete_file import complete_file
+from creak.model.faces import HEX20
 from creak.model.plain_mesh import Mesh
-from creak.model.solid_faces import HEX20
 
 CELLS = {
     "quad4": 9,

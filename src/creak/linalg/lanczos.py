@@ -10,9 +10,8 @@ import scipy.linalg as sla
 from creak.arrays import FloatArray
 from creak.linalg.dense_product import inner, product, right_solve, subtract_product, symmetric
 from creak.linalg.factor import Factor
-from creak.linalg.memory import require
+from creak.linalg.memory import require, rows_of
 from creak.linalg.ritz import Projection, Sought
-from creak.linalg.scratch import rows_of
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
 

@@ -15,8 +15,8 @@ from creak.errors import InputError, NumericalError
 from creak.jit import njit
 from creak.linalg.dense_product import symmetric
 from creak.linalg.factor import Factor, SingularMatrixError, factor, refactor
+from creak.linalg.memory import rows_of, spared
 from creak.linalg.pieces.factor import PieceFactor, Pieces, Shifted
-from creak.linalg.scratch import rows_of, spared
 from creak.linalg.sparse_product import BlockProduct
 from creak.linalg.threads import dense_threads
 

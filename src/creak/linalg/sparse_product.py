@@ -13,9 +13,8 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import NumericalError
 from creak.jit import njit
-from creak.linalg.memory import PRODUCT
+from creak.linalg.memory import PRODUCT, held_in_memory
 from creak.linalg.mkl import MatrixKind, has_pardiso, mkl_library
-from creak.linalg.scratch import held_in_memory
 from creak.linalg.threads import cores, pool
 
 COLUMNS = 32

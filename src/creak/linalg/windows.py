@@ -18,9 +18,8 @@ from creak.errors import NumericalError
 from creak.linalg.dense_product import inner
 from creak.linalg.factor import Factor, SingularMatrixError
 from creak.linalg.lanczos import Ritz, basis_bytes, lanczos
-from creak.linalg.memory import free_bytes
+from creak.linalg.memory import free_bytes, held_in_memory, vectors
 from creak.linalg.pencil import Pencil
-from creak.linalg.scratch import held_in_memory, vectors
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Steps
 

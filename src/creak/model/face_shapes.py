@@ -14,8 +14,7 @@ from functools import cache
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS
-from creak.model.solid_faces import FACES, face_numbers, solid_corners
+from creak.model.faces import FACES, N_CORNER, SHELL_FACETS, face_numbers, solid_corners
 
 SQUARE = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 TRIANGLE = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])

@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import Constraint, Fixed
-from creak.model.dofs import AXES, node_and_dof
+from creak.model.dofs import AXES, dofs_of, node_and_dof, nodes_of
 from creak.model.materials import Section
 from creak.model.steps import DeckContact, NodeTemperatures, StaticLoads, StaticStep, Stop
 from creak.words import first_few
@@ -226,3 +226,16 @@ class Model:
         if rows.size == 0:
             raise InputError(f"node set {name!r} is empty", where=where, fix="Put nodes into it.")
         return rows
+
+
+def rigid_vectors(labels: IntArray, nodes: Nodes, about: FloatArray) -> FloatArray:
+    """(k, 6) u = e_j and u = e_j x (x - about), theta = e_j at labels of dofs; 0 at scalar points, as in Nastran."""
+    node, axis = nodes_of(labels), dofs_of(labels) - 1
+    arm = nodes.coords[node] - about
+    R = np.zeros((labels.size, 6))
+    R[np.arange(labels.size), axis] = 1.0
+    for j, e in enumerate(np.eye(3)):
+        moves = np.flatnonzero(axis < 3)
+        R[moves, 3 + j] = np.cross(e, arm[moves])[np.arange(moves.size), axis[moves]]
+    R[np.isin(node, nodes.scalar)] = 0.0
+    return R

@@ -9,9 +9,8 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
 from creak.model.plain_mesh import Mesh
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
 
 CORNERS = np.array([[0.25, 0.25, 0.25, 0.25], [1 / 3, 1 / 3, 1 / 6, 1 / 6]])
 """Share of each column of `Skin.nodes_idx` in the area of a quadrilateral, of a triangle."""

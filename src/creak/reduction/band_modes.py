@@ -29,8 +29,7 @@ import scipy.sparse as sp
 from creak.arrays import ComplexArray, FloatArray, Matrix
 from creak.linalg.complex_factor import ComplexFactor, complex_factor, complex_refactor
 from creak.linalg.dense_product import symmetric
-from creak.linalg.memory import require
-from creak.linalg.scratch import SPARE, rows_of
+from creak.linalg.memory import SPARE, require, rows_of
 
 WIDTHS = 2.0
 """Widths of a resonance between two frequencies at first."""

@@ -12,9 +12,8 @@ from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.damping import Damping
 from creak.assembly.system import Combine, Recover, Rows, System, momentum_fit, no_supports
 from creak.linalg.dense_product import symmetric
-from creak.linalg.memory import blocks_that_fit
+from creak.linalg.memory import SPARE, blocks_that_fit, rows_of
 from creak.linalg.modes import Modes, lowest, modes
-from creak.linalg.scratch import SPARE, rows_of
 from creak.linalg.sparse_product import BlockProduct
 from creak.progress import Progress, Steps
 from creak.reduction.constraint_modes import Terms, blocks, static_terms

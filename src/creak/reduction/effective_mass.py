@@ -10,8 +10,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.linalg.dense_product import symmetric
-from creak.model.mesh import Nodes
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import Nodes, rigid_vectors
 
 NOTHING = 1e-12
 """A direction with a smaller inertia, relative to the largest of its kind, has none."""

@@ -13,9 +13,8 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import Factor, LaterFactor, factor, factor_bytes, regular_factor
-from creak.linalg.memory import MADE, PRODUCT, OutOfMemory, free_bytes
+from creak.linalg.memory import MADE, PRODUCT, OutOfMemory, free_bytes, spared
 from creak.linalg.pieces.factor import PieceFactor, Pieces, cut_to_fit
-from creak.linalg.scratch import spared
 from creak.linalg.sparse_product import BlockProduct, copy_fits
 from creak.linalg.windows import window_bytes
 

@@ -12,9 +12,9 @@ from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw
+from creak.model.faces import FACES, faces_of, volumes
 from creak.model.materials import BeamSection, SolidSection
 from creak.model.mesh import Model, Surface
-from creak.model.solid_faces import FACES, faces_of, volumes
 from helpers_core import STEEL, block, model_of, plate, shell, straight_beam
 from helpers_fem import random_rotation
 from helpers_solids import solid_mesh

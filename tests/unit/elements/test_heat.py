@@ -9,6 +9,7 @@ from creak.elements.block_matrices import block_heat_load, expands
 from creak.elements.registry import FORMULATIONS
 from creak.model.elasticity import lamina, orthotropic
 from creak.model.expansion import Expansion, isotropic_expansion
+from creak.model.faces import FACES
 from creak.model.laminates import Ply, homogeneous_shell, laminate
 from creak.model.materials import (
     AnisotropicMaterial,
@@ -21,7 +22,6 @@ from creak.model.materials import (
     TrussSection,
 )
 from creak.model.mesh import COMMON, ElementBlock, Own
-from creak.model.solid_faces import FACES
 from helpers_fem import macneal_patch, random_rotation
 from helpers_solids import solid_mesh
 

@@ -9,9 +9,9 @@ from creak.elements.block_matrices import lumped
 from creak.elements.geometry import gauss_triangle
 from creak.elements.solids import hex20 as solid_hex20
 from creak.elements.solids import wedge15 as solid_wedge15
+from creak.model.faces import MIDDLES
 from creak.model.materials import Material, SolidSection
 from creak.model.mesh import Own
-from creak.model.solid_faces import MIDDLES
 from helpers_fem import dof, frequencies, solve
 from helpers_solids import KINDS, block
 

@@ -17,8 +17,8 @@ import pytest
 
 from creak.errors import InputError, shortened
 from creak.formats.abaqus.reader import read_deck
+from creak.formats.abaqus.text.fields import to_float
 from creak.formats.abaqus.text.lexer import lex
-from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.decks import read_model
 from creak.formats.nastran.reader import read_nastran

@@ -13,8 +13,8 @@ import pytest
 
 from creak.errors import WriteError
 from creak.formats.complete_file import Unfinished, complete_file
-from creak.formats.stored import hdf5 as piece
-from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored import sealed as piece
+from creak.formats.stored.sealed import hdf5_file
 from helpers_disk import small_disk
 
 
@@ -114,7 +114,7 @@ from pathlib import Path
 import numpy as np
 from creak.errors import WriteError
 from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.sealed import hdf5_file
 sys.dont_write_bytecode = True  # Python would leave half a file of a module
 resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
 try:

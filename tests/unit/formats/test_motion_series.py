@@ -11,7 +11,7 @@ from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 from creak.formats.measured import motion_series
 from creak.formats.measured.motion_series import motion_field, write_series
-from creak.formats.stored.hdf5 import hdf5_file
+from creak.formats.stored.sealed import hdf5_file
 from creak.formats.stored.tree import write_tree
 from creak.model.mesh import Nodes, Part
 from creak.model.plain_mesh import PlainBlock, PlainMesh

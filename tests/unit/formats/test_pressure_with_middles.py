@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from creak.formats.abaqus.reader import read_deck, read_deck_run
+from creak.model.faces import FACES, face_numbers
 from creak.model.mesh import Model
-from creak.model.solid_faces import FACES, face_numbers
 from creak.model.steps import StaticLoads
 from helpers_nastran import motion, read
 from helpers_solids import solid_mesh

@@ -14,8 +14,7 @@ from creak.formats.decks import read_model
 from creak.formats.measured.uff import DESCRIPTORS, ORDER
 from creak.formats.nastran.writer import write_nastran
 from creak.formats.vtu import CELLS
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES
+from creak.model.faces import FACES, SHELL_FACETS, facets_of_shells
 from creak.studies.models.deck_modes import deck_modes
 
 RECORDED = {"section": "decks"}

@@ -19,8 +19,8 @@ from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.writer import write_nastran
 from creak.formats.vtu import write_vtu
 from creak.model.comparison import difference
+from creak.model.faces import MIDDLES, face_numbers
 from creak.model.mesh import Model
-from creak.model.solid_faces import MIDDLES, face_numbers
 from creak.reduction.interface.graph import EDGES
 from helpers_nastran import NO_DAMPING, assembled, part_system, rigid_mass, to_dense
 

@@ -14,8 +14,8 @@ import pytest
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
 from creak.model.constraints import Tie
+from creak.model.faces import FACES, face_numbers
 from creak.model.mesh import Model
-from creak.model.solid_faces import FACES, face_numbers
 from helpers_nastran import read
 from helpers_solids import solid_mesh
 from helpers_ties import cut_plate, sections, sheet

@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, NumericalError
-from creak.linalg import memory, pencil, scratch, windows
+from creak.linalg import memory, pencil, windows
 from creak.linalg import modes as linalg_modes
 from creak.linalg.complex_factor import complex_factor
 from creak.linalg.factor import factor
@@ -140,14 +140,14 @@ def short_of_memory(monkeypatch, window: int = 0) -> list[tuple[int, int]]:
     Returns sizes of what went to disk.
     """
     stored: list[tuple[int, int]] = []
-    on_disk = scratch._on_disk
+    on_disk = memory._on_disk
 
     def told(n: int, k: int) -> FloatArray:
         stored.append((n, k))
         return on_disk(n, k)
 
-    monkeypatch.setattr(scratch, "_on_disk", told)
-    for owner in (scratch, linalg_modes):
+    monkeypatch.setattr(memory, "_on_disk", told)
+    for owner in (memory, linalg_modes):
         monkeypatch.setattr(owner, "fits", lambda _: False)
     monkeypatch.setattr(windows, "free_bytes", lambda: 0.0)
     monkeypatch.setattr(windows, "window_size", lambda *_: window)
@@ -255,35 +255,35 @@ def owner(A: Any) -> Any:
 
 def test_a_matrix_on_disk_is_the_same(monkeypatch):
     A = grid(20)
-    assert scratch.spared(A) is A
-    monkeypatch.setattr(scratch, "fits", lambda _: False)
-    B = scratch.spared(A)
+    assert memory.spared(A) is A
+    monkeypatch.setattr(memory, "fits", lambda _: False)
+    B = memory.spared(A)
     assert all(isinstance(owner(x), mmap.mmap) for x in (B.data, B.indices))
     np.testing.assert_array_equal(B.toarray(), A.toarray())
-    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
-    assert scratch.spared(A) is A
+    monkeypatch.setattr(memory, "disk_room", lambda _: 0.0)
+    assert memory.spared(A) is A
 
 
 def test_neither_memory_nor_disk(monkeypatch):
-    monkeypatch.setattr(scratch, "fits", lambda _: False)
-    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
+    monkeypatch.setattr(memory, "fits", lambda _: False)
+    monkeypatch.setattr(memory, "disk_room", lambda _: 0.0)
     with pytest.raises(OutOfMemory, match=r"neither memory nor .* holds 100 vectors of 50 numbers: .* set TMPDIR"):
-        scratch.vectors(50, 100)
+        memory.vectors(50, 100)
 
 
 def test_columns_are_set_aside_where_the_disk_holds_them(monkeypatch):
     X = np.asfortranarray(np.random.default_rng(1).standard_normal((50, 7)))
-    kept = scratch.set_aside(X)
+    kept = memory.set_aside(X)
     assert isinstance(owner(kept), mmap.mmap)
     np.testing.assert_array_equal(kept, X)
-    monkeypatch.setattr(scratch, "disk_room", lambda _: 0.0)
-    assert scratch.set_aside(X) is X
+    monkeypatch.setattr(memory, "disk_room", lambda _: 0.0)
+    assert memory.set_aside(X) is X
 
 
 @pytest.mark.parametrize(("free", "room"), [(20e9, 18e9), (3e9, 1.5e9), (1e7, 5e6), (0.0, 0.0)])
 def test_a_disk_that_is_nearly_full_still_gives_half(free, room, monkeypatch):
-    monkeypatch.setattr(scratch.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
-    assert scratch.disk_room("anywhere") == room
+    monkeypatch.setattr(memory.shutil, "disk_usage", lambda _: SimpleNamespace(free=free))
+    assert memory.disk_room("anywhere") == room
 
 
 def test_the_window_is_the_largest_that_memory_holds():

@@ -18,11 +18,10 @@ from creak.linalg import modes as linalg_modes
 from creak.linalg import pencil
 from creak.linalg.factor import factor
 from creak.linalg.mkl import has_pardiso
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import rigid_vectors
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.health import Health, health, health_rows
-from creak.reduction.health.estimate import error_bound, error_of, first_left_out, residual_energy
-from creak.reduction.health.free import _own_modes
+from creak.reduction.health.free import _own_modes, error_bound, error_of, first_left_out, residual_energy
 from creak.reduction.health.rigid import rigid_motion
 from creak.reduction.inside import Inside
 from helpers_core import (

@@ -21,9 +21,9 @@ from creak.elements.solids.common import (
     without_turns,
 )
 from creak.elements.solids.hex8 import CORNERS
+from creak.model.faces import MIDDLES
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
-from creak.model.solid_faces import MIDDLES
 
 NODES = np.concatenate([CORNERS, CORNERS[np.array(MIDDLES["hex20"])].mean(axis=1)])
 """(r, s, t) of the twenty nodes, in Abaqus's order."""

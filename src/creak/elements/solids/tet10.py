@@ -6,9 +6,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
+from creak.model.faces import MIDDLES
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
-from creak.model.solid_faces import MIDDLES
 
 EDGES = MIDDLES["tet10"]
 CORNER_SLOPES = np.array([[-1.0, 1.0, 0.0, 0.0], [-1.0, 0.0, 1.0, 0.0], [-1.0, 0.0, 0.0, 1.0]])

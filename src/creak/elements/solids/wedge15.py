@@ -7,9 +7,9 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements.geometry import gauss_triangle
 from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
+from creak.model.faces import MIDDLES
 from creak.model.materials import SolidSection
 from creak.model.mesh import COMMON, Own
-from creak.model.solid_faces import MIDDLES
 
 _SIDES = MIDDLES["wedge15"][:3]
 _IN_PLANE = np.array([[-1.0, 1.0, 0.0], [-1.0, 0.0, 1.0]])

@@ -32,9 +32,9 @@ from creak.formats.abaqus.sections.assigned import read_sections
 from creak.formats.abaqus.sections.materials import read_materials
 from creak.formats.abaqus.sections.orientations import read_distributions, read_orientations
 from creak.formats.abaqus.sections.own_data import Geometry, read_nodal_thickness
+from creak.formats.abaqus.text.fields import with_short_names
 from creak.formats.abaqus.text.keywords import misspelled
 from creak.formats.abaqus.text.lexer import lex, with_parameters
-from creak.formats.abaqus.text.names import with_short_names
 from creak.formats.abaqus.text.outline import Outline, outline
 from creak.formats.deck.refusals import reading
 from creak.model.mesh import Model, Surface

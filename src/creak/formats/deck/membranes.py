@@ -14,9 +14,9 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.model.constraints import Equation, Fixed, linked_nodes
 from creak.model.dofs import TRANSLATIONS
+from creak.model.faces import EXACT, EXACTLY, normals_at_nodes, unit
 from creak.model.materials import GeneralShell
 from creak.model.mesh import ElementBlock, Model, Unread
-from creak.model.shell_facets import EXACT, EXACTLY, normals_at_nodes, unit
 
 WITHOUT_STIFFNESS = ("mass", "rotary")
 

@@ -7,9 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from creak.arrays import BoolArray, IntArray
+from creak.model.faces import FACES, SHELL_FACETS, face_numbers, faces_of, free_faces
 from creak.model.mesh import ElementBlock, Surface
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES, face_numbers, faces_of, free_faces
 
 Picked = Mapping[str, Mapping[int, Sequence[set[int]]]]
 """Set -> solid -> rows of some nodes of each of its faces that alone belong to the surface."""

@@ -11,10 +11,9 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.formats.deck.parts import Group
 from creak.model.constraints import Constraint, Equation, Tie
 from creak.model.face_shapes import FEW, FaceShapes, shapes_of
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
 
 DEFAULT_TOLERANCE = 0.05
 """Position tolerance as a share of the mean edge length of the main surface (Abaqus: 5 % of a typical element)."""

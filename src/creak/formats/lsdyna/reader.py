@@ -12,10 +12,9 @@ from creak.formats.deck.parts import Group, blocks_of, flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
 from creak.formats.deck.text import plain_name
-from creak.formats.lsdyna.joints.contact import described_contact
+from creak.formats.lsdyna.joints.contact import described_contact, read_ties
 from creak.formats.lsdyna.joints.points import read_points
 from creak.formats.lsdyna.joints.rigid import read_rigid
-from creak.formats.lsdyna.joints.tied import read_ties
 from creak.formats.lsdyna.loads.supports import read_supports, support_sets
 from creak.formats.lsdyna.mesh.beams import read_beams
 from creak.formats.lsdyna.mesh.coordinate_systems import read_orientations, read_systems
@@ -25,14 +24,12 @@ from creak.formats.lsdyna.mesh.shells import read_shells
 from creak.formats.lsdyna.mesh.solids import read_solids
 from creak.formats.lsdyna.sections.damping import read_damping
 from creak.formats.lsdyna.sections.parts import Properties, read_laws, read_properties
-from creak.formats.lsdyna.text.cards import Block
-from creak.formats.lsdyna.text.deck import Deck
+from creak.formats.lsdyna.text.deck import Block, Deck
 from creak.formats.lsdyna.text.keywords import KEYWORDS, list_unread, sorted_blocks
 from creak.formats.lsdyna.text.lexer import read_blocks
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.materials import BeamSection, Discrete, PointMass, TrussSection
 from creak.model.mesh import ElementBlock, Model, Nodes, Surface
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES
 from creak.model.steps import DeckRun
 
 

@@ -18,8 +18,19 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import DofMap, by_node, checked, dense, first_of, number, read_text, reordered
-from creak.formats.matrices.dof_map import beside, read_dof_map, write_dof_map
+from creak.formats.matrices.checks import (
+    DofMap,
+    beside,
+    by_node,
+    checked,
+    dense,
+    first_of,
+    number,
+    read_dof_map,
+    read_text,
+    reordered,
+    write_dof_map,
+)
 from creak.formats.matrices.triplets import from_entries, lower_entries, read_table
 from creak.model.superelement import Superelement
 

@@ -8,8 +8,7 @@ import numpy as np
 
 from creak.arrays import Matrix
 from creak.errors import InputError
-from creak.formats.matrices.checks import DofMap, checked, read_text
-from creak.formats.matrices.dof_map import beside, read_dof_map
+from creak.formats.matrices.checks import DofMap, beside, checked, read_dof_map, read_text
 from creak.formats.matrices.triplets import from_entries, read_table
 from creak.model.superelement import Superelement
 

@@ -11,8 +11,7 @@ from scipy import io, sparse
 from creak.arrays import FloatArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.matrices.checks import check_size, checked, dense, read_text
-from creak.formats.matrices.dof_map import read_dof_map, write_dof_map
+from creak.formats.matrices.checks import check_size, checked, dense, read_dof_map, read_text, write_dof_map
 from creak.model.superelement import Superelement
 
 ENDINGS = ("_K.mtx", "_M.mtx", "_C.mtx", "_dofs.csv")

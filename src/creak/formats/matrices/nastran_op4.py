@@ -10,8 +10,7 @@ import numpy as np
 from creak.errors import InputError
 from creak.formats.complete_file import write_text
 from creak.formats.matrices import nastran_points as nastran
-from creak.formats.matrices.checks import by_node, checked, first_of, reordered, with_structural
-from creak.formats.matrices.dof_map import beside, read_dof_map
+from creak.formats.matrices.checks import beside, by_node, checked, first_of, read_dof_map, reordered, with_structural
 from creak.formats.matrices.op4_file import read_op4_matrices, write_op4_matrices
 from creak.formats.nastran.text.bulk_data import free_card
 from creak.model.superelement import Superelement

@@ -8,18 +8,18 @@ from creak.errors import InputError
 from creak.formats.deck.parts import blocks_of, flat_parts
 from creak.formats.deck.refusals import reading
 from creak.formats.deck.surfaces import surfaces
-from creak.formats.nastran.joints.contact import CARDS as OF_CONTACT
-from creak.formats.nastran.joints.contact import described_contact
 from creak.formats.nastran.joints.direct_matrices import read_direct_matrices
 from creak.formats.nastran.joints.fasteners import following_grids, read_fasteners
 from creak.formats.nastran.joints.gaps import list_gaps
 from creak.formats.nastran.joints.glue import CARDS as OF_GLUE
 from creak.formats.nastran.joints.glue import read_glue, read_shell_to_solid
 from creak.formats.nastran.joints.points import read_points
+from creak.formats.nastran.joints.region_pairs import CARDS as OF_CONTACT
+from creak.formats.nastran.joints.region_pairs import described_contact
 from creak.formats.nastran.joints.rigid import read_rigid
 from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
 from creak.formats.nastran.loads.modal_damping import list_damping
-from creak.formats.nastran.loads.static_loads import named_loads, temperatures
+from creak.formats.nastran.loads.sets import named_loads, temperatures
 from creak.formats.nastran.loads.supports import read_initial_velocity, read_supports, support_sets
 from creak.formats.nastran.loads.transient import cards_of, read_transient
 from creak.formats.nastran.mesh.bars import read_bars

@@ -13,9 +13,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray, SingleArray
 from creak.errors import InputError, suggest
 from creak.formats.deck.command_files import plain_file
-from creak.formats.stored.hdf5 import Hdf5, hdf5_file
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of, of_two_runs
-from creak.formats.stored.sealed import Damaged, read_sealed
+from creak.formats.stored.sealed import Damaged, Hdf5, hdf5_file, read_sealed
 from creak.formats.stored.tree import BIG, COMPRESSED
 from creak.model.units import UNITS, Units
 

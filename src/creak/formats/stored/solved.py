@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.formats.stored.hdf5 import bound_file, is_bound
-from creak.formats.stored.sealed import opened_hdf5
+from creak.formats.stored.sealed import bound_file, is_bound, opened_hdf5
 
 KIND, VERSION = "solved", 1
 

@@ -20,8 +20,7 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
-from creak.formats.stored.hdf5 import hdf5_file
-from creak.formats.stored.sealed import BLOCK, Damaged, opened_hdf5
+from creak.formats.stored.sealed import BLOCK, Damaged, hdf5_file, opened_hdf5
 from creak.formats.stored.solved import as_numbers, as_text
 from creak.later import later
 

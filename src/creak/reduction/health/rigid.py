@@ -11,8 +11,7 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.model.dofs import dofs_of, nodes_of
-from creak.model.mesh import Nodes
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import Nodes, rigid_vectors
 from creak.reduction.inside import Inside
 
 GROUNDING = 1e-10

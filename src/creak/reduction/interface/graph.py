@@ -7,9 +7,8 @@ import scipy.sparse as sp
 
 from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
+from creak.model.faces import FACES, MIDDLES, N_CORNER, SHELL_FACETS, sides_of_shells, solid_corners
 from creak.model.mesh import Model
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS, sides_of_shells
-from creak.model.solid_faces import FACES, MIDDLES, solid_corners
 
 Edges = tuple[tuple[int, int], ...]
 

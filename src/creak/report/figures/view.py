@@ -8,9 +8,8 @@ from typing import Protocol
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
 from creak.model.plain_mesh import Mesh
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
 
 LINES = ("beam2", "beam3", "truss2", "spring2")
 FLAT = 0.25

@@ -13,12 +13,11 @@ from creak.arrays import FloatArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator, join
 from creak.linalg.pencil import Pencil
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS
 from creak.model.skin import skin_of
-from creak.model.solid_faces import FACES
 from creak.model.units import METRES
-from creak.reduction.health.estimate import error_bound
+from creak.reduction.health.free import error_bound
 from creak.reduction.modal import one_share
 from creak.studies.advise.contact import (
     Bounce,
@@ -46,7 +45,7 @@ from creak.studies.file.config import InterfaceTable, PrecheckTable, ReductionTa
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import WHOLE, solves_for
 from creak.studies.prepare.excitation import Excitation, excitation_of
-from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.marching import output_every
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.foretold import step_s
 from creak.studies.run.precheck import with_linear_gaps

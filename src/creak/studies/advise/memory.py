@@ -13,17 +13,15 @@ from creak.dynamics.flight.contact_steps import fewest_parts
 from creak.dynamics.flight.step import choose
 from creak.formats.stored.superelement import MAPPED
 from creak.linalg.lanczos import BESIDE, basis_bytes
-from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, SHARE, free_bytes, held_bytes, left_beside
+from creak.linalg.memory import ENTRY, GB, MADE, PRODUCT, ROOM, SHARE, SPARE, free_bytes, held_bytes, left_beside
 from creak.linalg.modes import BAND, dense_bytes, dense_is_faster, with_further
-from creak.linalg.scratch import ROOM, SPARE
 from creak.studies.advise.size import Counted, PartSize
 from creak.studies.models.health import OWN_MODES_LIMIT
 from creak.studies.models.of_parts import SPREAD
 from creak.studies.models.reduced import DENSE, WHOLE
 from creak.studies.models.reference import ReferenceModel, modal_band
 from creak.studies.models.superelements import KEPT
-from creak.studies.prepare.marching import Marching
-from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.marching import Marching, output_every
 from creak.studies.prepare.reduction import Band, Reduction
 
 STARTED, KERNELS = 310e6, 150e6

@@ -16,10 +16,9 @@ from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.errors import NumericalError
 from creak.linalg.factor import LaterFactor, factor, factor_bytes, regular_factor
-from creak.linalg.memory import ENTRY, GB, OVERRIDE, OutOfMemory, free_bytes
+from creak.linalg.memory import ENTRY, GB, OVERRIDE, OutOfMemory, free_bytes, on_disk, set_aside
 from creak.linalg.modes import modes
 from creak.linalg.pieces.factor import Pieces
-from creak.linalg.scratch import on_disk, set_aside
 from creak.model.dofs import node_dofs
 from creak.progress import Progress
 from creak.reduction.craig_bampton import fixed_interface_basis, reduced_matrices, reduced_system

@@ -21,9 +21,8 @@ from creak.formats.stored.superelement import (
     write_superelement_file,
 )
 from creak.later import later
-from creak.linalg.memory import GB, OutOfMemory
+from creak.linalg.memory import GB, OutOfMemory, disk_room
 from creak.linalg.modes import Modes
-from creak.linalg.scratch import disk_room
 from creak.model.dofs import PER_NODE
 from creak.model.mesh import Model
 from creak.progress import Progress

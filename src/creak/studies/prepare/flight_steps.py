@@ -14,10 +14,9 @@ from creak.contact.gap_operator import GapOperator
 from creak.dynamics.flow.march import SAMPLES
 from creak.dynamics.flow.resolution import FINE, QUICK, SETTLED, Resolution
 from creak.model.constraints import held_nodes
+from creak.model.faces import FACES, face_numbers, faces_of, facet_areas, volumes
 from creak.model.materials import SolidSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import facet_areas
-from creak.model.solid_faces import FACES, face_numbers, faces_of, volumes
 from creak.studies.file.case import Course, Driving
 from creak.studies.file.config import VerificationTable
 from creak.studies.file.reader import Study

@@ -15,8 +15,7 @@ from creak.assembly.part import Rayleigh
 from creak.assembly.system import Stats, System, no_supports
 from creak.errors import InputError, suggest
 from creak.model.dofs import dof_label
-from creak.model.mesh import Model
-from creak.model.rigid import rigid_vectors
+from creak.model.mesh import Model, rigid_vectors
 from creak.model.superelement import Superelement
 from creak.studies.file.config import SuperelementTable
 from creak.studies.file.places import Places

@@ -12,10 +12,9 @@ import numpy as np
 
 from creak.arrays import IntArray
 from creak.errors import InputError, suggest
-from creak.formats.measured.csv_modes import is_of_modes
 from creak.formats.measured.files import is_measured, read_channels
 from creak.formats.measured.histories import AXES, own_name
-from creak.formats.measured.mode_files import ModalTest, read_measured_modes, read_universal
+from creak.formats.measured.mode_files import ModalTest, is_of_modes, read_measured_modes, read_universal
 from creak.formats.measured.modes import Channel, Measured, MeasuredFrfs, MeasuredModes
 from creak.formats.measured.unit_words import name_and_unit, plain_unit
 from creak.formats.wav import read_wav

@@ -48,10 +48,9 @@ from creak.studies.prepare.excitation import (
 from creak.studies.prepare.flight_steps import RESOLUTIONS, bandwidth, with_flight_steps
 from creak.studies.prepare.imported import imported_superelements
 from creak.studies.prepare.linear_model import designed_model, own_damping
-from creak.studies.prepare.marching import Marching, Observed
+from creak.studies.prepare.marching import Marching, Observed, check_outputs, output_nodes, unmoved_warnings
 from creak.studies.prepare.measured_damping import ABOVE, measured_damping
 from creak.studies.prepare.measurements import Measurement, read_measurements
-from creak.studies.prepare.output_steps import check_outputs, output_nodes, unmoved_warnings
 from creak.studies.prepare.pairs import contact_channels, plays_of
 from creak.studies.prepare.reduction import Band, Exterior, Reduction, Watch, check_reduction
 from creak.studies.prepare.rotation_check import check_rotations

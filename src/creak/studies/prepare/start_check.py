@@ -13,7 +13,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.damping import is_damped, undamped_words
 from creak.assembly.elimination import LinearEquation
 from creak.assembly.part import Rayleigh
-from creak.assembly.rigid import unheld_parts
+from creak.assembly.rigid import loose_motions, loose_words, unheld_parts
 from creak.assembly.system import System
 from creak.contact.crossing import crossing_warnings
 from creak.contact.gap_operator import GapOperator
@@ -29,7 +29,6 @@ from creak.studies.file.config import DampingTable, PrecheckTable, TimeTable
 from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.tables import RecordTable, TableTable
 from creak.studies.prepare.amount_check import evened_notes, record_warnings
-from creak.studies.prepare.free_motion import loose_motions, loose_words
 from creak.studies.prepare.imported import resistance
 from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
 from creak.studies.warned import Warned

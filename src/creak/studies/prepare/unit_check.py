@@ -11,6 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
+from creak.model.faces import element_volumes
 from creak.model.materials import (
     AnisotropicMaterial,
     GeneralShell,
@@ -21,7 +22,6 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
-from creak.model.solid_faces import element_volumes
 from creak.model.units import LENGTHS, METRES, UNITS, UnitsName
 from creak.studies.file.places import Places
 from creak.words import listed, percent

@@ -13,8 +13,8 @@ import numpy as np
 from creak.arrays import BoolArray, IntArray
 from creak.contact.pair import ContactPair, Keep, tied_channels
 from creak.errors import InputError
+from creak.model.faces import FACES
 from creak.model.mesh import Model
-from creak.model.solid_faces import FACES
 from creak.progress import Progress
 from creak.studies.prepare.pairs import METHODS
 from creak.studies.propose.joints import linked_parts

@@ -12,9 +12,8 @@ import numpy as np
 from creak.arrays import BoolArray, IntArray
 from creak.formats.deck.parts import number_pieces, stars
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink, Tie
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.mesh import ElementBlock, Model, Part, some_of
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES
 from creak.studies.propose.opposite import element_numbers
 from creak.studies.propose.proximity import titles_of
 from creak.words import listed

@@ -16,11 +16,10 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import middles
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.projection import nearest_points
-from creak.model.shell_facets import SHELL_FACETS, facets_of_shells
-from creak.model.solid_faces import FACES, faces_of, free_faces
 
 Kind = Literal["face", "edge", "ends"]
 """Faces look at each other; the free edge of a shell looks at a face; two edges look at each other."""

@@ -15,11 +15,10 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import facets_of
 from creak.errors import InputError
 from creak.model.constraints import tied_nodes
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.materials import BeamSection
 from creak.model.mesh import Model
 from creak.model.projection import nearest_points
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES
 from creak.studies.propose.opposite import Kind, Met, Skin, element_numbers, joined, opposite, reach_along, skin_of
 
 LEAST = 0.05

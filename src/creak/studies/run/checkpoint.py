@@ -22,8 +22,7 @@ from creak.arrays import IntArray
 from creak.digest import digest
 from creak.dynamics.instant import Saved
 from creak.errors import CreakError
-from creak.formats.stored.hdf5 import bound_file, is_bound
-from creak.formats.stored.sealed import Damaged, opened_hdf5
+from creak.formats.stored.sealed import Damaged, bound_file, is_bound, opened_hdf5
 from creak.formats.stored.tree import read_tree, write_tree
 from creak.progress import Progress, Steps
 from creak.studies.run.compared import Cost, Meter

@@ -16,8 +16,7 @@ from creak.dynamics.history import History, Stopped
 from creak.dynamics.record.recorder import OutputRequest
 from creak.studies.models.reference import ReferenceModel, in_modes
 from creak.studies.prepare.elines import Eline, Elines
-from creak.studies.prepare.marching import Marching
-from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.marching import Marching, output_every
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.run.integrate import integrate
 from creak.studies.run.motion import NO_STEPS

@@ -17,8 +17,7 @@ from creak.dynamics.flow.resolution import Resolution, flow_steps
 from creak.dynamics.loads import Loads
 from creak.dynamics.state import LinearTerms
 from creak.linalg.threads import one_blas_thread
-from creak.studies.prepare.marching import Marching, Observed
-from creak.studies.prepare.output_steps import output_every
+from creak.studies.prepare.marching import Marching, Observed, output_every
 from creak.studies.run.elines import line_steps
 from creak.studies.run.integrate import flowing
 from creak.verify.elines import measure

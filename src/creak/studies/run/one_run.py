@@ -18,8 +18,7 @@ from creak.model.dofs import node_dofs
 from creak.progress import Progress, Steps
 from creak.studies.models.reduced import ReducedModel
 from creak.studies.models.reference import ReferenceModel
-from creak.studies.prepare.marching import Marching, Observed
-from creak.studies.prepare.output_steps import field_steps, output_every
+from creak.studies.prepare.marching import Marching, Observed, field_steps, output_every
 from creak.studies.run.checkpoint import Checkpoint
 from creak.studies.run.compared import Meter, RunBase
 from creak.studies.run.elines import LineMotion, line_steps, measured

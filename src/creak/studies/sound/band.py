@@ -10,9 +10,9 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray
 from creak.elements.shells.rigidity import areal_mass, bending_stiffness
 from creak.model.dofs import nodes_of
+from creak.model.faces import SHELL_FACETS
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS
 from creak.model.skin import Skin
 from creak.sound.forced import LOWEST
 from creak.sound.rayleigh import AIR, HIGHEST

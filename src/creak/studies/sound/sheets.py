@@ -14,11 +14,10 @@ from creak.contact.gap_operator import GapOperator
 from creak.elements.shells.rigidity import areal_mass, bending_stiffness, is_membrane
 from creak.model.constraints import DistributingCoupling
 from creak.model.dofs import TRANSLATIONS, dofs_of, nodes_of
+from creak.model.faces import FACES, LINES, SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
-from creak.model.shell_facets import SHELL_FACETS, facet_areas, facets_of_shells
 from creak.model.skin import Skin, panels, sides_of
-from creak.model.solid_faces import FACES, LINES
 from creak.sound.plates import EDGE, Plate
 
 LEAST = 1.0

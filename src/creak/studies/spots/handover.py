@@ -21,8 +21,7 @@ from creak.dynamics.history import History
 from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.linalg.diagonal import Diagonal
-from creak.linalg.memory import ENTRY, fits
-from creak.linalg.scratch import spared
+from creak.linalg.memory import ENTRY, fits, spared
 from creak.reduction.modal import ModalDamping, modal_values, with_modal_damping, without_modal_damping
 from creak.studies.findings.places import find_places
 from creak.studies.models.reduced import BLOCKED, ReducedModel, reduced_modes

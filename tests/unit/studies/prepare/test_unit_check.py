@@ -7,8 +7,8 @@ import re
 import pytest
 
 from creak.assembly.coupling import Driven
+from creak.assembly.rigid import free_motions, loose_motions, loose_words
 from creak.formats.abaqus.reader import read_deck
-from creak.studies.prepare.free_motion import free_motions, loose_motions, loose_words
 from creak.studies.prepare.unit_check import guessed_units, unit_warnings
 from helpers_decks import two_strips
 

@@ -17,7 +17,7 @@ from creak.studies.file.case import Touching
 from creak.studies.file.config import PrecheckTable
 from creak.studies.file.places import Places
 from creak.studies.file.reader import read_study
-from creak.studies.prepare.output_steps import excitation_window
+from creak.studies.prepare.marching import excitation_window
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.start_check import start_warnings
 from helpers_decks import STUDY, two_strips, write_strips

@@ -12,9 +12,8 @@ from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.sections.orientations import Orientations, find_orientation
 from creak.formats.abaqus.sections.own_data import Geometry
+from creak.formats.abaqus.text.fields import Registry, floats, to_int
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import floats, to_int
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.constraints import Constraint, Equation, KinematicCoupling
 from creak.model.elasticity import symmetric

@@ -7,9 +7,8 @@ from dataclasses import dataclass, field, replace
 
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.joints.interactions import OPTIONS, read_interactions
+from creak.formats.abaqus.text.fields import Registry, qualified, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, qualified
-from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.formats.deck.refusals import noted
 from creak.model.steps import DeckContact, Interaction, SurfacePair

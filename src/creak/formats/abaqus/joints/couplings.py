@@ -12,9 +12,8 @@ from creak.formats.abaqus.mesh.directions import Transforms
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.sets import RawSurface, nodes_of
 from creak.formats.abaqus.sections.orientations import Orientations, constant_axes
+from creak.formats.abaqus.text.fields import Registry, dof_range, lookup, positive, unique_in_order, with_short_names
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup, unique_in_order, with_short_names
-from creak.formats.abaqus.text.numbers import dof_range, positive
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, on_a_line
 

@@ -14,9 +14,8 @@ from creak.formats.abaqus.joints.connectors import Connector, described, read_be
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.sets import RawSurface
 from creak.formats.abaqus.sections.own_data import Geometry
+from creak.formats.abaqus.text.fields import Registry, lookup, positive, to_float, with_short_names
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup, with_short_names
-from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.constraints import Constraint, DistributingCoupling
 from creak.model.materials import AxialSpring, Bushing, PointMass

@@ -11,9 +11,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.abaqus.mesh.elements import Elements
+from creak.formats.abaqus.text.fields import Registry, floats, positive, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Outline, Scope, list_params
 from creak.formats.deck.refusals import noted
 from creak.formats.deck.stops import Gap, in_a_study, stops_of

@@ -8,9 +8,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.joints.couplings import note_rotated
 from creak.formats.abaqus.mesh.directions import Transforms
+from creak.formats.abaqus.text.fields import Registry, to_dof, to_float, to_int
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import to_dof, to_float, to_int
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.constraints import Constraint, Equation, RigidLink
 

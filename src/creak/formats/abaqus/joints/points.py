@@ -9,8 +9,8 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.abaqus.sections.materials import RawMaterial
+from creak.formats.abaqus.text.fields import floats, to_dof, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import floats, to_dof, to_float
 from creak.formats.abaqus.text.outline import Scope
 from creak.model.materials import NodalMatrices, PointMass, Spring
 

@@ -13,9 +13,8 @@ from creak.formats.abaqus.loads.prestress import step_of_modes
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.mesh.sets import RawSurface
 from creak.formats.abaqus.sections.assigned import Assigned
+from creak.formats.abaqus.text.fields import Registry, lookup, to_float, with_short_names
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup, with_short_names
-from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.formats.deck.tying import (
     DEFAULT_TOLERANCE,
@@ -29,8 +28,8 @@ from creak.formats.deck.tying import (
 )
 from creak.model.constraints import Constraint
 from creak.model.face_shapes import shapes_of
+from creak.model.faces import FACES
 from creak.model.mesh import Nodes
-from creak.model.solid_faces import FACES
 
 ROUNDING = 1e-3
 """Share of the mean edge length within which nodes of a tied contact pair touch, whatever ADJUST says."""

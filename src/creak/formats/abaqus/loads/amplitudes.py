@@ -9,8 +9,8 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.text.fields import positive, to_float, to_int
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import positive, to_float, to_int
 from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.steps import Amplitude
 

@@ -12,9 +12,8 @@ from creak.errors import InputError, suggest
 from creak.formats.abaqus.joints.couplings import note_rotated
 from creak.formats.abaqus.loads.amplitudes import find_amplitude
 from creak.formats.abaqus.mesh.directions import Transforms
+from creak.formats.abaqus.text.fields import Registry, dof_range, to_dof, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import dof_range, to_dof, to_float
 from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.constraints import Fixed
 from creak.model.dofs import dof_label, node_and_dof, nodes_of

@@ -12,8 +12,8 @@ import numpy as np
 from creak.errors import InputError
 from creak.formats.abaqus.loads.amplitudes import find_amplitude
 from creak.formats.abaqus.loads.boundary import KINDS, Motion
+from creak.formats.abaqus.text.fields import floats, to_dof, to_float, to_int
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import floats, to_dof, to_float, to_int
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.formats.deck.catalogue import same_share
 from creak.model.constraints import Fixed

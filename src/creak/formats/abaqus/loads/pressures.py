@@ -11,9 +11,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.mesh.sets import IS_SHELL, RawSurface, faces_named, facets_of
+from creak.formats.abaqus.text.fields import Registry, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
 from creak.model.face_shapes import shapes_of
 from creak.model.steps import PointLoad

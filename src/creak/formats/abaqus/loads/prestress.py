@@ -6,10 +6,9 @@ from collections.abc import Sequence
 
 from creak.formats.abaqus.loads.boundary import along_global_axes, check_global, step_loads, step_motion
 from creak.formats.abaqus.mesh.directions import Transforms
+from creak.formats.abaqus.text.fields import Registry, to_float
 from creak.formats.abaqus.text.keywords import meaning
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks
 from creak.formats.deck.catalogue import misspelling
 from creak.model.steps import StaticStep

@@ -12,8 +12,8 @@ from creak.formats.abaqus.loads.boundary import along_global_axes, step_loads, s
 from creak.formats.abaqus.loads.pressures import Bodies, Gravity, gravity_of, pressures_of, together
 from creak.formats.abaqus.loads.temperatures import heated
 from creak.formats.abaqus.mesh.directions import Transforms
+from creak.formats.abaqus.text.fields import Registry
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
 from creak.model.dofs import node_dofs

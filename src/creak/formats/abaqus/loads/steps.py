@@ -24,10 +24,9 @@ from creak.formats.abaqus.loads.prestress import list_restart
 from creak.formats.abaqus.loads.static_steps import USED as OF_STATIC
 from creak.formats.abaqus.loads.static_steps import check_same_supports, is_static, read_static
 from creak.formats.abaqus.mesh.directions import Transforms
+from creak.formats.abaqus.text.fields import Registry, lookup, positive, to_float
 from creak.formats.abaqus.text.keywords import meaning
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup
-from creak.formats.abaqus.text.numbers import positive, to_float
 from creak.formats.abaqus.text.outline import Outline, StepBlocks, list_params
 from creak.model.constraints import Fixed
 from creak.model.steps import EVERY_NODE, Amplitude, DeckRun, DynamicStep

@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 
 from creak.errors import InputError
+from creak.formats.abaqus.text.fields import Registry, floats, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import floats, to_float
 from creak.formats.abaqus.text.outline import Outline, list_params
 from creak.model.steps import NodeTemperatures
 

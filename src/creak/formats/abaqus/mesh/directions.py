@@ -10,8 +10,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import floats
+from creak.formats.abaqus.text.fields import Registry, floats
 from creak.formats.abaqus.text.outline import Outline
 from creak.model.constraints import Equation, Fixed
 from creak.model.dofs import ROTATIONS, TRANSLATIONS

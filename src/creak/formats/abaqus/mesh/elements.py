@@ -10,12 +10,10 @@ import numpy as np
 
 from creak.arrays import BoolArray, IntArray
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.text.fields import Labels, Registry, integer_table, to_label
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Labels, Registry
-from creak.formats.abaqus.text.numbers import integer_table, to_label
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES, faces_of, free_faces
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, free_faces
 
 
 @dataclass(frozen=True)

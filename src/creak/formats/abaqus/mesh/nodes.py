@@ -9,9 +9,8 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.mesh.directions import LocalSystem
+from creak.formats.abaqus.text.fields import Labels, Registry, floats, label_and_reals, to_float, to_label
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Labels, Registry
-from creak.formats.abaqus.text.numbers import floats, label_and_reals, to_float, to_label
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.mesh import Nodes
 

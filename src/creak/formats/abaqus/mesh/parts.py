@@ -11,13 +11,13 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.sections.assigned import Assigned
-from creak.formats.abaqus.text.names import Registry
+from creak.formats.abaqus.text.fields import Registry
 from creak.formats.abaqus.text.outline import Outline
 from creak.formats.deck.parts import Rows, number_pieces, number_points, stars
 from creak.model.constraints import Constraint, DistributingCoupling, KinematicCoupling, RigidLink
+from creak.model.faces import N_CORNER, SHELL_FACETS
 from creak.model.materials import AxialSpring, BeamSection, NodalMatrices
 from creak.model.mesh import ElementBlock, Nodes, Own, Part
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS
 
 _HAS_MASS = np.array([t.kind in ("mass", "rotary") for t in TYPES])
 

@@ -10,12 +10,18 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
+from creak.formats.abaqus.text.fields import Registry, label_list, lookup, positive, qualified, to_int, unique_in_order
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup, qualified, unique_in_order
-from creak.formats.abaqus.text.numbers import label_list, positive, to_int
 from creak.formats.abaqus.text.outline import Outline, Scope
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS, facet_areas, facets_of_shells, sides_of_shells
-from creak.model.solid_faces import FACES, face_numbers
+from creak.model.faces import (
+    FACES,
+    N_CORNER,
+    SHELL_FACETS,
+    face_numbers,
+    facet_areas,
+    facets_of_shells,
+    sides_of_shells,
+)
 
 
 def read_sets(deck: Outline, elements: Elements, nodes: Registry, element_names: Registry) -> None:

@@ -9,11 +9,11 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.abaqus.mesh.elements import TYPES, Elements
 from creak.formats.abaqus.sections.assigned import Assigned
+from creak.formats.abaqus.text.fields import Registry, positive
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline
 from creak.model import laminates
+from creak.model.faces import element_volumes
 from creak.model.materials import (
     BeamSection,
     GeneralShell,
@@ -23,7 +23,6 @@ from creak.model.materials import (
     Structural,
     TrussSection,
 )
-from creak.model.solid_faces import element_volumes
 
 UNITS = ("TOTAL MASS", "MASS PER VOLUME", "MASS PER AREA", "MASS PER LENGTH")
 

@@ -31,10 +31,10 @@ from creak.formats.abaqus.sections.shells import (
     read_shell_section,
     rigid_section,
 )
+from creak.formats.abaqus.text.fields import Registry, positive
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
+from creak.model.faces import FACES
 from creak.model.materials import (
     AxialSpring,
     BeamSection,
@@ -47,7 +47,6 @@ from creak.model.materials import (
     TrussSection,
 )
 from creak.model.mesh import COMMON, Own
-from creak.model.solid_faces import FACES
 from creak.words import first_few
 
 Materials = dict[str, RawMaterial]

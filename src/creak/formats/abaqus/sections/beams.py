@@ -10,8 +10,8 @@ import numpy as np
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.sections.beam_shapes import OF_NODE, SHAPES, WALL, WIDTHS, arbitrary
 from creak.formats.abaqus.sections.materials import RawMaterial, check_poisson, find_material
+from creak.formats.abaqus.text.fields import floats, positive, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Scope
 from creak.formats.deck.cross_section import CrossSection, principal
 from creak.model.materials import BeamSection, Material

@@ -10,8 +10,8 @@ from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.loads.temperatures import at_temperature
 from creak.formats.abaqus.sections.rubber import small_strain
+from creak.formats.abaqus.text.fields import floats, positive, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Outline
 from creak.model.elasticity import lamina, orthotropic, require_stable, symmetric
 from creak.model.expansion import Expansion, isotropic_expansion

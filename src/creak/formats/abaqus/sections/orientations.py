@@ -10,9 +10,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.directions import LocalSystem, turned_about
+from creak.formats.abaqus.text.fields import Registry, floats, lookup, qualified, to_float, to_int
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry, lookup, qualified
-from creak.formats.abaqus.text.numbers import floats, to_float, to_int
 from creak.formats.abaqus.text.outline import Outline, Scope
 
 WIDTH = {"COORD3D": 3, "LENGTH": 1, "RATIO": 1, "ANGLE": 1, "AREA": 1, "DENSITY": 1, "MODULUS": 1}

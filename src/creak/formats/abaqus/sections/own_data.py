@@ -10,9 +10,8 @@ from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.formats.abaqus.mesh.elements import Elements
 from creak.formats.abaqus.sections.orientations import Distributions, Orientations, find_distribution, find_orientation
+from creak.formats.abaqus.text.fields import Registry, positive
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.names import Registry
-from creak.formats.abaqus.text.numbers import positive
 from creak.formats.abaqus.text.outline import Outline, Scope
 from creak.model.materials import AnisotropicMaterial, BeamSection, GeneralShell, Section, ShellSection, SolidSection
 from creak.model.mesh import COMMON, Own

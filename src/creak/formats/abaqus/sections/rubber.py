@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from creak.formats.abaqus.text.fields import to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import to_float
 
 INCOMPRESSIBLE = 0.4995
 """Poisson's ratio of a rubber without compressibility (D = 0); Abaqus takes such in hybrid elements only."""

@@ -15,8 +15,8 @@ from creak.formats.abaqus.sections.materials import (
     find_solid_material,
     find_traction_material,
 )
+from creak.formats.abaqus.text.fields import floats, positive, to_float
 from creak.formats.abaqus.text.lexer import Block
-from creak.formats.abaqus.text.numbers import floats, positive, to_float
 from creak.formats.abaqus.text.outline import Scope
 from creak.model.elasticity import plane_stress, require_stable, symmetric
 from creak.model.laminates import LOOSE, Layup, Moduli, Ply, homogeneous_shell, shell_of, shifted

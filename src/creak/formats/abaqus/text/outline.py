@@ -10,9 +10,9 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError, suggest
+from creak.formats.abaqus.text.fields import floats
 from creak.formats.abaqus.text.keywords import canonical, meaning
 from creak.formats.abaqus.text.lexer import Block, squeeze
-from creak.formats.abaqus.text.numbers import floats
 from creak.model.mesh import Unread
 
 

@@ -12,9 +12,8 @@ from creak.formats.abaqus.write.elements import Written
 from creak.formats.abaqus.write.names import Scopes, listed, number, quoted
 from creak.formats.deck.refusals import unwritable
 from creak.model.constraints import DistributingCoupling, Equation, KinematicCoupling, RigidLink
+from creak.model.faces import FACES, face_numbers, faces_of, facets_of_shells
 from creak.model.mesh import ElementBlock, Model, Surface
-from creak.model.shell_facets import facets_of_shells
-from creak.model.solid_faces import FACES, face_numbers, faces_of
 
 _SIDES = {1: "SPOS", -1: "SNEG", 0: ""}
 HELPER = "_COUPLING"

@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.formats.abaqus.text.names import split_name
+from creak.formats.abaqus.text.fields import split_name
 from creak.model.mesh import ElementBlock, Model
 
 T = TypeVar("T")

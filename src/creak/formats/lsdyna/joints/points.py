@@ -11,8 +11,7 @@ from creak.errors import InputError
 from creak.formats.deck.refusals import referred
 from creak.formats.deck.stops import Gap, in_a_study, stops_of
 from creak.formats.lsdyna.sections.parts import SPRINGS, PartCard, Properties
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck
+from creak.formats.lsdyna.text.deck import Card, Deck
 from creak.model.materials import AxialSpring, NodalMatrices, PointMass
 from creak.model.steps import Stop
 

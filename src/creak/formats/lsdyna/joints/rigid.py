@@ -12,8 +12,7 @@ from creak.formats.deck.refusals import referred
 from creak.formats.lsdyna.mesh.nodes import directions
 from creak.formats.lsdyna.mesh.sets import Sets
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import Card, Deck, Named
 from creak.model.constraints import Constraint, Fixed, KinematicCoupling
 from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
 

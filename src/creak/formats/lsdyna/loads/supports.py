@@ -11,8 +11,7 @@ from creak.formats.deck.equations import global_equations
 from creak.formats.deck.refusals import referred
 from creak.formats.lsdyna.mesh.coordinate_systems import Systems
 from creak.formats.lsdyna.mesh.sets import Sets
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import Card, Deck, Named
 from creak.model.constraints import Constraint, Fixed
 
 Held = tuple[int, tuple[int, ...], str]

@@ -11,8 +11,7 @@ from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.deck.cross_section import CrossSection, principal, rectangle, rectangle_torsion, tube
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
-from creak.formats.lsdyna.text.cards import EIGHTS, Card
-from creak.formats.lsdyna.text.deck import Deck
+from creak.formats.lsdyna.text.deck import EIGHTS, Card, Deck
 from creak.model.materials import BeamSection, Material, TrussSection
 
 INTEGRATED = (1, 4, 5, 9, 11)

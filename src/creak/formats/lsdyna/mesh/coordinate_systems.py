@@ -8,8 +8,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.lsdyna.mesh.nodes import Transforms
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named, once
+from creak.formats.lsdyna.text.deck import Card, Deck, Named, once
 
 Systems = dict[int, FloatArray]
 """Id -> (3, 3), columns are the axes."""

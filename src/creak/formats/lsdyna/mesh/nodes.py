@@ -9,8 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.formats.deck.refusals import referred
-from creak.formats.lsdyna.text.cards import Card, Shift
-from creak.formats.lsdyna.text.deck import Deck, once
+from creak.formats.lsdyna.text.deck import Card, Deck, Shift, once
 
 
 class Transforms:

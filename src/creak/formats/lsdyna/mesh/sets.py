@@ -12,11 +12,9 @@ import numpy as np
 from creak.arrays import IntArray
 from creak.errors import InputError
 from creak.formats.deck.parts import Group
-from creak.formats.lsdyna.text.cards import Card
-from creak.formats.lsdyna.text.deck import Deck, Named, once
+from creak.formats.lsdyna.text.deck import Card, Deck, Named, once
+from creak.model.faces import FACES, N_CORNER, SHELL_FACETS, face_numbers, solid_corners
 from creak.model.mesh import ElementBlock, Surface
-from creak.model.shell_facets import N_CORNER, SHELL_FACETS
-from creak.model.solid_faces import FACES, face_numbers, solid_corners
 
 MAX_LIST = 1_000_000
 """Ids of one set."""

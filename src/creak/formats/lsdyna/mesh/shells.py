@@ -11,10 +11,9 @@ from creak.errors import InputError
 from creak.formats.deck.text import Line
 from creak.formats.lsdyna.mesh.nodes import Transforms
 from creak.formats.lsdyna.sections.parts import PartCard, Properties
-from creak.formats.lsdyna.text.cards import EIGHTS, Block, Card
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import EIGHTS, Block, Card, Deck, Named
+from creak.model.faces import N_CORNER, normals_at_nodes
 from creak.model.materials import ShellSection
-from creak.model.shell_facets import N_CORNER, normals_at_nodes
 
 FORMULATIONS = {0, 1, 2, 3, 4, 6, 7, 8, 10, 11, 16, -16, 17, 18, 20, 21, 23, 24, 25, 26, 27, 98, 99}
 """ELFORM of structural shells with bending."""

@@ -5,8 +5,7 @@ from __future__ import annotations
 from creak.errors import InputError
 from creak.formats.lsdyna.mesh.nodes import Transforms
 from creak.formats.lsdyna.sections.parts import Properties
-from creak.formats.lsdyna.text.cards import EIGHTS, Card
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import EIGHTS, Card, Deck, Named
 from creak.model.materials import SolidSection
 
 FORMULATIONS = {0, 1, -1, 2, -2, 3, 4, 9, 10, 13, 15, 16, 17, 18, 60, 99, 115}

@@ -7,8 +7,7 @@ from dataclasses import replace
 from functools import partial
 
 from creak.formats.lsdyna.mesh.sets import Sets
-from creak.formats.lsdyna.text.cards import Block, Card
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import Block, Card, Deck, Named
 from creak.model.materials import (
     BeamSection,
     PointMass,

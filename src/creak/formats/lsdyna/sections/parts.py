@@ -9,8 +9,7 @@ from dataclasses import dataclass
 
 from creak.formats.deck.refusals import referred
 from creak.formats.deck.text import Line
-from creak.formats.lsdyna.text.cards import Block, Card
-from creak.formats.lsdyna.text.deck import Deck, Named, once
+from creak.formats.lsdyna.text.deck import Block, Card, Deck, Named, once
 from creak.model.materials import Material
 
 ELASTIC = {

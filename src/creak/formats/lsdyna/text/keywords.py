@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from creak.formats.deck.catalogue import Catalogue, Meaning, listed
-from creak.formats.lsdyna.text.cards import Block
-from creak.formats.lsdyna.text.deck import Deck, Named
+from creak.formats.lsdyna.text.deck import Block, Deck, Named
 
 CONTACT_PAIRS = (
     *("CONTACT_AUTOMATIC_SURFACE_TO_SURFACE", "CONTACT_SURFACE_TO_SURFACE"),

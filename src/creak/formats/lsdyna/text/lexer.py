@@ -14,7 +14,7 @@ from pathlib import Path
 from creak.errors import InputError
 from creak.formats.deck.expressions import ERRORS, FUNCTIONS, Functions, Value, error_word, value_of, whole
 from creak.formats.deck.text import IncludeBudget, Line, read_bytes, read_lines, refuse_loop
-from creak.formats.lsdyna.text.cards import KINDS, LONG, TENS, Block, Shift
+from creak.formats.lsdyna.text.deck import KINDS, LONG, TENS, Block, Shift
 from creak.formats.matrices.checks import field_value
 
 NAMES = frozenset(

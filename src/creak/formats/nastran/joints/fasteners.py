@@ -16,10 +16,9 @@ from creak.formats.nastran.sections.materials import Materials, damping
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, unique_cards
 from creak.model.constraints import Constraint, Equation, Fixed, RigidLink, rigid_at
+from creak.model.faces import FACES, SHELL_FACETS
 from creak.model.materials import Bushing, GeneralShell, Material, PointMass, ShellSection
 from creak.model.projection import nearest_points
-from creak.model.shell_facets import SHELL_FACETS
-from creak.model.solid_faces import FACES
 
 Patch = tuple[str, int, int]
 """PROP or ELEM and an id, or GRID, the element and its side."""

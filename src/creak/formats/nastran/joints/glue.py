@@ -22,12 +22,11 @@ from creak.formats.deck.tying import (
     ties_of,
 )
 from creak.formats.nastran.joints.region_pairs import RegionPair, glued_pairs
-from creak.formats.nastran.mesh.optistruct import surface_elements
-from creak.formats.nastran.mesh.sets import Faces, region
+from creak.formats.nastran.mesh.sets import Faces, region, surface_elements
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
 from creak.model.constraints import Constraint, Equation
-from creak.model.solid_faces import FACES, face_numbers, faces_of
+from creak.model.faces import FACES, face_numbers, faces_of
 
 CARDS = {
     *("BGSET", "BGADD", "BGPARM", "BCTABLE", "BCTABL1", "BCONECT", "BCONPRG", "BCBODY", "BCBODY1"),

@@ -15,9 +15,8 @@ from creak.formats.deck.refusals import referred
 from creak.formats.nastran.joints.gaps import read_gaps
 from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
 from creak.formats.nastran.loads.modal_damping import damping_table, points_of
-from creak.formats.nastran.loads.sets import READ, LoadSet, load_set
-from creak.formats.nastran.loads.static_loads import CARDS as OF_STATIC
-from creak.formats.nastran.loads.static_loads import by_value, subcase_loads
+from creak.formats.nastran.loads.sets import CARDS as OF_STATIC
+from creak.formats.nastran.loads.sets import READ, LoadSet, by_value, load_set, subcase_loads
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, unique_cards
 from creak.given import LARGEST

@@ -9,8 +9,8 @@ from creak.formats.nastran.sections.materials import Materials
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck, rows_with_middles, unique_cards
 from creak.model.dofs import TRANSLATIONS
+from creak.model.faces import HEX20, MIDDLES
 from creak.model.materials import AnisotropicMaterial, SheetMaterial, SolidSection
-from creak.model.solid_faces import HEX20, MIDDLES
 
 _KINDS = {
     "CHEXA": (("hex8", 8), ("hex20s", 20)),

@@ -11,8 +11,8 @@ from creak.errors import InputError
 from creak.formats.deck.parts import Group
 from creak.formats.nastran.text.bulk_data import Card, id_list, id_ranges
 from creak.formats.nastran.text.deck import Deck
+from creak.model.faces import SHELL_FACETS
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection
-from creak.model.shell_facets import SHELL_FACETS
 
 CARDS = ("NSM", "NSM1", "NSML", "NSML1")
 READ = {*CARDS, "NSMADD"}

@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
-from creak.formats.nastran.mesh.optistruct import ROW, bulk_sets
+from creak.formats.nastran.mesh.sets import ROW, bulk_sets
 from creak.formats.nastran.sections.materials import CONSISTENT, Materials, damping
 from creak.formats.nastran.text.bulk_data import Card, ids_among
 from creak.formats.nastran.text.deck import Deck

@@ -13,6 +13,7 @@ from creak.formats.nastran.mesh.solids import CARD_OF, NETWORKS, ORDER
 from creak.formats.nastran.write.equivalent import is_rod
 from creak.formats.nastran.write.fields import Field, card
 from creak.formats.nastran.write.properties import Properties
+from creak.model.faces import N_CORNER
 from creak.model.materials import (
     AnisotropicMaterial,
     AxialSpring,
@@ -25,7 +26,6 @@ from creak.model.materials import (
     Spring,
 )
 from creak.model.mesh import ElementBlock, Model
-from creak.model.shell_facets import N_CORNER
 
 _SHELLS = {"quad4": "CQUAD4", "tri3": "CTRIA3", "quad8": "CQUAD8", "tri6": "CTRIA6"}
 NORMAL = 1e-9

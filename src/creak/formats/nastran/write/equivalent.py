@@ -15,6 +15,7 @@ from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.sections.shells import is_directed
 from creak.formats.nastran.write.materials import SAME
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
+from creak.model.faces import SHELL_FACETS
 from creak.model.laminates import laminate
 from creak.model.materials import (
     AnisotropicMaterial,
@@ -28,7 +29,6 @@ from creak.model.materials import (
     Spring,
 )
 from creak.model.mesh import ElementBlock, Model, Own
-from creak.model.shell_facets import SHELL_FACETS
 
 ALONG_X = 1.7e-3
 """Sine of the angle to x below which a normal leaves no direction of x in the surface (0.1 degree)."""

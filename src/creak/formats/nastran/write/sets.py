@@ -12,8 +12,8 @@ from creak.arrays import IntArray
 from creak.formats.nastran.write.elements import is_matrix
 from creak.formats.nastran.write.fields import card
 from creak.formats.nastran.write.properties import Properties
+from creak.model.faces import FACES
 from creak.model.mesh import Model, Surface
-from creak.model.solid_faces import FACES
 from creak.words import first_few
 
 _NUMBER = re.compile(r"SET_([1-9][0-9]{0,7})")
