@@ -57,7 +57,12 @@ def open_doors(mesh_size: float, folder: Path, channels: Sequence[str]) -> Doors
     channels : names of those that the pre-check keeps; empty: not known.
     """
     setups = [set_up(read_study(_written(mesh_size, folder / "doors", merge))) for merge in (1, 2, 3)]
-    facts = _facts(mesh_size, setups[0])
+    setup = setups[0]
+    door = build_door(mesh_size)
+    sheets = {part: (s.young / 1e3, s.poisson, s.density * 1e12, s.thickness) for part, s in SHEETS.items()}
+    gap = float(np.median(setup.contacts.gap0)) if setup.contacts.m else float("nan")
+    held = {point: _held(setup, point) for point in POINTS}
+    facts = DoorFacts(sum(mass(door).values()), door.n_dof, gap, len(door.links), sheets, held)
     kept = np.flatnonzero(np.isin(setups[0].contacts.names, list(channels))) if channels else None
     return Doors(facts, setups[0], kept, {"M1": setups[1].model, "M2": setups[2].model})
 
@@ -67,14 +72,6 @@ def _written(mesh_size: float, folder: Path, merge: int) -> Path:
     if not (folder / "door.toml").exists():
         write_door(mesh_size, folder, merge)
     return folder / "door.toml"
-
-
-def _facts(mesh_size: float, setup: Setup) -> DoorFacts:
-    door = build_door(mesh_size)
-    sheets = {part: (s.young / 1e3, s.poisson, s.density * 1e12, s.thickness) for part, s in SHEETS.items()}
-    gap = float(np.median(setup.contacts.gap0)) if setup.contacts.m else float("nan")
-    held = {point: _held(setup, point) for point in POINTS}
-    return DoorFacts(sum(mass(door).values()), door.n_dof, gap, len(door.links), sheets, held)
 
 
 def _held(setup: Setup, point: str) -> str:

@@ -103,8 +103,21 @@ def mesh_text(model: Mesh) -> MeshText:
     """Points, cells and labels of a model."""
     head, labels = io.StringIO(), io.StringIO()
     head.write(f'<Piece NumberOfPoints="{model.nodes.count}" NumberOfCells="{model.n_elements}">\n')
-    _points(head, model)
-    _cells(head, model)
+    head.write("<Points>\n")
+    _array(head, "Points", model.nodes.coords.astype("<f8"))
+    head.write("</Points>\n")
+    blocks = model.blocks
+    sizes = [np.full(b.ids.size, b.nodes_idx.shape[1]) for b in blocks]
+    types = [np.full(b.ids.size, CELLS.get(b.kind, VERTEX if b.nodes_idx.shape[1] == 1 else LINE)) for b in blocks]
+    parts = [np.full(b.ids.size, b.part) for b in blocks]
+    head.write("<Cells>\n")
+    _array(head, "connectivity", _joined([b.nodes_idx.ravel() for b in blocks], "<i8"))
+    _array(head, "offsets", np.cumsum(_joined(sizes, "<i8")).astype("<i8"))
+    _array(head, "types", _joined(types, "u1"))
+    head.write("</Cells>\n<CellData>\n")
+    _array(head, "element", _joined([b.ids for b in blocks], "<i8"))
+    _array(head, "part", _joined(parts, "<i8"))
+    head.write("</CellData>\n")
     _array(labels, "node", model.nodes.ids.astype("<i8"))
     if model.nodes.instance:
         _array(labels, "instance", model.nodes.instance_idx.astype("<i8"))
@@ -128,27 +141,6 @@ def _write(
     for name, vector in vectors:
         _array(file, name, vector.astype("<f4"))
     file.write("</PointData>\n</Piece>\n</UnstructuredGrid>\n</VTKFile>\n")
-
-
-def _points(file: TextIO, model: Mesh) -> None:
-    file.write("<Points>\n")
-    _array(file, "Points", model.nodes.coords.astype("<f8"))
-    file.write("</Points>\n")
-
-
-def _cells(file: TextIO, model: Mesh) -> None:
-    blocks = model.blocks
-    sizes = [np.full(b.ids.size, b.nodes_idx.shape[1]) for b in blocks]
-    types = [np.full(b.ids.size, CELLS.get(b.kind, VERTEX if b.nodes_idx.shape[1] == 1 else LINE)) for b in blocks]
-    parts = [np.full(b.ids.size, b.part) for b in blocks]
-    file.write("<Cells>\n")
-    _array(file, "connectivity", _joined([b.nodes_idx.ravel() for b in blocks], "<i8"))
-    _array(file, "offsets", np.cumsum(_joined(sizes, "<i8")).astype("<i8"))
-    _array(file, "types", _joined(types, "u1"))
-    file.write("</Cells>\n<CellData>\n")
-    _array(file, "element", _joined([b.ids for b in blocks], "<i8"))
-    _array(file, "part", _joined(parts, "<i8"))
-    file.write("</CellData>\n")
 
 
 def _joined(arrays: list[np.ndarray], dtype: str) -> np.ndarray:

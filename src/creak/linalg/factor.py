@@ -159,19 +159,16 @@ class LaterFactor:
 
 class _DiagonalFactor:
     def __init__(self, A: Diagonal, definite: bool) -> None:
-        self._inverse = _inverted(A.d, definite)
+        d = A.d
+        bad = np.flatnonzero(d <= 0.0 if definite else d == 0.0)
+        if bad.size:
+            raise SingularMatrixError(int(bad[0]), f"diagonal matrix has pivot {d[bad[0]]:.3g} in row {bad[0]}")
+        self._inverse = 1.0 / d
         self.n_negative = int(np.count_nonzero(A.d < 0.0))
         self.memory = float(self._inverse.nbytes)
 
     def solve(self, b: FloatArray, out: FloatArray | None = None) -> FloatArray:
         return self._inverse * b if b.ndim == 1 else self._inverse[:, None] * b
-
-
-def _inverted(d: FloatArray, definite: bool) -> FloatArray:
-    bad = np.flatnonzero(d <= 0.0 if definite else d == 0.0)
-    if bad.size:
-        raise SingularMatrixError(int(bad[0]), f"diagonal matrix has pivot {d[bad[0]]:.3g} in row {bad[0]}")
-    return 1.0 / d
 
 
 class _CholeskyFactor:

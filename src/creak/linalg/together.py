@@ -63,7 +63,16 @@ class _Desk:
                 if not self.under_way:
                     return
                 asked, self.asked = dict(sorted(self.asked.items())), {}
-            solved = _block(solver, asked)
+            columns = [b.reshape(len(b), -1) for b in asked.values()]
+            B = np.empty((len(columns[0]), sum(c.shape[1] for c in columns)), order="F")
+            ends = np.cumsum([c.shape[1] for c in columns]).tolist()
+            for c, end in zip(columns, ends, strict=True):
+                B[:, end - c.shape[1] : end] = c
+            X = solver.solve(B)
+            parts = [X[:, end - c.shape[1] : end] for c, end in zip(columns, ends, strict=True)]
+            solved = {
+                k: np.ascontiguousarray(x.reshape(b.shape)) for (k, b), x in zip(asked.items(), parts, strict=True)
+            }
             counted(len(solved))
             with self.changed:
                 self.solved.update(solved)
@@ -130,15 +139,3 @@ def side_by_side(
             desk.give_up()
             raise
         return [future.result() for future in under_way]
-
-
-def _block(solver: Solver, asked: dict[int, FloatArray]) -> dict[int, FloatArray]:
-    """Solutions by the same numbers, solved for as one block."""
-    columns = [b.reshape(len(b), -1) for b in asked.values()]
-    B = np.empty((len(columns[0]), sum(c.shape[1] for c in columns)), order="F")
-    ends = np.cumsum([c.shape[1] for c in columns]).tolist()
-    for c, end in zip(columns, ends, strict=True):
-        B[:, end - c.shape[1] : end] = c
-    X = solver.solve(B)
-    parts = [X[:, end - c.shape[1] : end] for c, end in zip(columns, ends, strict=True)]
-    return {k: np.ascontiguousarray(x.reshape(b.shape)) for (k, b), x in zip(asked.items(), parts, strict=True)}

@@ -102,7 +102,17 @@ def _modes(
     system: System, f_max: float | None, count: int | None, free: bool, stiffness: Factor, progress: Progress | None
 ) -> Modes:
     if isinstance(system.K, Diagonal) and isinstance(system.M, Diagonal):
-        return _unit_modes(system.K.d, system.M.d, f_max, count)
+        m = system.M.d
+        omega2 = np.where(m > 0.0, system.K.d / np.where(m > 0.0, m, 1.0), np.inf)
+        order = np.argsort(omega2, kind="stable")
+        limit = np.inf if f_max is None else (2.0 * np.pi * f_max) ** 2
+        order = order[np.isfinite(omega2[order])]
+        kept = int(np.count_nonzero(omega2[order] <= limit)) if count is None else min(count, order.size)
+        beyond = float(omega2[order[kept]]) if kept < order.size else np.inf
+        order = order[:kept]
+        shapes = np.zeros((system.K.d.size, order.size))
+        shapes[order, np.arange(order.size)] = 1.0 / np.sqrt(m[order])
+        return Modes(omega2[order], shapes, 0.0, True, next_omega2=beyond)
 
     def report(done: int, total: int) -> None:
         if progress is not None:
@@ -111,20 +121,6 @@ def _modes(
     return lowest_modes(
         system.K, system.M, f_max=f_max, count=count, free=free, stiffness_factor=stiffness, progress=report
     )
-
-
-def _unit_modes(k: FloatArray, m: FloatArray, f_max: float | None, count: int | None) -> Modes:
-    """Modes of a System that is diagonal already: unit vectors."""
-    omega2 = np.where(m > 0.0, k / np.where(m > 0.0, m, 1.0), np.inf)
-    order = np.argsort(omega2, kind="stable")
-    limit = np.inf if f_max is None else (2.0 * np.pi * f_max) ** 2
-    order = order[np.isfinite(omega2[order])]
-    kept = int(np.count_nonzero(omega2[order] <= limit)) if count is None else min(count, order.size)
-    beyond = float(omega2[order[kept]]) if kept < order.size else np.inf
-    order = order[:kept]
-    shapes = np.zeros((k.size, order.size))
-    shapes[order, np.arange(order.size)] = 1.0 / np.sqrt(m[order])
-    return Modes(omega2[order], shapes, 0.0, True, next_omega2=beyond)
 
 
 class _ResidualSolver:

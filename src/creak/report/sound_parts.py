@@ -22,7 +22,7 @@ from creak.report.words.text import NONE, fixed, number, plural
 from creak.sound.forced import without_clicks
 from creak.sound.loudness import loudness
 from creak.sound.zwicker_tables import NAMES, RATE
-from creak.studies.findings.tree import Findings, FoundSound
+from creak.studies.findings.tree import Findings
 from creak.verify.events import Event
 
 MOST = 8
@@ -55,19 +55,15 @@ def players(result: Findings) -> list[str]:
     sound = result.sound
     if sound is None:
         return []
-    shown = _window(result, sound)
+    first, last = (round(t * RATE) for t in result.window)
+    last = min(last, first + round(LONGEST * RATE), sound.pressure.shape[1])
+    shown = without_clicks(sound.pressure[:, min(first, last - 2) : last].astype(np.float64), RATE)
     shown = np.vstack([shown[:-1][:MOST], shown[-1:]])
     peak = float(np.abs(shown).max(initial=0.0))
     if peak == 0.0:
         return []
     parts = next((n for n, most in SLOWER if sound.band.high <= most), 1)
     return [_uri(QUIET * x / peak, RATE, parts) for x in shown]
-
-
-def _window(result: Findings, sound: FoundSound) -> FloatArray:
-    first, last = (round(t * RATE) for t in result.window)
-    last = min(last, first + round(LONGEST * RATE), sound.pressure.shape[1])
-    return without_clicks(sound.pressure[:, min(first, last - 2) : last].astype(np.float64), RATE)
 
 
 def _uri(x: FloatArray, rate: float, parts: int) -> str:

@@ -152,7 +152,17 @@ class Table(Signal):
 
     def motion(self, t: FloatArray, order: int) -> Motion:
         if order == 2:
-            return _integrated_table(self, t)
+            # Exact integrals of the piecewise linear acceleration, constant before the first and after the last row.
+            knots = np.union1d(np.union1d(self.time, t), [0.0])
+            a = np.interp(knots, self.time, self.value)
+            h = np.diff(knots)
+            v = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[:-1] + a[1:]))])
+            u = np.concatenate([[0.0], np.cumsum(h * v[:-1] + h**2 * (a[:-1] / 3.0 + a[1:] / 6.0))])
+            start = int(np.searchsorted(knots, 0.0))
+            u = u - u[start] - v[start] * (knots - knots[start])
+            v = v - v[start]
+            at = np.searchsorted(knots, t)
+            return Motion(u[at], v[at], a[at])
         if order == 1 or self.rounding is not None:
             return Rounded(self.time, self.value, self.rounding or 0.0).motion(t, order)
         if self.time.size == 1:
@@ -242,20 +252,6 @@ def acceleration_motion(signal: Signal, t: FloatArray) -> Motion:
 def _checked(signal: Signal) -> Signal:
     of_kind(signal, Signal, "signal", A_SIGNAL)
     return signal
-
-
-def _integrated_table(table: Table, t: FloatArray) -> Motion:
-    """Exact integrals of the piecewise linear acceleration, constant before the first and after the last row."""
-    knots = np.union1d(np.union1d(table.time, t), [0.0])
-    a = np.interp(knots, table.time, table.value)
-    h = np.diff(knots)
-    v = np.concatenate([[0.0], np.cumsum(0.5 * h * (a[:-1] + a[1:]))])
-    u = np.concatenate([[0.0], np.cumsum(h * v[:-1] + h**2 * (a[:-1] / 3.0 + a[1:] / 6.0))])
-    start = int(np.searchsorted(knots, 0.0))
-    u = u - u[start] - v[start] * (knots - knots[start])
-    v = v - v[start]
-    at = np.searchsorted(knots, t)
-    return Motion(u[at], v[at], a[at])
 
 
 def smooth_table(time: FloatArray, value: FloatArray) -> CubicHermiteSpline:

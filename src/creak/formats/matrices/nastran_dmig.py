@@ -73,7 +73,16 @@ def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:
             continue
         name = card.text(0).upper()
         if card.integer(1) == 0:
-            found[name] = _header(card, name)
+            form, kind = card.integer(2), card.integer(3)
+            if name in {*STIFFNESS, *MASS, *DAMPING, *STRUCTURAL} and (
+                form not in (SQUARE, SYMMETRIC) or kind not in (1, 2)
+            ):
+                raise InputError(
+                    f"DMIG {name} has form {form} and type {kind}",
+                    where=card.where,
+                    expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)",
+                )
+            found[name] = Dmig(form, kind, card.where)
         elif name not in found:
             raise InputError(
                 f"a column of DMIG {name} comes before its header",
@@ -83,17 +92,6 @@ def dmig_matrices(cards: Iterable[Card]) -> dict[str, Dmig]:
         else:
             _add_column(found[name], card, name)
     return found
-
-
-def _header(card: Card, name: str) -> Dmig:
-    form, kind = card.integer(2), card.integer(3)
-    if name in {*STIFFNESS, *MASS, *DAMPING, *STRUCTURAL} and (form not in (SQUARE, SYMMETRIC) or kind not in (1, 2)):
-        raise InputError(
-            f"DMIG {name} has form {form} and type {kind}",
-            where=card.where,
-            expected="form 6 or 1 (symmetric, square) and type 1 or 2 (real)",
-        )
-    return Dmig(form, kind, card.where)
 
 
 def _add_column(matrix: Dmig, card: Card, name: str) -> None:

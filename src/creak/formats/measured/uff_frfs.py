@@ -139,7 +139,8 @@ def _coherence(f: MeasuredFunction, x: FloatArray) -> FloatArray:
 
 def _units(f: MeasuredFunction, told: tuple[float, float] | None, notes: list[str]) -> tuple[int, float | None]:
     """What is measured, and the factor that brings it to m, s and N; None: the file tells no units."""
-    motion, force = _labels(f)
+    words = _words(f)
+    motion, force = MOTIONS.get(words[0]), NEWTONS.get(words[1])
     if f.ordinate.kind == UNKNOWN and motion is None:
         raise InputError(
             f"a frequency response that does not tell what was measured (its unit is {f.ordinate.unit!r})",
@@ -174,12 +175,6 @@ def _units(f: MeasuredFunction, told: tuple[float, float] | None, notes: list[st
                 fix="Correct the one that is wrong: values are divided by these factors to be in m and N.",
             )
     return order, told[1] / told[0]
-
-
-def _labels(f: MeasuredFunction) -> tuple[tuple[int, float] | None, float | None]:
-    """Motion and force by the units written beside the axes, each None where no unit that is known is there."""
-    motion, force = _words(f)
-    return MOTIONS.get(motion), NEWTONS.get(force)
 
 
 def _words(f: MeasuredFunction) -> tuple[str, str]:

@@ -148,11 +148,6 @@ def _deck(source: DeckFile, path: str, own_run: bool) -> tuple[Deck, list[Perman
     case = read_case_control(source.executive, source.case, own_run)
     params = {card.text(0).upper(): card for card in by_name.get("PARAM", [])}
     deck = Deck(by_name, case, systems, grids, params, list(case.unread))
-    _list_sections(deck, source)
-    return deck, permanent
-
-
-def _list_sections(deck: Deck, source: DeckFile) -> None:
     for line in source.others:
         why = "creak reads the residual structure; read each superelement's bulk data as a deck of its own"
         deck.unread.append(Unread(line.text, line.where, True, why))
@@ -161,3 +156,4 @@ def _list_sections(deck: Deck, source: DeckFile) -> None:
     if source.unended:
         why = f"it is missing: the deck was read to the end of the file, where {source.unended} is the last card"
         deck.unread.append(Unread("ENDDATA", source.last, False, why))
+    return deck, permanent

@@ -7,7 +7,6 @@ import struct
 import zipfile
 import zlib
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 from numpy.lib import format as npy
@@ -53,7 +52,10 @@ def read_arrays(path: Path) -> dict[str, NDArray]:
 
 def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray:
     with archive.open(info) as file:
-        shape, fortran, dtype = _header(file)
+        version = npy.read_magic(file)
+        if version not in HEADERS:
+            raise Damaged("an array has a header of another version")
+        shape, fortran, dtype = HEADERS[version](file)
         if dtype.kind not in KINDS or dtype.hasobject:
             raise Damaged(f"the array {info.filename[:60]} holds {dtype.name[:60]}, not numbers")
         size = math.prod(shape) * dtype.itemsize
@@ -62,11 +64,3 @@ def _array(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> NDArray:
             raise Damaged(f"the array {info.filename[:60]} is not as long as it says")
         data = file.read()
     return np.frombuffer(data, dtype).reshape(shape, order="F" if fortran else "C").copy()
-
-
-def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype]:
-    version = npy.read_magic(file)
-    if version not in HEADERS:
-        raise Damaged("an array has a header of another version")
-    shape, fortran, dtype = HEADERS[version](file)
-    return shape, fortran, dtype

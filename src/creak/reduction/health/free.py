@@ -3,7 +3,7 @@ estimate and a bound that always holds."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -219,7 +219,7 @@ def _own_modes(full: System, count: int, rigid: int, progress: Progress | None) 
     ----------
     rigid : how many of the superelement are: a part of several loose pieces has more than `RIGID_MODES`.
     """
-    stage = _stage(progress, "free modes of the full part")
+    stage = None if progress is None else lambda done, total: progress("free modes of the full part", done, total)
     # A dof of a shared reference node may have neither stiffness nor mass in this part.
     used = np.flatnonzero(np.diff(sp.csr_matrix(full.K).indptr) + np.diff(sp.csr_matrix(full.M).indptr))
     K, M = (sp.csr_matrix(A)[used][:, used] for A in (full.K, full.M))
@@ -269,7 +269,3 @@ def _usable(f: FloatArray, error: FloatArray, limit: float, cut: float, more: bo
     if bad.size:
         return float((f[bad] / (1.0 + error[bad])).min())
     return float(f[-1]) if more else float(hertz(np.array(cut)))
-
-
-def _stage(progress: Progress | None, stage: str) -> Callable[[int, int], None] | None:
-    return None if progress is None else lambda done, total: progress(stage, done, total)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.sparse as sp
 
-from creak.arrays import FloatArray, IntArray, Matrix
+from creak.arrays import IntArray, Matrix
 from creak.errors import InputError
 from creak.model.faces import FACES, MIDDLES, N_CORNER, SHELL_FACETS, sides_of_shells, solid_corners
 from creak.model.mesh import Model
@@ -67,7 +67,12 @@ def interface_graph(model: Model, nodes_idx: IntArray) -> Matrix:
     pairs = np.unique(np.vstack([np.zeros((0, 2), dtype=np.int64), *found]), axis=0)
     a, b = pairs.T
     coords = model.nodes.coords[nodes_idx]
-    return _symmetric(a, b, np.linalg.norm(coords[a] - coords[b], axis=1), n)
+    length = np.linalg.norm(coords[a] - coords[b], axis=1)
+    length = np.maximum(length, SHORTEST * length.max(initial=0.0))
+    ends = np.concatenate([a, b]), np.concatenate([b, a])
+    graph = sp.csr_matrix((np.concatenate([length, length]), ends), shape=(n, n))
+    graph.sort_indices()
+    return graph
 
 
 def _edges(elements: IntArray, kind: str, place: IntArray) -> IntArray:
@@ -75,11 +80,3 @@ def _edges(elements: IntArray, kind: str, place: IntArray) -> IntArray:
     pairs = place[elements][:, np.array(EDGES[kind])].reshape(-1, 2)
     inside = (pairs >= 0).all(axis=1) & (pairs[:, 0] != pairs[:, 1])
     return np.sort(pairs[inside], axis=1)
-
-
-def _symmetric(a: IntArray, b: IntArray, length: FloatArray, n: int) -> Matrix:
-    length = np.maximum(length, SHORTEST * length.max(initial=0.0))
-    ends = np.concatenate([a, b]), np.concatenate([b, a])
-    graph = sp.csr_matrix((np.concatenate([length, length]), ends), shape=(n, n))
-    graph.sort_indices()
-    return graph

@@ -100,7 +100,14 @@ def contact_picture(model: Mesh, loaded: Loaded, outward: FloatArray) -> bytes |
         _draw_mesh(ax, model, facets, view, ("#d9dee3", "#e6e2da"))
         _draw_loaded(ax, model, view, loaded, scale)
     _name_hardest(axes[1], model, views[1], loaded)
-    _colour_bar(fig, loaded, scale)
+    height = fig.get_size_inches()[1]
+    bar = fig.add_axes((0.36, 0.22 / height, 0.28, 0.11 / height))
+    bar.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap=_scale_colours(), extent=(0.0, scale, 0.0, 1.0))
+    bar.set_yticks([])
+    bar.locator_params(axis="x", nbins=5)
+    bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
+    fig.text(0.35, 0.275 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
+    fig.text(0.65, 0.275 / height, "open: never touched", ha="left", va="center", fontsize=9, color=MUTED)
     return _png(fig)
 
 
@@ -296,17 +303,6 @@ def _name_hardest(ax: Axes, model: Mesh, view: View, loaded: Loaded) -> None:
         bbox={"boxstyle": "round,pad=0.3", "fc": "white", "ec": MUTED, "lw": 0.6},
         arrowprops={"arrowstyle": "-", "color": INK, "lw": 0.8},
     )
-
-
-def _colour_bar(fig: Figure, loaded: Loaded, scale: float) -> None:
-    height = fig.get_size_inches()[1]
-    bar = fig.add_axes((0.36, 0.22 / height, 0.28, 0.11 / height))
-    bar.imshow(np.linspace(0.0, 1.0, 256)[None, :], aspect="auto", cmap=_scale_colours(), extent=(0.0, scale, 0.0, 1.0))
-    bar.set_yticks([])
-    bar.locator_params(axis="x", nbins=5)
-    bar.tick_params(labelsize=8, length=2, colors=MUTED, pad=1)
-    fig.text(0.35, 0.275 / height, loaded.label, ha="right", va="center", fontsize=9, color=INK)
-    fig.text(0.65, 0.275 / height, "open: never touched", ha="left", va="center", fontsize=9, color=MUTED)
 
 
 def _mark_handles(marks: Sequence[Marks]) -> list[Line2D]:

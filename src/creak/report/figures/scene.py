@@ -62,7 +62,10 @@ def scene(result: Findings, drawn: Drawn) -> dict[str, Any] | None:
 
 def drawn_surface(xyz: FloatArray, ids: IntArray, triangles: IntArray, edges: IntArray) -> dict[str, Any]:
     """Points (n, 3) with their labels, and the triangles and edges on them, as the viewer takes them."""
-    points, centre, scale = _quantised(xyz)
+    # Points as 16-bit numbers: centre + scale * number.
+    low, high = xyz.min(axis=0), xyz.max(axis=0)
+    centre, scale = 0.5 * (low + high), float((high - low).max()) / (2 * LIMIT)
+    points = np.round((xyz - centre) / scale).astype(np.int16)
     return {
         "points": _text(points),
         "centre": centre.tolist(),
@@ -221,13 +224,6 @@ def _place(place: Place, surface: Surface) -> dict[str, Any]:
         "at": int(surface.rows(np.array([place.node_idx]))[0]),
         "nodes": surface.rows(place.nodes_idx).tolist(),
     }
-
-
-def _quantised(xyz: FloatArray) -> tuple[IntArray, FloatArray, float]:
-    """Points as 16-bit numbers: centre + scale * number."""
-    low, high = xyz.min(axis=0), xyz.max(axis=0)
-    centre, scale = 0.5 * (low + high), float((high - low).max()) / (2 * LIMIT)
-    return np.round((xyz - centre) / scale).astype(np.int16), centre, scale
 
 
 def _text(values: Any) -> str:

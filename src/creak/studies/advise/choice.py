@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -86,7 +86,9 @@ class Choice:
 def choose(own: Settings, facts: Facts) -> Choice:
     """Settings for a study; what it has already is kept where it is good enough."""
     time, units = own.time, UNITS[own.reduction.driving.units]
-    step = _step(time.step, facts.steps)
+    # The study's own step where it is short enough, else the longest that is.
+    fine = [s for s in facts.steps if s.per_period >= PER_PERIOD * 0.999]
+    step = next((s for s in fine if abs(s.step / time.step - 1.0) < 1e-6), fine[0])
     option, why = _option(own, facts, step)
     substeps = max(time.substeps, min(substeps_for(step.step, step.fixed), MOST_SUBSTEPS))
     if time.exact:
@@ -107,12 +109,6 @@ def choose(own: Settings, facts: Facts) -> Choice:
     changes = _changes(own, option, step, substeps)
     warnings = words.warnings(own.precheck.words(units.length), units.length, facts, option)
     return Choice(facts, option, time.exact, step, substeps, tuple(changes), tuple(because), tuple(warnings))
-
-
-def _step(own: float, steps: Sequence[StepAdvice]) -> StepAdvice:
-    """The study's own (s) where it is short enough, else the longest that is."""
-    fine = [s for s in steps if s.per_period >= PER_PERIOD * 0.999]
-    return next((s for s in fine if abs(s.step / own - 1.0) < 1e-6), fine[0])
 
 
 def _option(own: Settings, facts: Facts, step: StepAdvice) -> tuple[Option | None, str]:

@@ -104,17 +104,13 @@ def _heated(model: Model, heat: Heat) -> Iterator[tuple[ElementBlock, FloatArray
     """Blocks that expand, with the rise (n_elem, n_node_per_element) at their nodes."""
     for block in model.blocks:
         if expands(block.kind, block.section):
-            rise = _rise(block, heat)
+            # nan where there is a temperature, and none without strain; 0 where there is no temperature.
+            own = expansion_of(block.section).reference
+            material = heat.otherwise if own is None else np.full(heat.value.size, own)
+            rise = heat.value - np.where(np.isnan(heat.reference), material, heat.reference)
+            rise = np.where(np.isnan(heat.value), 0.0, rise)[block.nodes_idx]
             if rise.any():
                 yield block, rise
-
-
-def _rise(block: ElementBlock, heat: Heat) -> FloatArray:
-    """nan where there is a temperature, and none without strain; 0 where there is no temperature."""
-    own = expansion_of(block.section).reference
-    material = heat.otherwise if own is None else np.full(heat.value.size, own)
-    rise = heat.value - np.where(np.isnan(heat.reference), material, heat.reference)
-    return np.where(np.isnan(heat.value), 0.0, rise)[block.nodes_idx]
 
 
 def check_heat(model: Model, driving: Driving, superelements: bool) -> list[str]:

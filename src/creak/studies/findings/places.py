@@ -104,7 +104,14 @@ def _find(scope: Scope, run: Run) -> tuple[Place, ...]:
     touched = np.flatnonzero((h.force[inside] > 0.0).any(axis=0)).astype(np.int64)
     if not touched.size:
         return ()
-    patch = _patches(scope.model, gaps, touched)
+    model = scope.model
+    group = np.unique(np.array(gaps.group, dtype=object)[touched].astype(str), return_inverse=True)[1]
+    nodes = gaps.nodes_idx[touched]
+    pairs = np.concatenate([_close(model.nodes.coords[nodes], near(model)), _of_one_element(model, nodes)])
+    pairs = pairs[group[pairs[:, 0]] == group[pairs[:, 1]]]
+    n = touched.size
+    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
+    patch = np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
     every = [touched[patch == p] for p in np.unique(patch).tolist()]
     slips, places = _slips(run, window, touched, patch), []
     at_each = events_at(every, scope, gaps, h)
@@ -179,17 +186,6 @@ def place_of(places: tuple[Place, ...], event: Event) -> Place | None:
 def near(model: Mesh) -> float:
     """Distance up to which touched channels are neighbours, length."""
     return NEAR * float(np.linalg.norm(np.ptp(model.nodes.coords, axis=0)))
-
-
-def _patches(model: Mesh, gaps: GapOperator, touched: IntArray) -> IntArray:
-    """(n_touched,) number of the patch of each channel."""
-    group = np.unique(np.array(gaps.group, dtype=object)[touched].astype(str), return_inverse=True)[1]
-    nodes = gaps.nodes_idx[touched]
-    pairs = np.concatenate([_close(model.nodes.coords[nodes], near(model)), _of_one_element(model, nodes)])
-    pairs = pairs[group[pairs[:, 0]] == group[pairs[:, 1]]]
-    n = touched.size
-    graph = sp.coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(n, n))
-    return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
 def _close(xyz: FloatArray, distance: float) -> IntArray:

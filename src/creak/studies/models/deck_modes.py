@@ -342,17 +342,13 @@ def deck_matrices(model: Model) -> tuple[Superelement, str]:
         raise InputError("nothing is free to move: the matrices are empty", where=model.source, fix="Free some dofs.")
     numbered, note = model, ""
     if np.unique(model.nodes.ids).size < model.nodes.count:
-        numbered, note = _by_instance(model)
+        nodes = model.nodes
+        block = 10 ** len(str(int(nodes.ids.max())))
+        told = ", ".join(f"{block * (k + 1):,} + label are of {name}" for k, name in enumerate(nodes.instance))
+        ids = nodes.ids + block * (nodes.instance_idx + 1)
+        numbered = replace(model, nodes=replace(nodes, ids=ids))
+        note = f"instances share labels, so nodes have numbers: {told}"
     return named_rows(system, Path(model.source).stem, numbered), note
-
-
-def _by_instance(model: Model) -> tuple[Model, str]:
-    """Nodes whose labels instances share, numbered by instance and label; and a note that tells how."""
-    nodes = model.nodes
-    block = 10 ** len(str(int(nodes.ids.max())))
-    told = ", ".join(f"{block * (k + 1):,} + label are of {name}" for k, name in enumerate(nodes.instance))
-    ids = nodes.ids + block * (nodes.instance_idx + 1)
-    return replace(model, nodes=replace(nodes, ids=ids)), f"instances share labels, so nodes have numbers: {told}"
 
 
 def named_rows(system: System, name: str, model: Model) -> Superelement:

@@ -320,7 +320,12 @@ def _warped(model: Model) -> list[str]:
     worst, count, label = WARPED, 0, 0
     for block in model.blocks:
         if block.kind == "quad4":
-            warp = _warp(model.nodes.coords[block.nodes_idx])
+            # Distance of the corners from their mean plane over the root of the area.
+            corners = model.nodes.coords[block.nodes_idx]
+            normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+            area = np.linalg.norm(normal, axis=1)
+            off = 0.25 * np.einsum("nk,nk->n", corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3], normal)
+            warp = np.divide(np.abs(off), area**1.5, out=np.zeros_like(area), where=area > 0.0)
             count += int((warp > WARPED).sum())
             if warp.max() > worst:
                 worst, label = float(warp.max()), int(block.ids[warp.argmax()])
@@ -330,11 +335,3 @@ def _warped(model: Model) -> list[str]:
         f"{count} four-node shell(s) are strongly warped, the worst is element {label}: its corners lie "
         f"{100.0 * worst:.2g} % of its size off their mean plane; look at its nodes, or divide it into triangles"
     ]
-
-
-def _warp(corners: FloatArray) -> FloatArray:
-    """(n,) distance of the four corners (n, 4, 3) from their mean plane over the root of the area; 0 without area."""
-    normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    area = np.linalg.norm(normal, axis=1)
-    off = 0.25 * np.einsum("nk,nk->n", corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3], normal)
-    return np.divide(np.abs(off), area**1.5, out=np.zeros_like(area), where=area > 0.0)

@@ -94,27 +94,22 @@ def run_batch(batch: Batch) -> Marched:
 def _model(batch: Batch) -> tuple[SharedModel, GapOperator]:
     if batch.id not in _made:
         _made.clear()
-        _check(batch)
+        host = socket.gethostname()
+        if batch.creak != version():
+            raise InputError(
+                f"the worker on {host} has creak {version()}, the draws were made with {batch.creak}",
+                fix="Install the same version everywhere.",
+            )
+        if digests_of(batch.study) != batch.files:
+            raise InputError(
+                f"the worker on {host} does not see the deck and the tables of {batch.study.path} as they were",
+                expected="study, deck and tables under the same path on all machines",
+                fix="Put them into a folder that all workers share.",
+            )
         setup = set_up(batch.study)
         channels = join([setup.contacts, setup.connectors])
         _made[batch.id] = shared_model(setup, batch.of, silent, batch.store), channels
     return _made[batch.id]
-
-
-def _check(batch: Batch) -> None:
-    """Raise InputError where this machine has another creak, or other files, than the draws were made with."""
-    host = socket.gethostname()
-    if batch.creak != version():
-        raise InputError(
-            f"the worker on {host} has creak {version()}, the draws were made with {batch.creak}",
-            fix="Install the same version everywhere.",
-        )
-    if digests_of(batch.study) != batch.files:
-        raise InputError(
-            f"the worker on {host} does not see the deck and the tables of {batch.study.path} as they were",
-            expected="study, deck and tables under the same path on all machines",
-            fix="Put them into a folder that all workers share.",
-        )
 
 
 def march_batches(runner: Runner, work: Sequence[Batch]) -> Iterator[tuple[int, FloatArray]]:

@@ -38,7 +38,11 @@ def read_couplings(
     for scope, block in deck.blocks("KINEMATIC COUPLING"):
         for found in _kinematic_coupling(scope, block, nodes):
             result += _along_axes(found, constant_axes(deck, scope, block, place.orientations), place)
-            _note_transformed(deck, block, found, place)
+            if place.transforms.touched(found.nodes_idx) and any(
+                0 < len(set(g) & set(found.dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))
+            ):
+                why = "creak takes its directions as global, though some of its nodes have a *TRANSFORM"
+                deck.note(block, why, changes=True, what=f"*{block.name} on transformed nodes")
     for scope, block in deck.blocks("DISTRIBUTING COUPLING"):
         result += _distributing_elements(scope, block, elements, nodes, element_names)
     for scope, block in deck.blocks("RIGID BODY"):
@@ -83,12 +87,6 @@ def _one_direction(node: int, ref: int, e: FloatArray, lever: FloatArray, turn: 
     kept = [t for t in terms if abs(t[2]) > 1e-14]
     nodes_idx, dofs = (np.array([t[k] for t in kept], dtype=np.int64) for k in (0, 1))
     return Equation(nodes_idx, dofs, np.array([t[2] for t in kept]), where)
-
-
-def _note_transformed(deck: Outline, block: Block, c: KinematicCoupling, place: Placement) -> None:
-    if place.transforms.touched(c.nodes_idx) and any(0 < len(set(g) & set(c.dofs)) < 3 for g in ((1, 2, 3), (4, 5, 6))):
-        why = "creak takes its directions as global, though some of its nodes have a *TRANSFORM"
-        deck.note(block, why, changes=True, what=f"*{block.name} on transformed nodes")
 
 
 def _distributing_elements(

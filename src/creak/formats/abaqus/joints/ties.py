@@ -108,7 +108,15 @@ def _tie_pair(source: _Source, scope: Scope, block: Block, fields: list[str], wh
     main = _main_surface(other, source, block, where)
     if block.has("NO THICKNESS"):
         main = replace(main, sheets=0.0 * main.sheets)
-    found = _search(source, scope, block, secondary, main, where)
+    rows, tolerance = secondary.nodes_idx, _tolerance(block, main)
+    if block.has("TIED NSET"):
+        rows = rows[np.isin(rows, source.names.find(block.need("TIED NSET"), scope.name, where))]
+        tolerance = np.inf
+    shared = np.isin(rows, main.nodes_idx)
+    rows = rows[~shared]
+    sheets = _sheets(secondary.element_rows, source.assigned) * (not block.has("NO THICKNESS"))
+    skins = skins_of(secondary.corners, sheets, source.nodes.coords).at(rows)
+    found = _Search(meet(source.nodes.coords[rows], rows, skins, main, tolerance), int(shared.sum()))
     if not found.met.tied.any():
         raise _nothing_tied(block, secondary, other, found, where)
     _note_untied(source, block, secondary, other, found)
@@ -125,20 +133,6 @@ def _surface(source: _Source, name: str, scope: Scope, block: Block, where: str)
             fix=suggest(name, with_short_names(source.surfaces, source.deck.instances)),
         )
     return surface
-
-
-def _search(
-    source: _Source, scope: Scope, block: Block, secondary: RawSurface, main: MainSurface, where: str
-) -> _Search:
-    rows, tolerance = secondary.nodes_idx, _tolerance(block, main)
-    if block.has("TIED NSET"):
-        rows = rows[np.isin(rows, source.names.find(block.need("TIED NSET"), scope.name, where))]
-        tolerance = np.inf
-    shared = np.isin(rows, main.nodes_idx)
-    rows = rows[~shared]
-    sheets = _sheets(secondary.element_rows, source.assigned) * (not block.has("NO THICKNESS"))
-    skins = skins_of(secondary.corners, sheets, source.nodes.coords).at(rows)
-    return _Search(meet(source.nodes.coords[rows], rows, skins, main, tolerance), int(shared.sum()))
 
 
 def _note_untied(source: _Source, block: Block, secondary: RawSurface, main: RawSurface, found: _Search) -> None:

@@ -61,7 +61,13 @@ def _scope_nodes(deck: Outline, scope: Scope, tables: dict[int, _Table]) -> tupl
     for block in blocks:
         if id(block) not in tables:
             tables[id(block)] = _placed(_node_table(block), block, systems[id(block)])
-            _list_normals(deck, block, tables[id(block)])
+            if tables[id(block)].has_normals:
+                deck.note(
+                    block,
+                    "creak computes shell normals from the mesh and does not read normals at nodes",
+                    changes=True,
+                    what="*NODE, normals",
+                )
     if not blocks:
         return np.zeros(0, np.int64), np.zeros((0, 3))
     ids = np.concatenate([tables[id(b)].ids for b in blocks])
@@ -188,16 +194,6 @@ def _node_table_by_line(block: Block) -> _Table:
         normals = normals or any(fields[4:])
     xyz_table = np.array(coords, dtype=np.float64).reshape(-1, 3)
     return _Table(np.array(ids, np.int64), xyz_table, np.array(codes, np.int64), normals)
-
-
-def _list_normals(deck: Outline, block: Block, table: _Table) -> None:
-    if table.has_normals:
-        deck.note(
-            block,
-            "creak computes shell normals from the mesh and does not read normals at nodes",
-            changes=True,
-            what="*NODE, normals",
-        )
 
 
 def _name_sets(scope: Scope, tables: dict[int, _Table], registry: Registry) -> None:

@@ -108,9 +108,9 @@ def attach(node_part: IntArray, constraints: list[Constraint]) -> None:
     while changed:
         changed = False
         for c in couplings:
-            part = _single(node_part[c.nodes_idx])
-            if node_part[c.ref_idx] < 0 and part >= 0:
-                node_part[c.ref_idx] = part
+            parts = node_part[c.nodes_idx]
+            if node_part[c.ref_idx] < 0 and parts[0] >= 0 and (parts == parts[0]).all():
+                node_part[c.ref_idx] = parts[0]
                 changed = True
         if not changed:
             changed = _attach_hanging(node_part, couplings, links)
@@ -131,12 +131,6 @@ def _attach_hanging(
     for node, part in found.items():
         node_part[node] = part
     return bool(found)
-
-
-def _single(parts: IntArray) -> int:
-    """The one part of all nodes, or -1."""
-    first = int(parts[0])
-    return first if bool((parts == first).all()) else -1
 
 
 def _point_parts(elements: Elements, constraints: list[Constraint], node_part: IntArray, n_parts: int) -> int:

@@ -162,7 +162,15 @@ class _Lexer:
                 self._data(line, base | k)
             elif not line.startswith("**"):
                 code = base | k
-                line, k = _with_continuation(line, lines, k)
+                while line.endswith(",") and k < len(lines):
+                    following = lines[k].strip()
+                    if following.startswith("**"):
+                        k += 1
+                        continue
+                    if following.startswith("*") or not following:
+                        break
+                    line += following
+                    k += 1
                 self._keyword(line, code, path)
 
     def _data(self, line: str, code: int) -> None:
@@ -202,20 +210,6 @@ class _Lexer:
         name = block.need("INPUT").replace("\\", "/")
         found, at_deck = path.parent / name, self.open_files[0].parent / name
         return at_deck if os.path.exists(at_deck) and not os.path.exists(found) else found
-
-
-def _with_continuation(line: str, lines: list[str], k: int) -> tuple[str, int]:
-    """Join the lines of a keyword line that ends in a comma; returns the line and the next index."""
-    while line.endswith(",") and k < len(lines):
-        following = lines[k].strip()
-        if following.startswith("**"):
-            k += 1
-            continue
-        if following.startswith("*") or not following:
-            break
-        line += following
-        k += 1
-    return line, k
 
 
 _USE = re.compile(r"<\s*([A-Za-z_]\w{0,79})\s*>")

@@ -168,7 +168,13 @@ def _general_shell(section: GeneralShell, elset: str, materials: Materials, also
     """Of plies where they are known, else by its stiffness."""
     total = sum(p.thickness for p in section.plies)
     if not section.plies:
-        return _by_stiffness(section, elset, also)
+        if section.offset or section.alpha or section.beta:
+            raise unwritable(
+                f"shell section {section.name!r}", "its plies are not known, and it has an offset or damping"
+            )
+        full = np.block([[section.A, section.B], [section.B.T, section.D]])
+        head = f"*SHELL GENERAL SECTION, ELSET={elset}, DENSITY={number(section.mass)}{also}"
+        return [head, *listed([number(v) for v in triangle(full)]), *_shear_lines(section.S)]
     guess = -(section.bottom + 0.5 * total) / total
     offset = 0.0
     if section.bottom != -0.5 * total:
@@ -179,14 +185,6 @@ def _general_shell(section: GeneralShell, elset: str, materials: Materials, also
         degrees = inverted(math.radians, p.angle, math.degrees(p.angle))
         lines.append(f"{number(p.thickness)}, 3, {quoted(materials.name(p.material))}, {number(degrees)}")
     return lines if np.array_equal(shear, section.S) else [*lines, *_shear_lines(section.S)]
-
-
-def _by_stiffness(section: GeneralShell, elset: str, also: str) -> list[str]:
-    if section.offset or section.alpha or section.beta:
-        raise unwritable(f"shell section {section.name!r}", "its plies are not known, and it has an offset or damping")
-    full = np.block([[section.A, section.B], [section.B.T, section.D]])
-    head = f"*SHELL GENERAL SECTION, ELSET={elset}, DENSITY={number(section.mass)}{also}"
-    return [head, *listed([number(v) for v in triangle(full)]), *_shear_lines(section.S)]
 
 
 def _shear_lines(S: FloatArray) -> list[str]:

@@ -59,14 +59,16 @@ def described_contact(
         with noted(flaws):
             cards = _cards(named)
             law = _law(cards, flaws)
-            kinds = _kinds(cards[0], named)
+            card = cards[0]
+            kinds = card.integer(2, 4 if "NODES" in named.block.name else 0), card.integer(3, 0)
             if not cards[0].integer(1) or ALL in kinds:
                 everywhere = _all(named, cards[0], law, everywhere, flaws)
             else:
                 sides = [_side(named, cards[0], i, kinds[i], surfaces, sets) for i in (0, 1)]
                 if kinds[0] == 4:
                     rows = np.array(sets.nodes[cards[0].label(0, "s")], dtype=np.int64)
-                    added[sides[0]] = _of_nodes(sides[0], rows, cards[0].where)
+                    none = np.zeros((0, 2), dtype=np.int64)
+                    added[sides[0]] = Surface(sides[0], none, none[:, 0], np.unique(rows), cards[0].where)
                     flaws += _thin(named, cards[0], rows, blocks)
                 both = {name: found for name in sides if (found := _both_sides(named, name, blocks, surfaces))}
                 added |= {found.name: found for found in both.values()}
@@ -105,10 +107,6 @@ def _cards(named: Named) -> list[Card]:
     return cards
 
 
-def _kinds(card: Card, named: Named) -> tuple[int, int]:
-    return card.integer(2, 4 if "NODES" in named.block.name else 0), card.integer(3, 0)
-
-
 def _side(named: Named, card: Card, i: int, kind: int, surfaces: Mapping[str, Surface], sets: Sets) -> str:
     if kind not in SIDES:
         raise card.wrong(i + 2, ", ".join(f"{k} (*{what})" for k, what in SIDES.items()))
@@ -124,11 +122,6 @@ def _side(named: Named, card: Card, i: int, kind: int, surfaces: Mapping[str, Su
             fix="Correct its id, or the type of the side.",
         )
     return name
-
-
-def _of_nodes(name: str, rows: IntArray, where: str) -> Surface:
-    none = np.zeros((0, 2), dtype=np.int64)
-    return Surface(name, none, none[:, 0], np.unique(rows), where)
 
 
 def _thin(named: Named, card: Card, rows: IntArray, blocks: Sequence[ElementBlock]) -> Iterator[str]:

@@ -39,7 +39,14 @@ def read_points(deck: Deck) -> None:
     for name in SCALAR_ELEMENTS:
         for card in deck.cards(name):
             _add_scalar(deck, card, values)
-    _read_viscous(deck)
+    table = {card.integer(i): (card, i) for card in deck.cards("PVISC") for i in (0, 4) if card.text(i)}
+    for card in deck.cards("CVISC"):
+        pid = card.integer(1, card.integer(0))
+        owner, at = referred(table, pid, card, "property", "PVISC")
+        if owner.real(at + 2, 0.0):
+            deck.note(owner, "creak reads the axial dashpot only", changes=True, what="PVISC, CR")
+        section = AxialSpring(f"PVISC {pid}", 0.0, owner.real(at + 1, 0.0))
+        deck.add((pid,), "axial2", section, deck.new_element(card, pid), deck.nodes(card, (2, 3)), card)
     _read_axial(deck)
     bushings = {card.integer(0): card for card in deck.cards("PBUSH")}
     for card in deck.cards("CBUSH"):
@@ -130,18 +137,6 @@ def _put_scalar(
     K, C, M = (matrix if card.name[1] == key else zero for key in "EDM")
     nodal = NodalMatrices(f"{card.name} {identifier}", K, M * deck.mass_factor, C, alpha, beta)
     deck.add((card.name[:5], value, beta, *np.round(g, 12).tolist()), f"nodal{n}", nodal, identifier, nodes, card)
-
-
-def _read_viscous(deck: Deck) -> None:
-    """CVISC: a dashpot along the line of its grids."""
-    table = {card.integer(i): (card, i) for card in deck.cards("PVISC") for i in (0, 4) if card.text(i)}
-    for card in deck.cards("CVISC"):
-        pid = card.integer(1, card.integer(0))
-        owner, at = referred(table, pid, card, "property", "PVISC")
-        if owner.real(at + 2, 0.0):
-            deck.note(owner, "creak reads the axial dashpot only", changes=True, what="PVISC, CR")
-        section = AxialSpring(f"PVISC {pid}", 0.0, owner.real(at + 1, 0.0))
-        deck.add((pid,), "axial2", section, deck.new_element(card, pid), deck.nodes(card, (2, 3)), card)
 
 
 def _read_axial(deck: Deck) -> None:

@@ -16,7 +16,7 @@ from creak.formats.nastran.joints.gaps import read_gaps
 from creak.formats.nastran.loads.modal_damping import CARD as DAMPING
 from creak.formats.nastran.loads.modal_damping import damping_table, points_of
 from creak.formats.nastran.loads.sets import CARDS as OF_STATIC
-from creak.formats.nastran.loads.sets import READ, LoadSet, by_value, load_set, subcase_loads
+from creak.formats.nastran.loads.sets import READ, by_value, load_set, subcase_loads
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import BY_FREQUENCY, Deck, unique_cards
 from creak.given import LARGEST
@@ -44,7 +44,9 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
     InputError : delays by card, tables with logarithmic axes, initial values, motions by a TLOAD2 that starts or ends
         within the run.
     """
-    delay = _delay(card)
+    if card.is_integer(2) and card.integer(2):
+        raise card.error(f"{card.title} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table.")
+    delay = 0.0 if card.is_integer(2) else card.real(2, 0.0)
     if card.name == "TLOAD1":
         if any(card.real(i, 0.0) for i in (5, 6)):
             raise card.error(
@@ -75,12 +77,6 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
             )
         return _tabular(card, _over_run(points, dt, end, flat))
     return _analytic(card, delay, dt, count, kind)
-
-
-def _delay(card: Card) -> float:
-    if card.is_integer(2) and card.integer(2):
-        raise card.error(f"{card.title} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table.")
-    return 0.0 if card.is_integer(2) else card.real(2, 0.0)
 
 
 def _name(card: Card) -> str:
@@ -361,10 +357,6 @@ def _excite(deck: Deck, term: _Term, amplitude: str, moved: list[Prescribed], lo
             loads.append(PointLoad(nodes, dof, scaled, amplitude, name, card.where))
         else:
             moved.append(Prescribed(nodes, dof, kind, scaled, amplitude, name, card.where))
-    _check_motion_once(moved, found)
-
-
-def _check_motion_once(moved: Sequence[Prescribed], found: LoadSet) -> None:
     dofs = [(int(n), m.dof) for m in moved for n in m.nodes_idx]
     if len(set(dofs)) < len(dofs):
         raise InputError(

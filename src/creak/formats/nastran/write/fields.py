@@ -48,7 +48,10 @@ def _free_line(head: str, fields: Sequence[Field]) -> str:
     while len(head) + sum(1 + len(t) for t in texts) > WIDTH:
         k = max(range(len(texts)), key=lambda i: len(texts[i]))
         digits[k] -= 1
-        texts[k] = _cut(fields[k], digits[k])
+        field = fields[k]
+        texts[k] = (
+            min(_forms(float(f"{field:.{digits[k] - 1}e}")), key=len) if isinstance(field, float) else _whole(field)
+        )
     return ",".join([head, *texts])
 
 
@@ -62,11 +65,6 @@ def _text(field: Field, width: int) -> str | None:
 
 def _whole(field: Field) -> str:
     return _forms(field)[0] if isinstance(field, float) else "" if field is None else str(field)
-
-
-def _cut(field: Field, digits: int) -> str:
-    """In the shortest form, rounded to some digits."""
-    return min(_forms(float(f"{field:.{digits - 1}e}")), key=len) if isinstance(field, float) else _whole(field)
 
 
 def fitted(value: float, width: int) -> str | None:
