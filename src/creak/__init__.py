@@ -53,7 +53,6 @@ if TYPE_CHECKING:
     from creak.linalg.modes import Modes
     from creak.model.constraints import RigidLink
     from creak.model.mesh import Model
-    from creak.signals.omega_arithmetic import integrate_twice
     from creak.signals.signal import Motion
     from creak.signals.sources import (
         Multisine,
@@ -63,6 +62,7 @@ if TYPE_CHECKING:
         Table,
         acceleration_motion,
         displacement_motion,
+        integrate_twice,
     )
     from creak.sound.loudness import Loudness, SteadyLoudness, loudness, steady_loudness
     from creak.studies.file.reader import Study

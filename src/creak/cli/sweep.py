@@ -113,7 +113,7 @@ def _rows(
     where: Distribution,
     tasks: Mapping[str, Task],
 ) -> list[Row]:
-    from creak.formats.partials import remove_dead
+    from creak.formats.destination import remove_dead
     from creak.linalg.threads import cores
     from creak.studies.sweep.job import Row, run_sweep, write_table
 

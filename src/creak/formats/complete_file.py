@@ -17,8 +17,7 @@ from types import FrameType
 
 from creak.errors import CreakError, InputError, WriteError
 from creak.formats.deck.command_files import has_written, refuse_to_replace
-from creak.formats.destination import Destination, destination
-from creak.formats.partials import partial_name, remove_dead_once
+from creak.formats.destination import Destination, destination, partial_name, remove_dead_once
 
 WRONG_PLACE = (
     errno.ENOENT,

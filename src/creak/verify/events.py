@@ -13,7 +13,7 @@ from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
 from creak.model.dofs import dofs_of, nodes_of
-from creak.signals.resampling import blocks, low_pass_uneven
+from creak.signals.spectra import blocks, low_pass_uneven
 from creak.verify.intervals import chains, check_merging, in_window, overlap, stretches
 from creak.verify.peaks import COARSER, peak_forces
 

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.signals.resampling import cell_means
+from creak.signals.spectra import cell_means
 from creak.verify.events import contact_stretches
 from creak.verify.nrmse import nrmse_fit
 

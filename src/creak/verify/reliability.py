@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from creak.dynamics.history import ENERGIES, History
-from creak.signals.resampling import blocks
+from creak.signals.spectra import blocks
 from creak.words import percent
 
 ENERGY_BAR = 0.005

@@ -10,7 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.gap_operator import GapOperator
 from creak.dynamics.history import History
-from creak.signals.resampling import low_pass_uneven
+from creak.signals.spectra import low_pass_uneven
 from creak.verify.events import least_force
 from creak.verify.intervals import in_window, overlap, stretches
 from creak.verify.slips import Slide, Slipping, deepest, slides_of

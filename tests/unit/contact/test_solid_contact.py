@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from creak.contact.facets import corner_normals, facets_of, nodal_normals
-from creak.contact.node_to_surface import node_to_surface
+from creak.contact.node_to_surface import node_to_surface, nodes_of
 from creak.contact.pair import ContactPair
-from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.errors import InputError
 from creak.model.contact_law import ContactLaw

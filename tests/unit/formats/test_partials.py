@@ -9,7 +9,7 @@ import time
 import pytest
 
 from creak.formats.complete_file import complete_file
-from creak.formats.partials import OLD, partial_name, remove_dead
+from creak.formats.destination import OLD, partial_name, remove_dead
 
 WRITER = """
 import sys

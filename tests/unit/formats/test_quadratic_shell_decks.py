@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from creak.contact.facets import facets_of
-from creak.contact.secondary import nodes_of
+from creak.contact.node_to_surface import nodes_of
 from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.formats.measured.uff import DESCRIPTORS, ORDER

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from creak.signals import resampling
-from creak.signals.resampling import cell_means, cells, low_pass_uneven
-from creak.signals.spectra import low_pass
+from creak.signals import spectra
+from creak.signals.spectra import cell_means, cells, low_pass, low_pass_uneven
 
 
 def uneven(n: int = 400, seed: int = 0) -> np.ndarray:
@@ -59,7 +58,7 @@ def test_small_blocks_give_the_same(monkeypatch):
     x = np.random.default_rng(3).standard_normal((time.size, 5))
     at = np.linspace(0.0, 1.0, 40)
     whole = cell_means(time, x, at)
-    monkeypatch.setattr(resampling, "BLOCK", 2 * time.size)
+    monkeypatch.setattr(spectra, "BLOCK", 2 * time.size)
     np.testing.assert_array_equal(cell_means(time, x, at), whole)
 
 

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from creak.signals.omega_arithmetic import integrate_twice
-from creak.signals.sources import Record, displacement_motion
+from creak.signals.sources import Record, displacement_motion, integrate_twice
 from creak_thesis.record import (
     DEFAULT,
     HIGH_PASS,

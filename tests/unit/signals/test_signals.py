@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.signals.omega_arithmetic import integrate_twice
 from creak.signals.signal import RAMP
 from creak.signals.sources import (
     APART,
@@ -16,6 +15,7 @@ from creak.signals.sources import (
     Table,
     acceleration_motion,
     displacement_motion,
+    integrate_twice,
 )
 from creak.signals.spectra import low_pass, spectrum
 

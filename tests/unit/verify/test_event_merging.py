@@ -19,7 +19,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.scheme import HHT
 from creak.dynamics.simulate import simulate
 from creak.reduction.diagonal import diagonalise
-from creak.signals import resampling
+from creak.signals import spectra
 from creak.verify.events import find_events, resting, sides
 from creak.verify.matching import match_events
 from helpers_core import channels, free_run, history_of, system_of
@@ -408,7 +408,7 @@ def test_many_small_blocks_find_the_same_events(monkeypatch):
     gap = 0.6 + np.sin(2 * np.pi * time[:, None] * np.array([11.0, 13.0, 17.0, 23.0, 29.0, 31.0]))
     history = history_of(time, gap, np.maximum(0.0, -gap))
     whole = find_events(history, stop(6), 0.002, 300.0)
-    monkeypatch.setattr(resampling, "BLOCK", 500)
+    monkeypatch.setattr(spectra, "BLOCK", 500)
     pieces = find_events(history, stop(6), 0.002, 300.0)
     assert len(whole) == len(pieces) > 1
     for a, b in zip(whole, pieces, strict=True):

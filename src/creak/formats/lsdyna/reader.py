@@ -17,8 +17,7 @@ from creak.formats.lsdyna.joints.points import read_points
 from creak.formats.lsdyna.joints.rigid import read_rigid
 from creak.formats.lsdyna.loads.supports import read_supports, support_sets
 from creak.formats.lsdyna.mesh.beams import read_beams
-from creak.formats.lsdyna.mesh.coordinate_systems import read_orientations, read_systems
-from creak.formats.lsdyna.mesh.nodes import Transforms, read_nodes
+from creak.formats.lsdyna.mesh.nodes import Transforms, read_nodes, read_orientations, read_systems
 from creak.formats.lsdyna.mesh.sets import ELEMENT_SETS, FaceFinder, Sets, nodes_of, read_sets, segment_surface
 from creak.formats.lsdyna.mesh.shells import read_shells
 from creak.formats.lsdyna.mesh.solids import read_solids

@@ -27,7 +27,7 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.state import LinearTerms
 from creak.model.dofs import nodes_of
 from creak.model.mesh import Model
-from creak.signals.resampling import cell_means
+from creak.signals.spectra import cell_means
 from creak.studies.findings.places import Place
 from creak.studies.prepare.marching import Marching
 from creak.studies.prepare.reduction import Reduction

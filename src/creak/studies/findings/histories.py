@@ -14,7 +14,7 @@ from creak.dynamics.flow.march import flows
 from creak.dynamics.history import ENERGIES, History
 from creak.formats.stored.results import ContactRecord, Field, LineRecord, RunRecord
 from creak.model.mesh import Nodes
-from creak.signals.resampling import cell_means, cell_peaks
+from creak.signals.spectra import cell_means, cell_peaks
 from creak.studies.converge.settling import Followed
 from creak.studies.findings.places import Place, channels_at, events_at, resting_places
 from creak.studies.findings.sound import heard_places

@@ -12,9 +12,8 @@ import h5py
 
 from creak.errors import InputError
 from creak.formats.complete_file import files_together, write_bytes, write_text
-from creak.formats.destination import destination
+from creak.formats.destination import destination, remove_dead
 from creak.formats.measured.csv_rows import plain_row
-from creak.formats.partials import remove_dead
 from creak.formats.stored.results import RunRecord, put_results
 from creak.formats.stored.run_identity import CONVERGENCE, REPORT, RESULTS, SUMMARY, stale_files, write_identity
 from creak.formats.stored.sealed import sealed_text

@@ -28,7 +28,7 @@ from creak.model.mesh import Model, Unread
 from creak.model.steps import StaticStep
 from creak.model.superelement import Superelement
 from creak.progress import Progress, silent
-from creak.reduction.effective_mass import EffectiveMass, effective_mass
+from creak.reduction.modal import EffectiveMass, effective_mass
 from creak.studies.models.dof_names import dof_name, row_names
 from creak.studies.prepare.structure import Structure
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
-from creak.contact.secondary import nodes_of
+from creak.contact.node_to_surface import nodes_of
 from creak.errors import InputError
 from creak.formats.measured.csv_rows import number
 from creak.model.mesh import Model

@@ -10,9 +10,8 @@ import scipy.sparse as sp
 from creak.arrays import FloatArray, IntArray
 from creak.contact.facets import facets_of
 from creak.contact.gap_operator import ChannelRows, GapOperator, join
-from creak.contact.node_to_surface import node_to_surface
+from creak.contact.node_to_surface import node_to_surface, nodes_of
 from creak.contact.pair import ContactPair, tangents_of
-from creak.contact.secondary import nodes_of
 from creak.errors import InputError, suggest
 from creak.model.contact_law import ContactLaw
 from creak.model.dofs import TRANSLATIONS, node_dofs

@@ -12,10 +12,9 @@ import scipy.sparse as sp
 
 from creak.arrays import IntArray
 from creak.contact.gap_operator import GapOperator, join
-from creak.contact.node_to_surface import node_to_surface, overhang
+from creak.contact.node_to_surface import node_to_surface, nodes_of, overhang
 from creak.contact.pair import ContactPair, Keep, tied_channels
 from creak.contact.play import Play
-from creak.contact.secondary import nodes_of
 from creak.contact.surface_to_surface import surface_to_surface
 from creak.digest import file_stem
 from creak.errors import InputError

@@ -18,7 +18,7 @@ from creak.dynamics.diagonal import is_modal, modal_matrices
 from creak.dynamics.history import History
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.model.skin import Skin
-from creak.signals.resampling import cell_means
+from creak.signals.spectra import cell_means
 from creak.sound.acceleration_noise import acceleration_noise, equivalent_radius
 from creak.sound.answering import Answering, CoupledModes, Modes, transfer
 from creak.sound.forced import LOWEST, Gain, smooth, sound_of_forces, velocity_of_forces, without_lows

@@ -24,7 +24,7 @@ from creak.dynamics.history import History
 from creak.dynamics.record.watch import Extremes
 from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.formats.complete_file import complete_file, write_text
-from creak.formats.partials import partial_name
+from creak.formats.destination import partial_name
 from creak.formats.stored.npz_arrays import read_arrays
 from creak.formats.stored.run_identity import RESULTS, SUMMARY, identity_in, identity_of
 from creak.formats.stored.sealed import Damaged, opened_hdf5, read_sealed, sealed_text

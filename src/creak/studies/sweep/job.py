@@ -18,8 +18,8 @@ import numpy as np
 
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file, write_text
+from creak.formats.destination import remove_dead
 from creak.formats.measured.csv_rows import plain_cell, plain_row
-from creak.formats.partials import remove_dead
 from creak.formats.stored.sealed import hdf5_file
 from creak.studies.sweep.case import NOT_RUN, RECORD, Outcome, Task, Write, ended, finished_record
 from creak.studies.sweep.cases import Case, shown

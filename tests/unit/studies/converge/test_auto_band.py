@@ -11,7 +11,7 @@ import scipy.linalg as sla
 from creak.api.study import run, run_setup
 from creak.errors import InputError
 from creak.progress import silent
-from creak.signals.resampling import low_pass_uneven
+from creak.signals.spectra import low_pass_uneven
 from creak.studies.converge import auto_band, repeats
 from creak.studies.converge.settling import BASE, MORE_MODES
 from creak.studies.evaluate import evaluate

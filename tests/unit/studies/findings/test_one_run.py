@@ -16,9 +16,9 @@ import pytest
 
 import creak
 from creak.errors import WriteError
+from creak.formats.destination import partial_name
 from creak.formats.measured.histories import read_histories
 from creak.formats.measured.motion_series import motion_field
-from creak.formats.partials import partial_name
 from creak.studies.file.paths import digests_of, files_sha256
 from creak.studies.file.reader import read_study
 from creak.studies.findings.save import save, save_convergence

@@ -18,7 +18,7 @@ import pytest
 import creak
 from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
-from creak.formats.partials import partial_name, remove_dead
+from creak.formats.destination import partial_name, remove_dead
 from creak.studies.file.reader import read_study
 from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement

@@ -9,7 +9,7 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.formats.deck.equations import global_equations
 from creak.formats.deck.refusals import referred
-from creak.formats.lsdyna.mesh.coordinate_systems import Systems
+from creak.formats.lsdyna.mesh.nodes import Systems
 from creak.formats.lsdyna.mesh.sets import Sets
 from creak.formats.lsdyna.text.deck import Card, Deck, Named
 from creak.model.constraints import Constraint, Fixed
