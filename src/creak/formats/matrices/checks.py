@@ -140,28 +140,14 @@ def first_of(found: Mapping[str, T], names: Iterable[str], what: str, source: Pa
     )
 
 
-def with_structural(C: Matrix | None, K4: Matrix | None, w4: float | None, source: Path) -> Matrix | None:
-    """Viscous damping C + K4 / w4 (N s/mm): structural damping K4 made viscous at the circular frequency w4.
-
-    The equivalence holds for harmonic motion at w4 (rad/s; Nastran's PARAM,W4) only. w4 = inf leaves K4 out.
-
-    Raises
-    ------
-    InputError : there is structural damping and w4 is not given, or w4 is not positive.
-    """
-    if w4 is not None and not w4 > 0.0:
-        raise InputError(f"w4 = {w4:g} rad/s", where=source, expected="a positive circular frequency")
-    if K4 is None or abs(K4).max() == 0.0:
-        return C
-    if w4 is None:
+def refuse_structural(K4: Matrix | None, source: Path) -> None:
+    """Raise InputError where there is a structural damping matrix."""
+    if K4 is not None and abs(K4).max() > 0.0:
         raise InputError(
             "there is a structural damping matrix, which has no equivalent in time without a frequency",
             where=source,
-            fix="Give w4 (rad/s, as PARAM,W4) to make it viscous at that frequency, or w4 = inf to leave it out",
+            fix="Export the superelement without it (K4); give viscous damping there, or [damping] in the study",
         )
-    if np.isinf(w4):
-        return C
-    return K4 / w4 if C is None else C + K4 / w4
 
 
 def reordered(matrix: Matrix, rows: IntArray) -> FloatArray:

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, Matrix
 from creak.errors import InputError
 from creak.formats.complete_file import complete_file
 from creak.formats.matrices import nastran_points as nastran
-from creak.formats.matrices.checks import by_node, checked, compact, first_of, reordered, with_structural
+from creak.formats.matrices.checks import by_node, checked, compact, first_of, refuse_structural, reordered
 from creak.formats.matrices.nastran_op4 import DAMPING, MASS, STIFFNESS, STRUCTURAL
 from creak.formats.nastran.text.bulk_data import Card, free_card, read_cards, real
 from creak.model.superelement import Superelement
@@ -33,7 +33,7 @@ class Dmig:
     entries: dict[tuple[Row, Row], float] = field(default_factory=dict)
 
 
-def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = None) -> Superelement:
+def read_dmig(path: Path, map_file: Path | None = None) -> Superelement:
     """Read the DMIG matrices KAAX, MAAX, BAAX, K4AAX (or KAA, KXX, ...) of a bulk data or punch file.
 
     Square (1) and symmetric (6) real matrices in small, large and free field. Points without a dof are scalar points
@@ -43,7 +43,7 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
 
     Raises
     ------
-    InputError : K or M is missing, complex, rectangular or not symmetric; an entry is given twice; K4 without w4.
+    InputError : K or M is missing, complex, rectangular or not symmetric; an entry is given twice; K4 is not 0.
     """
     cards = read_cards(path)
     found = dmig_matrices(cards)
@@ -52,7 +52,8 @@ def read_dmig(path: Path, map_file: Path | None = None, *, w4: float | None = No
     damping, structural = (next((found[n] for n in names if n in found), None) for names in (DAMPING, STRUCTURAL))
     rows = sorted({row for m in (stiffness, mass, damping, structural) if m for pair in m.entries for row in pair})
     K, M = _assembled(stiffness, rows), _assembled(mass, rows)
-    C = with_structural(_assembled(damping, rows), _assembled(structural, rows), w4, path)
+    refuse_structural(_assembled(structural, rows), path)
+    C = _assembled(damping, rows)
     points = nastran.points_of(cards) if map_file is None else nastran.read_points(map_file)
     rotation = nastran.to_basic(points, rows, map_file or path)
     K, M, C = (nastran.rotated(matrix, rotation) for matrix in (K, M, C))

@@ -10,7 +10,7 @@ import numpy as np
 from creak.errors import InputError
 from creak.formats.complete_file import write_text
 from creak.formats.matrices import nastran_points as nastran
-from creak.formats.matrices.checks import beside, by_node, checked, first_of, read_dof_map, reordered, with_structural
+from creak.formats.matrices.checks import beside, by_node, checked, first_of, read_dof_map, refuse_structural, reordered
 from creak.formats.matrices.op4_file import read_op4_matrices, write_op4_matrices
 from creak.formats.nastran.text.bulk_data import free_card
 from creak.model.superelement import Superelement
@@ -21,7 +21,7 @@ DAMPING = ("BXX", "BXX1", "BAA", "BAAX")
 STRUCTURAL = ("K4XX", "K4XX1", "K4AA", "K4AAX")
 
 
-def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = None) -> Superelement:
+def read_op4(path: Path, map_file: Path | None = None) -> Superelement:
     """Read what EXTSEOUT(ASMBULK, MATOP4=unit) wrote: KXX, MXX, BXX1, K4XX1 and the .asm file beside it.
 
     Rows are sorted by (interior) id: six dofs per grid, one per scalar point; EXTRN cards in the map give grids with
@@ -29,20 +29,17 @@ def read_op4(path: Path, map_file: Path | None = None, *, w4: float | None = Non
     node,dof,x,y,z, which tells no frames: grids then move in those of the deck they join
     (`Superelement.in_deck_frames`). Damping matrices of another size than K are placeholders and are left out.
 
-    Parameters
-    ----------
-    w4 : circular frequency (rad/s) that makes structural damping viscous, C = K4 / w4; inf leaves it out.
-
     Raises
     ------
-    InputError : a file is missing, cut off or does not fit; K or M is missing or not symmetric; K4 without w4.
+    InputError : a file is missing, cut off or does not fit; K or M is missing or not symmetric; K4 is not 0.
     """
     found = read_op4_matrices(path, {*STIFFNESS, *MASS, *DAMPING, *STRUCTURAL})
     K, M = first_of(found, STIFFNESS, "stiffness", path), first_of(found, MASS, "mass", path)
     fitting = {name: matrix for name, matrix in found.items() if matrix.shape == K.shape}
     C = next((fitting[name] for name in DAMPING if name in fitting), None)
     K4 = next((fitting[name] for name in STRUCTURAL if name in fitting), None)
-    C = with_structural(C if C is not None and np.any(C) else None, K4, w4, path)
+    refuse_structural(K4, path)
+    C = C if C is not None and np.any(C) else None
     map_file = map_file or beside(path, ".asm") or beside(path, "_dofs.csv")
     if map_file is None:
         raise InputError(

@@ -49,7 +49,7 @@ _NASTRAN = (".pch", ".asm", ".dmig", ".bdf", ".dat", ".nas", ".blk")
 _READABLE = (".op4", ".pch", ".dmig", ".bdf", ".dat", ".nas", ".mtx", ".sti", ".npz")
 
 
-def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | None = None) -> Superelement:
+def read_superelement(path: Path, map_file: Path | None = None) -> Superelement:
     """Read a superelement; the format follows from the file's ending and, for .mtx, its first line.
 
     Parameters
@@ -57,7 +57,6 @@ def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | N
     path : .op4, .pch/.dmig/.bdf/.dat/.nas (DMIG), .mtx (Abaqus or Matrix Market), .sti (CalculiX) or .npz.
     map_file : what belongs to the rows where the file does not say it: .asm of Nastran, or a table node,dof,x,y,z.
         Files beside (NAME.asm, NAME_dofs.csv) are found by themselves.
-    w4 : circular frequency (rad/s) at which Nastran's structural damping becomes viscous; inf leaves it out.
 
     Raises
     ------
@@ -72,9 +71,9 @@ def read_superelement(path: Path, map_file: Path | None = None, *, w4: float | N
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror}", fix="Check the path.") from error
     if ending == ".op4":
-        return read_op4(path, map_file, w4=w4)
+        return read_op4(path, map_file)
     if ending in _NASTRAN:
-        return read_dmig(path, map_file, w4=w4)
+        return read_dmig(path, map_file)
     if ending == ".npz":
         return read_npz(path)
     if ending == ".mtx":
