@@ -234,7 +234,16 @@ def write_user_element(superelement: Superelement, path: Path) -> list[Path]:
     Rows of a node are put together, generalised coordinates last, as internal nodes -1, -2, ... with dof 1.
     """
     order = by_node(superelement)
-    nodes, lines = _node_lines(superelement, order)
+    dofs_of: dict[int, list[int]] = {}
+    for row in _rows_with_labels(superelement)[order].tolist():
+        dofs_of.setdefault(row[0], []).append(row[1])
+    lines: list[str] = []
+    last: list[int] = []
+    for position, dofs in enumerate(dofs_of.values(), start=1):
+        if dofs != last:
+            lines.append(", ".join(f"{i:10d}" for i in ([position, *dofs] if position > 1 else dofs)) + "\n")
+        last = dofs
+    nodes = list(dofs_of)
     table = _in_order(superelement, order)
     matrices = {"STIFFNESS": table.K, "MASS": table.M, "VISCOUS DAMPING": table.C}
     with complete_file(path) as partial, partial.open("w", encoding="ascii") as file:
@@ -255,20 +264,6 @@ def _in_order(superelement: Superelement, order: IntArray) -> Superelement:
     K, M, C = (None if m is None else reordered(m, order) for m in (superelement.K, superelement.M, superelement.C))
     nodes, dofs = superelement.node_ids[order], superelement.dofs[order]
     return Superelement(superelement.name, nodes, dofs, K, M, C, superelement.positions, superelement.source)
-
-
-def _node_lines(superelement: Superelement, order: IntArray) -> tuple[list[int], list[str]]:
-    """Labels of the element's nodes and its lines of dofs."""
-    dofs_of: dict[int, list[int]] = {}
-    for row in _rows_with_labels(superelement)[order].tolist():
-        dofs_of.setdefault(row[0], []).append(row[1])
-    lines: list[str] = []
-    last: list[int] = []
-    for position, dofs in enumerate(dofs_of.values(), start=1):
-        if dofs != last:
-            lines.append(", ".join(f"{i:10d}" for i in ([position, *dofs] if position > 1 else dofs)) + "\n")
-        last = dofs
-    return list(dofs_of), lines
 
 
 def _rows_with_labels(superelement: Superelement) -> IntArray:
@@ -297,7 +292,19 @@ def read_matrix_output(path: Path, map_file: Path | None = None) -> Superelement
     ------
     InputError : a file is missing or cut off, COORDINATE without a map, dofs above 6, constrained dofs.
     """
-    stiffness, others = _siblings(path)
+    match = re.search(r"_(STIF|MASS|DMPV)(?=\d*\.mtx$)", path.name, re.I)
+    if not match:
+        raise InputError(
+            "this name does not tell which matrix it is",
+            where=path,
+            expected="NAME_STIF1.mtx beside NAME_MASS1.mtx",
+            fix="Rename the files so",
+        )
+    start, end = match.span(1)
+    names = {
+        key: path.name[:start] + kind + path.name[end:] for key, kind in (("K", "STIF"), ("M", "MASS"), ("C", "DMPV"))
+    }
+    stiffness, others = path.with_name(names["K"]), {key: path.with_name(names[key]) for key in "MC"}
     tables = {"K": _entries(stiffness)} | {key: _entries(p) for key, p in others.items() if p.is_file()}
     first_of(tables, ("M",), f"mass ({others['M'].name})", stiffness)
     map_file = map_file or beside(stiffness, "_dofs.csv")
@@ -314,22 +321,6 @@ def read_matrix_output(path: Path, map_file: Path | None = None) -> Superelement
             "one matrix is FORMAT=COORDINATE, another is not", where=stiffness, fix="Write all in the same format"
         )
     return _from_labels(tables, map_file, stiffness)
-
-
-def _siblings(path: Path) -> tuple[Path, dict[str, Path]]:
-    match = re.search(r"_(STIF|MASS|DMPV)(?=\d*\.mtx$)", path.name, re.I)
-    if not match:
-        raise InputError(
-            "this name does not tell which matrix it is",
-            where=path,
-            expected="NAME_STIF1.mtx beside NAME_MASS1.mtx",
-            fix="Rename the files so",
-        )
-    start, end = match.span(1)
-    names = {
-        key: path.name[:start] + kind + path.name[end:] for key, kind in (("K", "STIF"), ("M", "MASS"), ("C", "DMPV"))
-    }
-    return path.with_name(names["K"]), {key: path.with_name(names[key]) for key in "MC"}
 
 
 def _entries(path: Path) -> FloatArray:
