@@ -107,7 +107,6 @@ _HOMES = {
     "linalg.modes": ("Modes",),
     "model.constraints": ("RigidLink",),
     "model.mesh": ("Model",),
-    "signals.omega_arithmetic": ("integrate_twice",),
     "signals.signal": ("Motion",),
     "signals.sources": (
         "Multisine",
@@ -117,6 +116,7 @@ _HOMES = {
         "Table",
         "acceleration_motion",
         "displacement_motion",
+        "integrate_twice",
     ),
     "sound.loudness": ("Loudness", "SteadyLoudness", "loudness", "steady_loudness"),
     "studies.models.correlation": ("Correlation",),

@@ -9,9 +9,8 @@ has G of g = g0 + G q. `CondensedStepper` is the one of `creak.simulate` with a 
 from __future__ import annotations
 
 from creak.arrays import to_dense
-from creak.dynamics.begun import begin, first_instant
 from creak.dynamics.channels import channel_matrices
-from creak.dynamics.instant import Instant
+from creak.dynamics.instant import Instant, begin, first_instant
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, Stepper, march
 from creak.dynamics.state import LinearTerms

@@ -15,8 +15,7 @@ from creak.assembly.coupling import Driven
 from creak.assembly.elimination import linear_equations
 from creak.assembly.part import Rayleigh, part_system
 from creak.formats.matrices.superelements import read_superelement
-from creak.formats.nastran.mesh.coordinate_systems import read_systems
-from creak.formats.nastran.mesh.grids import Grids, read_grids
+from creak.formats.nastran.mesh.grids import Grids, read_grids, read_systems
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck_file import read_deck_file

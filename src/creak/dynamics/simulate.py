@@ -14,13 +14,12 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.begun import Begun, begin, first_instant, residual
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.closing import closes_between
 from creak.dynamics.condensed import CondensedContact
 from creak.dynamics.energy import EnergyAudit
 from creak.dynamics.history import Diverged, History, Interrupted, Stopped
-from creak.dynamics.instant import Instant, Keeper, Saved, StepperState
+from creak.dynamics.instant import Begun, Instant, Keeper, Saved, StepperState, begin, first_instant, residual
 from creak.dynamics.loads import Loads
 from creak.dynamics.record.recorder import OutputRequest, Recorder
 from creak.dynamics.scheme import Scheme

@@ -11,9 +11,9 @@ from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import write_text
 from creak.model.units import UNITS
 from creak.report.beside_tests import frf_table, pair_table, record_table
+from creak.report.drawn import LIMIT
 from creak.report.figures import beside_test as beside
 from creak.report.figures.beside_test import records_figure
-from creak.report.figures.motions import LIMIT
 from creak.report.figures.scene import drawn_surface, part_of, period
 from creak.report.figures.surface import Surface, surface_of
 from creak.report.figures.view import front

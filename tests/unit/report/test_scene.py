@@ -10,7 +10,7 @@ from small_study import plates, study_text
 
 from creak.formats.measured.motion_series import motion_field, write_series
 from creak.model.units import UNITS
-from creak.report.figures.motions import LEFT_OUT, shapes_of
+from creak.report.drawn import LEFT_OUT, shapes_of
 from creak.report.figures.scene import animations, scene
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up

@@ -10,11 +10,10 @@ import numpy as np
 
 from creak.assembly.system import System
 from creak.contact.gap_operator import GapOperator
-from creak.dynamics.begun import REFRESH
 from creak.dynamics.channels import ChannelMatrices, channel_matrices
 from creak.dynamics.flight.collocation import radau_iia
 from creak.dynamics.flight.step import Course, FlightStep, choose
-from creak.dynamics.instant import FlightState, Instant, StepperState
+from creak.dynamics.instant import REFRESH, FlightState, Instant, StepperState
 from creak.dynamics.loads import Loads
 from creak.dynamics.scheme import Scheme
 from creak.dynamics.simulate import CondensedStepper

@@ -13,7 +13,7 @@ from creak.arrays import FloatArray, IntArray, Matrix
 from creak.errors import InputError
 from creak.formats.deck.coordinate_systems import axes_at, point_in_basic
 from creak.formats.matrices.checks import DofMap
-from creak.formats.nastran.mesh.coordinate_systems import read_systems
+from creak.formats.nastran.mesh.grids import read_systems
 from creak.formats.nastran.text.bulk_data import Card, free_card, id_list, read_cards, real
 from creak.model.dofs import ALL, ROTATIONS, TRANSLATIONS
 from creak.model.superelement import Superelement

@@ -1,4 +1,5 @@
-"""Rows of CSV text, with one message where a row cannot be read, and cells that no spreadsheet takes for a formula."""
+"""Rows of CSV text, with one message where a row cannot be read, and cells that no spreadsheet takes for a formula;
+labels, values and titles as the text formats of results hold them."""
 
 from __future__ import annotations
 
@@ -8,6 +9,9 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
+import numpy as np
+
+from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
 
 SEPARATORS = (";", "\t", ",")
@@ -76,3 +80,22 @@ def plain_cell(value: object) -> object:
 def plain_row(row: Sequence[object]) -> list[object]:
     """All cells of a row so."""
     return [plain_cell(value) for value in row]
+
+
+SMALLEST = 1e-99
+"""Smaller values are written as 0: their exponent has three digits, which the fields cannot hold."""
+
+
+def unique_labels(ids: IntArray) -> IntArray:
+    """Labels as they are, or 1, 2, ... where they repeat."""
+    return ids if np.unique(ids).size == ids.size else np.arange(1, ids.size + 1)
+
+
+def holdable(values: FloatArray) -> FloatArray:
+    """The values with 0 for those that are too small for a field."""
+    return np.where(np.abs(values) < SMALLEST, 0.0, values)
+
+
+def plain_text(words: str, width: int) -> str:
+    """In ASCII and on one line; the end of it where it is too long."""
+    return " ".join(words.split()).encode("ascii", "replace").decode()[-width:]

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
-from creak.formats.measured.csv_rows import plain_row
+from creak.formats.measured.csv_rows import plain_row, unique_labels
 from creak.formats.measured.punch import DISPLACEMENTS, MPCF, PointHistory, write_history_punch
-from creak.formats.measured.text_fields import unique_labels
 from creak.formats.measured.uff import DISPLACEMENT, REACTION_FORCE, Function, write_functions
 from creak.formats.stored.results import LineRecord, check_beside, reading, require_run
 from creak.formats.stored.sealed import Damaged, opened_hdf5

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from creak.arrays import FloatArray
 from creak.formats.complete_file import complete_file
-from creak.formats.measured.text_fields import holdable, plain_text, unique_labels
+from creak.formats.measured.csv_rows import holdable, plain_text, unique_labels
 from creak.model.mesh import Model
 
 EIGENVECTOR, DISPLACEMENTS, MPCF = "$EIGENVECTOR", "$DISPLACEMENTS", "$MPCF"

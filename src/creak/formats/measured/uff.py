@@ -11,7 +11,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.formats.complete_file import complete_file
-from creak.formats.measured.text_fields import holdable, plain_text, unique_labels
+from creak.formats.measured.csv_rows import holdable, plain_text, unique_labels
 from creak.model.faces import HEX20
 from creak.model.mesh import Model
 from creak.model.units import UNITS, UnitsName

@@ -23,8 +23,7 @@ from creak.formats.nastran.loads.sets import named_loads, temperatures
 from creak.formats.nastran.loads.supports import read_initial_velocity, read_supports, support_sets
 from creak.formats.nastran.loads.transient import cards_of, read_transient
 from creak.formats.nastran.mesh.bars import read_bars
-from creak.formats.nastran.mesh.coordinate_systems import read_systems
-from creak.formats.nastran.mesh.grids import Permanent, read_grids
+from creak.formats.nastran.mesh.grids import Permanent, read_grids, read_systems
 from creak.formats.nastran.mesh.sets import element_sets, named_regions, node_sets, untyped_sets
 from creak.formats.nastran.mesh.shells import read_shells
 from creak.formats.nastran.mesh.solids import read_solids

@@ -11,9 +11,8 @@ import numpy as np
 from creak.arrays import FloatArray, IntArray
 from creak.model.plain_mesh import Mesh
 from creak.model.units import Units
-from creak.report.drawn import Drawn
+from creak.report.drawn import LIMIT, Drawn, Motions, ShortArray, ShownMotion
 from creak.report.figures.axes import INSTANT, plain
-from creak.report.figures.motions import LIMIT, Motions, ShortArray, ShownMotion
 from creak.report.figures.palette import PARTS, shares
 from creak.report.figures.surface import Surface
 from creak.report.figures.view import front, outward

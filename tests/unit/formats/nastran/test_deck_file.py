@@ -8,7 +8,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.deck.coordinate_systems import point_in_basic
 from creak.formats.deck.text import Line
-from creak.formats.nastran.mesh.coordinate_systems import read_systems
+from creak.formats.nastran.mesh.grids import read_systems
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.text.bulk_data import cards_of, id_list
 from helpers_nastran import read, unread

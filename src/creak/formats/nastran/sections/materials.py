@@ -107,9 +107,10 @@ def damping(deck: Deck, card: Card, loss: float = 0.0) -> tuple[float, float]:
     return deck.param("ALPHA1", 0.0), beta
 
 
-def _density(deck: Deck, card: Card, i: int) -> float:
+def mass_in(deck: Deck, card: Card, i: int, what: str = "a density") -> float:
+    """A field with mass, WTMASS applied."""
     if card.real(i, 0.0) < 0.0:
-        raise card.wrong(i, "a density of zero or more")
+        raise card.wrong(i, f"{what} of zero or more")
     return card.real(i, 0.0) * deck.mass_factor
 
 
@@ -152,7 +153,7 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
         )
     alpha, beta = damping(deck, card, card.real(7, 0.0))
     heat = _expansion(card, (5, 5, 5), 6)
-    return Elastic(Material(name, E, nu, _density(deck, card, 4), alpha, beta, heat), factor, flaw)
+    return Elastic(Material(name, E, nu, mass_in(deck, card, 4), alpha, beta, heat), factor, flaw)
 
 
 def _upper(card: Card, first: int, n: int) -> FloatArray:
@@ -170,7 +171,7 @@ def _mat2(deck: Deck, card: Card) -> Elastic:
     """Anisotropic sheet: G11 G12 G13 G22 G23 G33, RHO. As a shear material (MID3) G11, G12, G22 are used."""
     G = _upper(card, 1, 3)
     alpha, beta = damping(deck, card, card.real(12, 0.0))
-    rho = _density(deck, card, 7)
+    rho = mass_in(deck, card, 7)
     heat = _expansion(card, (8, 9, None, 10), 11)
     return Elastic(SheetMaterial(f"MAT2 {card.integer(0)}", G, G[:2, :2], rho, alpha, beta, expansion=heat))
 
@@ -185,7 +186,7 @@ def _mat8(deck: Deck, card: Card) -> Elastic:
     G1z, G2z = (card.real(i, 0.0) or STIFF * G12 for i in (5, 6))
     in_plane, shear = lamina(E1, E2, nu12, G12, G1z, G2z, where=card.where)
     alpha, beta = damping(deck, card, card.real(16, 0.0))
-    rho = _density(deck, card, 7)
+    rho = mass_in(deck, card, 7)
     given = (E1, E2, nu12, G12, G1z, G2z)
     return Elastic(
         SheetMaterial(f"MAT8 {card.integer(0)}", in_plane, shear, rho, alpha, beta, given, _expansion(card, (8, 9), 10))
@@ -197,7 +198,7 @@ def _mat9(deck: Deck, card: Card) -> Elastic:
     G = _upper(card, 1, 6)
     require_stable(G, card.where)
     alpha, beta = damping(deck, card, card.real(30, 0.0))
-    rho = _density(deck, card, 22)
+    rho = mass_in(deck, card, 22)
     heat = _expansion(card, (23, 24, 25, 26, 27, 28), 29)
     return Elastic(AnisotropicMaterial(f"MAT9 {card.integer(0)}", G, rho, alpha, beta, heat))
 

@@ -12,7 +12,7 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.errors import InputError
 from creak.formats.nastran.mesh.sets import ROW, bulk_sets
-from creak.formats.nastran.sections.materials import CONSISTENT, Materials, damping
+from creak.formats.nastran.sections.materials import CONSISTENT, Materials, damping, mass_in
 from creak.formats.nastran.text.bulk_data import Card, ids_among
 from creak.formats.nastran.text.deck import Deck
 from creak.model.elasticity import isotropic_sheet, sheet_matrices
@@ -84,7 +84,7 @@ def _pshell(deck: Deck, card: Card, materials: Materials, thickness: float) -> S
     if not t > 0.0:
         raise card.error(f"PSHELL {card.integer(0)} has thickness {t:g}", expected="T > 0")
     bending, shear = card.real(4, 1.0) or 1.0, card.real(6, 5.0 / 6.0) or 1.0
-    nsm = _added_mass(deck, card, 7)
+    nsm = mass_in(deck, card, 7, "a mass per area")
     name = f"PSHELL {card.integer(0)}"
     first = next((m for m in mids[:2] if m > 0), 0)
     if not first:
@@ -107,12 +107,6 @@ def _materials_of(card: Card) -> list[int]:
         if strained and k > 1 and mid:
             raise card.wrong(i, "a blank field beside MID2 = -1 (plane strain), which has no bending")
     return mids
-
-
-def _added_mass(deck: Deck, card: Card, i: int) -> float:
-    if card.real(i, 0.0) < 0.0:
-        raise card.wrong(i, "a mass per area of zero or more")
-    return card.real(i, 0.0) * deck.mass_factor
 
 
 def _moduli(
@@ -164,7 +158,7 @@ def _pcomp(deck: Deck, card: Card, materials: Materials) -> GeneralShell:
     bottom = card.real(1) if card.text(1) else None
     beta = damping(deck, card, card.real(6))[1] if card.real(6, 0.0) else None
     layup = Layup(tuple(plies), bottom, left=lam if lam in _PARTIAL else "", beta=beta)
-    made = replace(shell_of(name, layup), area_mass=_added_mass(deck, card, 2))
+    made = replace(shell_of(name, layup), area_mass=mass_in(deck, card, 2, "a mass per area"))
     if made.expansion is None:
         return made
     return replace(made, expansion=replace(made.expansion, reference=card.real(5, 0.0), flaw=""))
