@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.door_picture import LIGHT, finish, view
 from creak.arrays import FloatArray
-from creak_thesis.cockpit import geometry as geo
+from creak_thesis.cockpit import deck as geo
 from creak_thesis.cockpit.deck import POINTS
 from creak_thesis.door.mesh import PartMesh
 

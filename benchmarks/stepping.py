@@ -25,7 +25,7 @@ from creak.dynamics.instant import Instant
 from creak.dynamics.record.recorder import OutputRequest
 from creak.dynamics.simulate import CondensedStepper, Stepper, simulate
 from creak.linalg.threads import one_blas_thread
-from creak_thesis.newton_cost import PlainNewton, touching
+from creak_thesis.measure import PlainNewton, touching
 
 Row = tuple[str, str, str]
 LARGE = 400_000

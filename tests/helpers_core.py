@@ -21,7 +21,7 @@ from creak.dynamics.simulate import march, simulate
 from creak.model.constraints import Constraint, Fixed
 from creak.model.materials import BeamSection, Material, PointMass, Section, ShellSection, Spring
 from creak.model.mesh import ElementBlock, Model, Nodes, Part, Surface
-from creak_thesis.newton_cost import PlainNewton
+from creak_thesis.measure import PlainNewton
 
 NO_DAMPING = Rayleigh(0.0, 0.0)
 NONE = Driven({})

@@ -335,3 +335,10 @@ def by_node(u: FloatArray, labels: IntArray, n_node: int, dofs: int = 3) -> Floa
     moves = dofs_of(labels) <= dofs
     out[:, nodes_of(labels[moves]), dofs_of(labels[moves]) - 1] = u[moves].T
     return out
+
+
+def row_names(system: System, node_ids: IntArray) -> tuple[IntArray, IntArray]:
+    """Node label and dof of each coordinate, 0 for generalised ones."""
+    c = system.coordinates
+    ids = np.where(c >= 0, node_ids[nodes_of(np.maximum(c, 0))], 0)
+    return ids.astype(np.int64), np.where(c >= 0, dofs_of(np.maximum(c, 0)), 0).astype(np.int64)

@@ -213,6 +213,11 @@ class Model:
     def n_elements(self) -> int:
         return sum(b.ids.size for b in self.blocks)
 
+    def dof_name(self, label: int) -> str:
+        """`node 17 RZ of part FRAME`."""
+        parts = [p.name for p in self.parts if np.isin(node_and_dof(label)[0], p.nodes_idx)]
+        return self.nodes.dof_name(label) + (f" of part {parts[0]}" if parts else "")
+
     def node_set(self, name: str, *, where: object = "") -> IntArray:
         """Rows of a node set (names are case-insensitive).
 

@@ -21,7 +21,7 @@ from creak.formats.vtu import write_vtu
 from creak.model.comparison import difference
 from creak.model.faces import MIDDLES, face_numbers
 from creak.model.mesh import Model
-from creak.reduction.interface.graph import EDGES
+from creak.reduction.interface.spacing import EDGES
 from helpers_nastran import NO_DAMPING, assembled, part_system, rigid_mass, to_dense
 
 CORNERS = [(x, y, z) for z in (0.0, 3.0) for y in (0.0, 2.0) for x in (0.0, 2.0, 4.0)]

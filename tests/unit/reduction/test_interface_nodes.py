@@ -8,10 +8,9 @@ import scipy.sparse as sp
 
 from creak.errors import InputError
 from creak.model.materials import TrussSection
-from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation, rigid_motions
 from creak.reduction.interface.participation import participating
-from creak.reduction.interface.spacing import every_nth
+from creak.reduction.interface.spacing import every_nth, interface_graph
 from helpers_core import STEEL, beam_section, block, model_of, plate, point_mass, shell
 
 

@@ -14,9 +14,8 @@ from creak.model.mesh import Model
 from creak.reduction.craig_bampton import craig_bampton
 from creak.reduction.interface.characteristic import characteristic_modes
 from creak.reduction.interface.coarse_mesh import coarse_basis, linked
-from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation, rigid_motions
-from creak.reduction.interface.spacing import every_nth
+from creak.reduction.interface.spacing import every_nth, interface_graph
 from helpers_core import NO_DAMPING, NONE, block, couple, model_of, part_system, plate, shell
 
 RECORDED = {"section": "reduction", "source": "whole interface"}

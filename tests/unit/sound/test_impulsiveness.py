@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from creak.sound.impulsiveness import EVERY, FAST, Onset, adjustment, fast_levels, onsets
+from creak.sound.quality import EVERY, FAST, Onset, adjustment, fast_levels, onsets
 
 RECORDED = {"section": "sound"}
 

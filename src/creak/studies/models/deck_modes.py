@@ -14,7 +14,7 @@ from creak.arrays import FloatArray, IntArray, Matrix, to_dense
 from creak.assembly.coupling import Driven, couple
 from creak.assembly.damping import is_damped
 from creak.assembly.part import Rayleigh, assemble_blocks, common_rayleigh, loose_system, part_system
-from creak.assembly.system import System, by_node, recovered
+from creak.assembly.system import System, by_node, recovered, row_names
 from creak.elements.registry import FORMULATIONS, unstressed
 from creak.errors import InputError, NumericalError
 from creak.formats.deck.catalogue import stop_on_unread, with_open_stops, without_unread_damping
@@ -29,7 +29,6 @@ from creak.model.steps import StaticStep
 from creak.model.superelement import Superelement
 from creak.progress import Progress, silent
 from creak.reduction.modal import EffectiveMass, effective_mass
-from creak.studies.models.dof_names import dof_name, row_names
 from creak.studies.prepare.structure import Structure
 
 DEFAULT_COUNT = 20
@@ -243,7 +242,7 @@ def _joined_modes(
     except SingularMatrixError as error:
         if error.row < 0 or system.coordinates[error.row] < 0:
             raise
-        at = dof_name(model, int(system.coordinates[error.row]))
+        at = model.dof_name(int(system.coordinates[error.row]))
         raise NumericalError(f"{at} moves freely and has no mass: hold it, or join it to what is held") from error
     return system, found
 
@@ -353,7 +352,7 @@ def deck_matrices(model: Model) -> tuple[Superelement, str]:
 
 def named_rows(system: System, name: str, model: Model) -> Superelement:
     """A System for other programs: matrices with all damping, node labels and places."""
-    ids, dofs = row_names(system, model)
+    ids, dofs = row_names(system, model.nodes.ids)
     d, C = system.damping, system.damping.extra
     if d.alpha or d.beta:
         rayleigh = d.alpha * system.M + d.beta * system.K

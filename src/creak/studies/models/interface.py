@@ -13,10 +13,9 @@ from creak.formats.decks import read_model
 from creak.model.dofs import PER_NODE, dofs_of, node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.reduction.interface.coarse_mesh import coarse_basis
-from creak.reduction.interface.graph import interface_graph
 from creak.reduction.interface.interpolation import interpolation
 from creak.reduction.interface.participation import participating
-from creak.reduction.interface.spacing import every_nth
+from creak.reduction.interface.spacing import every_nth, interface_graph
 from creak.studies.file.case import Driving
 from creak.studies.file.config import InterfaceTable
 from creak.studies.models.reference import ReferenceModel

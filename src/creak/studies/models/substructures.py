@@ -20,7 +20,6 @@ from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
-from creak.studies.models.dof_names import dof_name
 from creak.studies.models.interface import Line, thinned
 from creak.studies.models.reference import Marks, ReferenceModel
 from creak.studies.prepare.reduction import Exterior, Reduction, reduction_set
@@ -188,7 +187,7 @@ def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
     taken = [int(x) for x in labels if int(x) in held]
     if taken:
         raise InputError(
-            f"cannot retain {dof_name(model, taken[0])}: a boundary condition holds it",
+            f"cannot retain {model.dof_name(taken[0])}: a boundary condition holds it",
             where=where,
             expected="nodes that are free to move",
             fix="Take it out of the set; supports are retained by themselves.",
@@ -197,7 +196,7 @@ def _chosen(model: Model, names: Sequence[str], places: Places) -> IntArray:
     tied = np.intersect1d(labels, np.array(dependent, dtype=np.int64))
     if tied.size:
         raise InputError(
-            f"cannot retain {dof_name(model, int(tied[0]))}: a coupling or equation makes it dependent",
+            f"cannot retain {model.dof_name(int(tied[0]))}: a coupling or equation makes it dependent",
             where=where,
             expected="independent nodes",
             fix="Retain the reference node that it follows.",

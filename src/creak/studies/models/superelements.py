@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from creak.assembly.system import System
+from creak.assembly.system import System, row_names
 from creak.digest import digest, file_stem
 from creak.errors import CreakError, InputError, NumericalError
 from creak.formats.stored.superelement import (
@@ -37,7 +37,6 @@ from creak.reduction.craig_bampton import (
 )
 from creak.reduction.inside import Inside
 from creak.reduction.raised import raised
-from creak.studies.models.dof_names import row_names
 from creak.studies.models.reference import marks_of
 from creak.studies.models.saved import NO_STORE, Store, boundary_kind, from_store, part_path, shared_path, very_same
 from creak.studies.models.substructures import Substructure
@@ -194,7 +193,7 @@ def _wider(saved: SavedSuperelement, sub: Substructure, model: Model) -> Substru
     """
     if sub.shape is not None:
         return None
-    ids, dofs = row_names(sub.part, model)
+    ids, dofs = row_names(sub.part, model.nodes.ids)
     own, named = PER_NODE * ids + dofs, (PER_NODE * saved.node_ids + saved.dofs)[saved.node_ids > 0]
     order = np.argsort(own, kind="stable")
     row = order[np.maximum(np.searchsorted(own, named, side="right", sorter=order) - 1, 0)]
@@ -233,7 +232,7 @@ def save_superelement(
         return path
     m = reduced.matrices
     matrices = {"K": m.K, "M": m.M, "M_alone": m.M_alone, **({} if m.C is None else {"C": m.C})}
-    ids, dofs = row_names(with_all_modes(reduced).system, model)  # the file has those beyond f_max too
+    ids, dofs = row_names(with_all_modes(reduced).system, model.nodes.ids)  # the file has those beyond f_max too
     fixed = reduced.basis.fixed
     write_superelement_file(
         path,

@@ -23,7 +23,6 @@ from creak.model.units import UNITS
 from creak.progress import Progress
 from creak.reduction.modal import modal_values
 from creak.studies.file.config import PrecheckTable
-from creak.studies.models.dof_names import dof_name
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import WHOLE
 from creak.studies.models.reference import ReferenceModel, in_modes
@@ -328,7 +327,7 @@ def velocity_warnings(model: Model, system: System, unit: str) -> list[str]:
     others = f" and {off.sum() - 1} more dofs" if off.sum() > 1 else ""
     return [
         Warned(
-            f"{dof_name(model, int(labels[k]))}{others} cannot have the initial velocity of the deck beside those of "
+            f"{model.dof_name(int(labels[k]))}{others} cannot have the initial velocity of the deck beside those of "
             f"the nodes that it is linked to: it starts with {found[k]:.4g} instead of {given[k]:.4g} {unit}, so that "
             "the momentum is that of the deck; give all linked nodes velocities that fit together"
         )

@@ -11,9 +11,8 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.sound.impulsiveness import QUIETEST
 from creak.sound.loudness import FAINT, TIME_STEP, Loudness, added_loudness, loudness
-from creak.sound.quality import Quality, quality_of, within
+from creak.sound.quality import QUIETEST, Quality, quality_of, within
 from creak.sound.third_octave import LOWER_EDGES, SILENCE, a_weighted_level, a_weighted_sum, third_octave_levels
 from creak.sound.zwicker_tables import RATE, REFERENCE_PRESSURE
 
