@@ -11,16 +11,18 @@ import scipy.sparse as sp
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.errors import InputError, suggest
 from creak.model.constraints import held_nodes
-from creak.model.face_shapes import FaceShapes, face_shapes, joined
 from creak.model.faces import (
     FACES,
     N_CORNER,
     SHELL_FACETS,
+    FaceShapes,
     face_numbers,
+    face_shapes,
     faces_of,
     facet_areas,
     facets_of_shells,
     free_faces,
+    joined,
     volumes,
 )
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, ShellSection

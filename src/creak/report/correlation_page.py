@@ -15,8 +15,7 @@ from creak.report.drawn import LIMIT
 from creak.report.figures import beside_test as beside
 from creak.report.figures.beside_test import records_figure
 from creak.report.figures.scene import drawn_surface, part_of, period
-from creak.report.figures.surface import Surface, surface_of
-from creak.report.figures.view import front
+from creak.report.figures.view import Surface, front, surface_of
 from creak.report.html import file_parts
 from creak.report.tables.run import Table
 from creak.report.templates import page_templates, script_json

@@ -15,7 +15,7 @@ from creak.assembly.system import System, by_node, recovered
 from creak.formats.stored.tree import read_tree, write_tree
 from creak.linalg.modes import Modes
 from creak.model.dofs import nodes_of
-from creak.report.figures.surface import Surface, surface_of
+from creak.report.figures.view import Surface, surface_of
 from creak.studies.findings.tree import Findings
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.run.motion import Motion

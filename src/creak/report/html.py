@@ -24,8 +24,7 @@ from creak.report.figures import run as figures
 from creak.report.figures.gaps import eline_figure
 from creak.report.figures.picture import Loaded, contact_picture, data_uri, model_picture, standard_marks
 from creak.report.figures.spots import spots_figure
-from creak.report.figures.surface import Surface
-from creak.report.figures.view import outward
+from creak.report.figures.view import Surface, outward
 from creak.report.sound_parts import loudness_figure, sound_tables
 from creak.report.tables import checks
 from creak.report.tables import events as event_tables

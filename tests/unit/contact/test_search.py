@@ -7,7 +7,7 @@ import pytest
 
 from creak.contact.facets import Facets
 from creak.contact.search import facet_tree, project_along, project_closest
-from creak.model.face_shapes import shapes_of
+from creak.model.faces import shapes_of
 from creak.model.projection import meet_facets
 from helpers_fem import random_rotation
 

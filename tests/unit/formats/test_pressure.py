@@ -8,7 +8,7 @@ import pytest
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck_run
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
-from creak.model.face_shapes import shapes_of
+from creak.model.faces import shapes_of
 from creak.model.steps import StaticLoads
 from helpers_nastran import motion, read, row
 

@@ -10,8 +10,7 @@ import pytest
 from matplotlib.image import imread
 
 from creak.report.figures.picture import Loaded, contact_picture, model_picture, standard_marks
-from creak.report.figures.surface import surface_of
-from creak.report.figures.view import cut_up, facets_of, front, three_quarter
+from creak.report.figures.view import cut_up, facets_of, front, surface_of, three_quarter
 
 NONE = np.zeros(0, dtype=np.int64)
 

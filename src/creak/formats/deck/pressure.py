@@ -8,8 +8,8 @@ from itertools import product
 import numpy as np
 
 from creak.arrays import FloatArray, IntArray
-from creak.model.face_shapes import SQUARE as _AT
-from creak.model.face_shapes import FaceShapes
+from creak.model.faces import SQUARE as _AT
+from creak.model.faces import FaceShapes
 from creak.model.steps import PointLoad
 
 _FEW, _MANY = 2, 6

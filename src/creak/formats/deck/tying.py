@@ -10,8 +10,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.formats.deck.parts import Group
 from creak.model.constraints import Constraint, Equation, Tie
-from creak.model.face_shapes import FEW, FaceShapes, shapes_of
-from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
+from creak.model.faces import FACES, FEW, SHELL_FACETS, FaceShapes, faces_of, facets_of_shells, free_faces, shapes_of
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
 

@@ -177,7 +177,7 @@ class Hdf5:
 
 @contextmanager
 def hdf5_file(partial: Path) -> Iterator[Hdf5]:
-    """Write a new HDF5 file with a checksum (`sealed_hdf5`); to be used inside `complete_file`.
+    """Write a new HDF5 file with a checksum (`seal`); to be used inside `complete_file`.
 
     Raises
     ------

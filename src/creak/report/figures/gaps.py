@@ -12,8 +12,7 @@ from creak.model.units import Units
 from creak.report.figures import palette
 from creak.report.figures.axes import Trace, axis, base_layout, line, plain, stacked
 from creak.report.figures.run import MOST_ROWS, Figure, groups_by_force
-from creak.report.figures.surface import Surface
-from creak.report.figures.view import front, outward
+from creak.report.figures.view import Surface, front, outward
 from creak.report.words.text import number
 from creak.studies.findings.elines import BOTH, FALSE_ALARM, MISS, NEITHER, margins, risks
 from creak.studies.findings.tree import Findings

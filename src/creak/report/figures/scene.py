@@ -14,8 +14,7 @@ from creak.model.units import Units
 from creak.report.drawn import LIMIT, Drawn, Motions, ShortArray, ShownMotion
 from creak.report.figures.axes import INSTANT, plain
 from creak.report.figures.palette import PARTS, shares
-from creak.report.figures.surface import Surface
-from creak.report.figures.view import front, outward
+from creak.report.figures.view import Surface, front, outward
 from creak.report.words.text import fixed, number
 from creak.studies.findings.places import Place, place_of
 from creak.studies.findings.tree import Findings, FoundRun

@@ -27,8 +27,7 @@ from creak.formats.deck.tying import (
     ties_of,
 )
 from creak.model.constraints import Constraint
-from creak.model.face_shapes import shapes_of
-from creak.model.faces import FACES
+from creak.model.faces import FACES, shapes_of
 from creak.model.mesh import Nodes
 
 ROUNDING = 1e-3

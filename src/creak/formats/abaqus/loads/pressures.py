@@ -14,7 +14,7 @@ from creak.formats.abaqus.mesh.sets import IS_SHELL, RawSurface, faces_named, fa
 from creak.formats.abaqus.text.fields import Registry, to_float
 from creak.formats.abaqus.text.lexer import Block
 from creak.formats.deck.pressure import Pressed, nodal_forces, point_loads
-from creak.model.face_shapes import shapes_of
+from creak.model.faces import shapes_of
 from creak.model.steps import PointLoad
 
 _FACES = {f"P{k}": f"S{k}" for k in range(1, 7)}

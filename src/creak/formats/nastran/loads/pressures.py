@@ -12,8 +12,7 @@ from creak.formats.deck.coordinate_systems import axes_at
 from creak.formats.deck.pressure import Pressed, nodal_forces
 from creak.formats.nastran.text.bulk_data import Card
 from creak.formats.nastran.text.deck import Deck
-from creak.model.face_shapes import FaceShapes, face_shapes, joined
-from creak.model.faces import FACES, N_CORNER, SHELL_FACETS, face_numbers, faces_of
+from creak.model.faces import FACES, N_CORNER, SHELL_FACETS, FaceShapes, face_numbers, face_shapes, faces_of, joined
 
 CARDS = ("PLOAD", "PLOAD2", "PLOAD4")
 _NORMAL = (np.nan, np.nan, np.nan)
