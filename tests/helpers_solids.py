@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from creak.elements.registry import FORMULATIONS
-from creak.elements.solids import tet10 as solid_tet10
 from creak.model.faces import FACES, MIDDLES
 from helpers_fem import Mesh
 
 KINDS = {kind: FORMULATIONS[kind] for kind in FACES}
 EDGES = {
-    "tet10": solid_tet10.EDGES,
+    "tet10": MIDDLES["tet10"],
     **dict.fromkeys(("hex20", "hex20r", "hex20s"), MIDDLES["hex20"]),
     "wedge15": MIDDLES["wedge15"],
 }

@@ -10,7 +10,7 @@ import pytest
 from creak.elements.registry import FORMULATIONS
 from creak.elements.solids import hex8 as solid_hex8
 from creak.elements.solids import hex20 as solid_hex20
-from creak.elements.solids import tet10 as solid_tet10
+from creak.elements.solids.tetrahedra import EDGES
 from creak.errors import InputError, NumericalError
 from creak.model.faces import MIDDLES
 from creak.model.materials import Material, SolidSection, TrussSection
@@ -32,7 +32,7 @@ def middled(corners: np.ndarray, edges: tuple[tuple[int, int], ...]) -> np.ndarr
 
 SOLIDS = {
     "tet4": TET,
-    "tet10": middled(TET, solid_tet10.EDGES),
+    "tet10": middled(TET, EDGES),
     "wedge6": WEDGE,
     "wedge15": middled(WEDGE, MIDDLES["wedge15"]),
     "pyramid5": np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, 1]]),

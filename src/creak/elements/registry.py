@@ -1,6 +1,7 @@
 """Which file computes which kind of element, and what every element keeps to.
 
-An element is a file, and one `Formulation` here. Its functions `stiffness`, `mass` and, where it has dashpots,
+An element is a file, and one `Formulation` here; of solids that are integrated by plain rules these are all it has. Its
+functions `stiffness`, `mass` and, where it has dashpots,
 `damping` take a whole block at once:
 
 Parameters
@@ -38,8 +39,17 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements import beam2, beam3, bushing, cohesive, discrete, truss2
 from creak.elements.shells import quad4, quad8, tri3, tri6
-from creak.elements.solids import hex8, hex20, pyramid5, tet4, tet10, wedge6, wedge15
-from creak.elements.solids.common import Reference, geometric_stiffness, heat_load
+from creak.elements.solids import hex8, hex20
+from creak.elements.solids.common import (
+    Reference,
+    consistent_mass,
+    geometric_stiffness,
+    heat_load,
+    isoparametric_stiffness,
+)
+from creak.elements.solids.pyramid5 import PYRAMID5
+from creak.elements.solids.tetrahedra import TET4, TET10
+from creak.elements.solids.wedges import WEDGE6, WEDGE15
 from creak.model.mesh import COMMON, Own
 
 Matrices = Callable[[FloatArray, Any, Own], FloatArray]
@@ -73,11 +83,11 @@ def _stressed(element: Any) -> Formulation:
     )
 
 
-def _integrated(stiffness: Matrices, mass: Matrices, rule: Reference) -> Formulation:
-    """Of a solid whose stiffness is the integral of B' D B by one rule."""
+def _integrated(rule: Reference, of_mass: Reference) -> Formulation:
+    """Of a solid whose stiffness is the integral of B' D B by one rule, its mass consistent by another."""
     return Formulation(
-        stiffness,
-        mass,
+        partial(isoparametric_stiffness, reference=rule),
+        partial(consistent_mass, reference=of_mass),
         geometric=partial(geometric_stiffness, reference=rule),
         heat_load=partial(heat_load, reference=rule),
     )
@@ -95,6 +105,7 @@ def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
 
 
 _GIVEN = Formulation(*(partial(discrete.given, of=x) for x in ("stiffness", "mass", "damping")))
+_REDUCED = _integrated(hex20.EIGHT, hex20.TWENTY_SEVEN)
 FORMULATIONS: dict[str, Formulation] = {
     "quad4": replace(_stressed(quad4), softened=quad4.softened_stiffness, softened_heat_load=quad4.softened_heat_load),
     "tri3": _stressed(tri3),
@@ -104,21 +115,16 @@ FORMULATIONS: dict[str, Formulation] = {
     "beam3": _stressed(beam3),
     "truss2": _stressed(truss2),
     "hex8": _stressed(hex8),
-    "wedge6": _integrated(wedge6.stiffness, wedge6.mass, wedge6.GAUSS),
-    "pyramid5": _integrated(pyramid5.stiffness, pyramid5.mass, pyramid5.TWO),
+    "wedge6": _integrated(*WEDGE6),
+    "pyramid5": _integrated(*PYRAMID5),
     "coh6": Formulation(cohesive.stiffness, cohesive.mass),
     "coh8": Formulation(cohesive.stiffness, cohesive.mass),
-    "tet4": _integrated(tet4.stiffness, tet4.mass, tet4.CENTRE),
-    "tet10": _integrated(tet10.stiffness, tet10.mass, tet10.FOUR),
-    "hex20": _integrated(hex20.stiffness, hex20.mass, hex20.TWENTY_SEVEN),
-    "hex20r": _integrated(hex20.reduced_stiffness, hex20.mass, hex20.EIGHT),
-    "hex20s": Formulation(
-        hex20.reduced_shear_stiffness,
-        hex20.mass,
-        geometric=partial(geometric_stiffness, reference=hex20.EIGHT),
-        heat_load=hex20.reduced_shear_heat_load,
-    ),
-    "wedge15": _integrated(wedge15.stiffness, wedge15.mass, wedge15.NINE),
+    "tet4": _integrated(*TET4),
+    "tet10": _integrated(*TET10),
+    "hex20": _integrated(hex20.TWENTY_SEVEN, hex20.TWENTY_SEVEN),
+    "hex20r": replace(_REDUCED, stiffness=hex20.reduced_stiffness),
+    "hex20s": replace(_REDUCED, stiffness=hex20.reduced_shear_stiffness, heat_load=hex20.reduced_shear_heat_load),
+    "wedge15": _integrated(*WEDGE15),
     **dict.fromkeys(("mass", "rotary"), Formulation(zero, discrete.mass, geometric=unstressed)),
     **dict.fromkeys(
         ("spring1", "spring2"),

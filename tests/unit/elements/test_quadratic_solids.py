@@ -8,7 +8,7 @@ import pytest
 from creak.elements.block_matrices import lumped
 from creak.elements.geometry import gauss_triangle
 from creak.elements.solids import hex20 as solid_hex20
-from creak.elements.solids import wedge15 as solid_wedge15
+from creak.elements.solids.wedges import quadratic
 from creak.model.faces import MIDDLES
 from creak.model.materials import Material, SolidSection
 from creak.model.mesh import Own
@@ -20,7 +20,7 @@ TRIANGLES = np.array([[0, 0, -1], [1, 0, -1], [0, 1, -1], [0, 0, 1], [1, 0, 1], 
 SHAPES = {
     "hex20": (solid_hex20.reference, solid_hex20.NODES),
     "wedge15": (
-        solid_wedge15.reference,
+        quadratic,
         np.concatenate([TRIANGLES, TRIANGLES[np.array(MIDDLES["wedge15"])].mean(axis=1)]),
     ),
 }

@@ -181,7 +181,7 @@ def with_rotations(blocks: FloatArray) -> FloatArray:
 
 
 def isoparametric_stiffness(
-    coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON
+    coords: FloatArray, section: SolidSection, own: Own = COMMON, *, reference: Reference
 ) -> FloatArray:
     """K = integral of B' D B of displacements alone, (n, 6 n_node, 6 n_node)."""
 
@@ -193,7 +193,9 @@ def isoparametric_stiffness(
     return _over_block(kernel, coords, reference, own)
 
 
-def consistent_mass(coords: FloatArray, section: SolidSection, reference: Reference, own: Own = COMMON) -> FloatArray:
+def consistent_mass(
+    coords: FloatArray, section: SolidSection, own: Own = COMMON, *, reference: Reference
+) -> FloatArray:
     """M = integral of rho N_i N_j on each translation, (n, 6 n_node, 6 n_node); rotations have no mass."""
     products = np.einsum("gi,gj,g->gij", reference.shapes, reference.shapes, reference.weights)
 

@@ -1,4 +1,8 @@
-"""Twenty-node hexahedron (serendipity): integrated fully, reduced, or with reduced shear."""
+"""Twenty-node hexahedron (serendipity): integrated fully, reduced, or with reduced shear.
+
+Nodes: four corners round one face, those opposite them, then the middles of the edges of the first face (from edge 1-2
+on), of the second, and of those between (1-5, 2-6, 3-7, 4-8). The rotations have no stiffness.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +13,6 @@ from creak.elements.geometry import in_chunks, material_frames, rotate_to_global
 from creak.elements.shells.common import weighted_gram, weighted_sum
 from creak.elements.solids.common import (
     Reference,
-    consistent_mass,
     elasticity,
     heat_stress,
     isoparametric_stiffness,
@@ -43,31 +46,20 @@ def _rule(n: int) -> Reference:
 
 EIGHT = _rule(2)
 TWENTY_SEVEN = _rule(3)
-
-
-def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """K = integral of B' D B with 3 x 3 x 3 points (C3D20).
-
-    No hourglass modes; stiff near incompressibility and, where it is thin or its angles are far from 90 degrees, in
-    bending. Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8.
-
-    Nodes: four corners round one face, those opposite them, then the middles of the edges of the first face (from edge
-    1-2 on), of the second, and of those between (1-5, 2-6, 3-7, 4-8). The rotations have no stiffness.
-    """
-    return isoparametric_stiffness(coords, section, TWENTY_SEVEN, own)
+"""No hourglass modes; stiff near incompressibility and, where it is thin or its angles are far from 90 degrees, in
+bending. Source: Zienkiewicz and Taylor, The Finite Element Method, vol. 1 (2000), chapter 8. Of the mass it is exact
+for parallelepipeds."""
 
 
 def reduced_stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """K as `stiffness`, with 2 x 2 x 2 points (C3D20R).
+    """K = integral of B' D B with 2 x 2 x 2 points (C3D20R).
 
     Good in bending and near incompressibility. An element alone has six hourglass modes and a straight row of elements
     several, clamped or not; a mesh with two elements in each of two directions has none.
     Source: Zienkiewicz, Taylor and Too, Int. J. Numer. Meth. Eng. 3 (1971) 275.
-
-    Parameters, returns and errors as `stiffness`.
     """
     require_volume(np.asarray(coords, dtype=np.float64), TWENTY_SEVEN.slopes)
-    return isoparametric_stiffness(coords, section, EIGHT, own)
+    return isoparametric_stiffness(coords, section, own, reference=EIGHT)
 
 
 def reduced_shear_stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
@@ -77,8 +69,6 @@ def reduced_shear_stiffness(coords: FloatArray, section: SolidSection, own: Own 
     opposite faces. No hourglass modes, good in bending, stiff near incompressibility: the way of Nastran's CHEXA with
     mid-side grids (PSOLID with IN and ISOP blank), whose own points for shear are not published in detail.
     Constant strain is exact, since both rules integrate B exactly where edges are straight.
-
-    Parameters, returns and errors as `stiffness`.
     """
     coords = np.asarray(coords, dtype=np.float64)
     require_volume(coords, TWENTY_SEVEN.slopes)
@@ -120,11 +110,6 @@ def _direct_stress(section: SolidSection, own: Own, whole: FloatArray) -> FloatA
     out = np.zeros_like(whole)
     out[..., :3] = (D[..., :3, :3] @ strain)[..., 0]
     return out
-
-
-def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass with 3 x 3 x 3 points, exact for parallelepipeds, see `consistent_mass`."""
-    return consistent_mass(coords, section, TWENTY_SEVEN, own)
 
 
 def element_axes(coords: FloatArray) -> FloatArray:

@@ -104,7 +104,7 @@ def heat_load(coords: FloatArray, section: SolidSection, own: Own, rise: FloatAr
 
 def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
     """Consistent mass of the trilinear displacements, see `consistent_mass`."""
-    return consistent_mass(coords, section, GAUSS, own)
+    return consistent_mass(coords, section, own, reference=GAUSS)
 
 
 def _incompatible(coords: FloatArray, det: FloatArray) -> FloatArray:

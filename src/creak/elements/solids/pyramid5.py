@@ -1,4 +1,7 @@
-"""Five-node pyramid."""
+"""Five-node pyramid.
+
+Nodes: the base 1-2-3-4, turning right-handed towards the apex, then the apex. The rotations have no stiffness.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,7 @@ import numpy as np
 
 from creak.arrays import FloatArray
 from creak.elements.geometry import gauss_square
-from creak.elements.solids.common import Reference, consistent_mass, isoparametric_stiffness
-from creak.model.materials import SolidSection
-from creak.model.mesh import COMMON, Own
+from creak.elements.solids.common import Reference
 
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
 
@@ -47,20 +48,9 @@ def _rule(n: int) -> Reference:
     return reference(np.concatenate(points), np.concatenate([share * b for b in weight]))
 
 
-TWO, THREE = _rule(2), _rule(3)
+PYRAMID5 = _rule(2), _rule(3)
+"""Rules of stiffness and mass.
 
-
-def stiffness(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """K = integral of B' D B.
-
-    A fill-in element between hexahedra and tetrahedra, whose faces it fits: like the tetrahedron it is too stiff in
-    bending and in nearly incompressible material. Source: Bedrosian, Int. J. Numer. Meth. Eng. 35 (1992) 95.
-
-    Nodes: the base 1-2-3-4, turning right-handed towards the apex, then the apex. The rotations have no stiffness.
-    """
-    return isoparametric_stiffness(coords, section, TWO, own)
-
-
-def mass(coords: FloatArray, section: SolidSection, own: Own = COMMON) -> FloatArray:
-    """Consistent mass, see `consistent_mass`."""
-    return consistent_mass(coords, section, THREE, own)
+A fill-in element between hexahedra and tetrahedra, whose faces it fits: like the tetrahedron it is too stiff in bending
+and in nearly incompressible material. Source: Bedrosian, Int. J. Numer. Meth. Eng. 35 (1992) 95.
+"""
