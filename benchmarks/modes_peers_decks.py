@@ -9,9 +9,8 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.errors import InputError
-from creak.formats.abaqus.write.conditions import runs
 from creak.formats.abaqus.write.names import vector
-from creak.formats.abaqus.writer import deck_lines
+from creak.formats.abaqus.writer import deck_lines, runs
 from creak.model.constraints import Constraint, KinematicCoupling, RigidLink
 from creak.model.materials import NodalMatrices, ShellSection, Spring
 from creak.model.mesh import ElementBlock, Model, Nodes

@@ -1,8 +1,7 @@
 """Which file computes which kind of element, and what every element keeps to.
 
-An element is a file, and one `Formulation` here; of solids that are integrated by plain rules these are all it has. Its
-functions `stiffness`, `mass` and, where it has dashpots,
-`damping` take a whole block at once:
+An element is a file, and one `Formulation` here. Solids that plain rules integrate are these rules alone. The functions
+`stiffness`, `mass` and, where it has dashpots, `damping` take a whole block at once:
 
 Parameters
 ----------
