@@ -87,8 +87,7 @@ def in_windows(
         held, shift = search.placed(held, lam, rate)
         lowest = lowest if lam.size else shift
         found, last, held, solved = search.counted(held, lam, shift)
-        if not are_apart(mass, shapes[max(lam.size - SLACK, 0) : lam.size].T, found.shapes[:, :SLACK]):
-            raise NumericalError(TOO_MANY)
+        _check_end(mass, shapes[max(lam.size - SLACK, 0) : lam.size].T, found.shapes[:, :SLACK])
         shapes[lam.size : lam.size + last] = found.shapes[:, :last].T
         start = np.sqrt(max(lam[-1] if lam.size else 0.0, 0.0))
         rate = max((np.sqrt(max(found.lam[last - 1], 0.0)) - start) / last, 0.1 * rate)
@@ -187,6 +186,12 @@ class _Search:
             return seek(left, extra=1, upper=self.upper * (1.0 + 1e-6)), left
         found = seek(size + SLACK)
         return found, size + int(np.argmax(np.diff(found.lam[size - 1 :])))
+
+
+def _check_end(mass: BlockProduct, before: FloatArray, after: FloatArray) -> None:
+    """Raise NumericalError where a window has found modes of the one before again."""
+    if not are_apart(mass, before, after):
+        raise NumericalError(TOO_MANY)
 
 
 def are_apart(mass: BlockProduct, before: FloatArray, after: FloatArray) -> bool:
