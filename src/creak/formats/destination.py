@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from creak.digest import digest
 from creak.errors import InputError
 from creak.formats.deck.command_files import refuse_to_replace
 
@@ -102,6 +101,8 @@ def _machine() -> str:
         found += [Path("/proc/sys/kernel/random/boot_id").read_text(encoding="utf-8"), os.readlink("/proc/self/ns/pid")]
     except OSError:
         found.append("")
+    from creak.digest import digest  # with NumPy, which no help of a command needs
+
     return digest(found, 4)
 
 
