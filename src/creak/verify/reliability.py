@@ -20,6 +20,8 @@ UNRELIABLE = "unreliable"
 FORCED = "shorten the step, soften the contact or dissipate more"
 CHOSEN = 'soften the contact, or take accuracy = "fine"'
 """What to do about created energy, where the step was forced and where it was not."""
+UNTOUCHED = "nothing touches, so it is round-off: look whether lengths, moduli and densities are in one system of units"
+"""The same of a run that creak chose the step of and in which no contact acts: it is exact."""
 
 
 def created_of_contact(history: History) -> float:
@@ -65,7 +67,7 @@ def reasons_against(history: History, *, forced: bool = True, unit: str = "") ->
 
     forced: its step was; else creak chose it.
     """
-    remedy = FORCED if forced else CHOSEN
+    remedy = FORCED if forced else CHOSEN if history.force.any() else UNTOUCHED
     if not is_finite(history):
         return [f"its results are not finite numbers: {remedy}"]
     found = (

@@ -67,6 +67,10 @@ def test_damping_that_gives_energy_is_told():
     energy[-1, ENERGIES.index("damping")] = -0.2 * history.energy_scale
     (reason,) = reasons_against(replace(history, energy=energy))
     assert "20 % of the work of the loads by what damps the structure" in reason
+    untouched = replace(history, energy=energy, force=0.0 * history.force)
+    (reason,) = reasons_against(untouched, forced=False)
+    assert "soften" not in reason
+    assert "one system of units" in reason
 
 
 def test_both_bars_and_what_is_just_below_them():

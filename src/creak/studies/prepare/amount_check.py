@@ -97,7 +97,7 @@ def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
         if t.dof not in ("x", "y", "z") or not (t.signal.stated or isinstance(t.signal, RecordTable | TableTable)):
             continue
         peak = system.length * _peak(t, loads.support[2, :, j])
-        if peak > HARD or (t.values_of == "acceleration" and NOTHING < peak < WEAK):
+        if peak > HARD or _is_weak(t, peak):
             in_g = f" A record in g takes factor = {GRAVITY / system.length:.6g}" * isinstance(t.signal, RecordTable)
             found.append(
                 f"[excitation.{name}] accelerates by {'up to' if peak > HARD else 'no more than'} {peak:.2g} m/s2: are "
@@ -105,6 +105,24 @@ def motion_warnings(driving: Driving, loads: Loads) -> list[str]:
                 f"{in_g * (peak < WEAK)}"
             )
     return [Warned(text) for text in found]
+
+
+def weak_drive(driving: Driving, loads: Loads) -> str | None:
+    """Why a run in which nothing touches says nothing, where accelerations drive it that no vehicle and no shaker has
+    so small: they are in another unit. None: something else drives it."""
+    system, moving = SYSTEMS[driving.units], driving.moving
+    peaks = [system.length * _peak(t, loads.support[2, :, j]) for j, t in enumerate(moving.values())]
+    if driving.forcing or driving.statics or not all(map(_is_weak, moving.values(), peaks)) or not moving:
+        return None
+    return (
+        f"what drives the model accelerates by less than {WEAK:g} m/s2, so nothing can rattle: give the factor from "
+        f"its unit to {system.words[0]}/s^2 (of a record in g factor = {GRAVITY / system.length:.6g})"
+    )
+
+
+def _is_weak(t: ExcitationTable, peak: float) -> bool:
+    """Whether it is an acceleration of a peak (m/s^2) that is no vibration of a vehicle or a shaker."""
+    return t.values_of == "acceleration" and t.dof in ("x", "y", "z") and NOTHING < peak < WEAK
 
 
 def drift_warnings(model: Model, driving: Driving, driven: Driven, loads: Loads) -> list[str]:

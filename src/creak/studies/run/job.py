@@ -18,6 +18,7 @@ from creak.studies.file.paths import new_identity
 from creak.studies.models.reduced import ReducedModel, Stage, reduce_model
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
+from creak.studies.prepare.amount_check import weak_drive
 from creak.studies.prepare.marching import Marching, Observed, Scope
 from creak.studies.prepare.reduction import Reduction
 from creak.studies.prepare.setup import Setup
@@ -104,6 +105,8 @@ class StudyResult(ResultBase[Run]):
         run = self.main
         if run is None or run.history.force.any():
             return None
+        if why := weak_drive(self.setup.study.driving, self.setup.loads):
+            return why
         linear = self.reference.linear_gaps
         closed = _closed(run.gaps.gap0, run.history.gap.min(axis=0, initial=np.inf))
         if closed or (linear is not None and _closed(self.setup.contacts.gap0, linear)):

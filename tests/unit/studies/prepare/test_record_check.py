@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.progress import silent
 from creak.signals import sources
 from creak.signals.between_samples import evened
 from creak.signals.faults import cut_off, dropouts, reaches_top, spikes
@@ -15,6 +16,7 @@ from creak.signals.sources import Record
 from creak.studies.file import tables
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
+from creak.studies.run.job import run_study
 from creak.studies.warned import Warned
 from helpers_decks import STUDY, write_strips
 
@@ -214,3 +216,14 @@ def test_an_uneven_record_runs_with_a_note_and_one_that_holds_too_much_with_a_wa
         (told,) = [note for note in told_of(tmp_path, time, value) if "uneven times" in note]
         assert isinstance(told, Warned) == warned
         assert "has uneven times and was put on even ones 0.00" in told
+
+
+@pytest.mark.parametrize(("factor", "answered"), [(1.0, False), (9806.65, True)])
+def test_a_record_in_g_that_is_taken_as_mm_per_s2_is_no_quiet_answer(tmp_path, factor, answered):
+    """Two tenths of a g move hardly anything as 0.2 mm/s2: that nothing touches then says nothing."""
+    time = STEP * np.arange(2000)
+    record = f'type = "record", high_pass = 8, factor = {factor}'
+    told_of(tmp_path, time, 0.2 * np.sin(2.0 * np.pi * 20.0 * time), record, end=0.2)
+    result = run_study(set_up(read_study(tmp_path / "study.toml")), silent)
+    assert (result.unanswered is None) is answered
+    assert answered or "of a record in g factor = 9806.65" in result.unanswered
