@@ -129,7 +129,9 @@ class System:
         NumericalError : no trustworthy eigenvectors were found.
         """
         m, k = (np.asarray(A.diagonal(), dtype=float) for A in (self.M, self.K))
-        return complex_modes(m, k, self.damping.matrix(m, k))
+        d = self.damping
+        shared = None if d.extra is None else to_dense(d.extra)
+        return complex_modes(m, k, d.matrix(m, k), shared)
 
     def combined(self, A: Matrix, labels: IntArray) -> tuple[Matrix, Matrix]:
         """A R (m, n) and A R_s (m, n_support): combinations A (m, k) of the motion at `labels` (k,)."""

@@ -19,8 +19,9 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.linalg as sla
 
-from creak.arrays import BoolArray, FloatArray, brief
+from creak.arrays import BoolArray, ComplexArray, FloatArray, brief
 from creak.errors import NumericalError
+from creak.linalg.secular import eigenpairs, few_dashpots, left_of
 
 OFF_DIAGONAL = 1e-6
 """Modal damping that couples modes by less than this share of their own damping counts as diagonal."""
@@ -30,6 +31,8 @@ NUDGE = 1e-11
 """Share of itself: motion is off by as much for each radian, and round-off times 1 / sqrt(NUDGE)."""
 TRUSTED = 1e-6
 """Largest residual of the eigenvectors: |A X - X B| and |X Y - 1|."""
+PROBES = 3
+"""Vectors by which X Y is held to 1."""
 
 
 @dataclass(frozen=True)
@@ -70,8 +73,12 @@ class ComplexModes:
         return 0.5 * np.einsum("ki,ki->k", v, v), 0.5 * np.square(self.strain * q).sum(axis=1)
 
 
-def complex_modes(m: FloatArray, k: FloatArray, C: FloatArray) -> ComplexModes:
+def complex_modes(m: FloatArray, k: FloatArray, C: FloatArray, shared: FloatArray | None = None) -> ComplexModes:
     """Of a structure with diagonal M and K, m and k (n,), m above 0, and symmetric C (n, n).
+
+    Parameters
+    ----------
+    shared : (n, n) the part of C that couples modes, where it is known; few dashpots are faster (`linalg.secular`).
 
     Raises
     ------
@@ -83,7 +90,10 @@ def complex_modes(m: FloatArray, k: FloatArray, C: FloatArray) -> ComplexModes:
     C = turn.T @ C @ turn
     together = coupled(C)
     alone, pairs, scale = np.flatnonzero(~together), np.flatnonzero(together), _scales(omega)
-    X, Y, B = _eigenpairs(scale[pairs], omega[pairs], C[np.ix_(pairs, pairs)])
+    some, found = np.ix_(pairs, pairs), None
+    if shared is not None and np.all(omega[pairs] > 0.0):
+        found = _of_few_dashpots(omega[pairs], C[some], (shared / np.outer(mass, mass))[some])
+    X, Y, B = found or _eigenpairs(scale[pairs], omega[pairs], C[some])
     order, a = np.concatenate([alone, pairs]), alone.size
     of_x, of_z = np.concatenate([pairs, n + pairs]), np.concatenate([np.arange(a, n), n + np.arange(a, n)])
     lone_x, lone_z = np.concatenate([alone, n + alone]), np.concatenate([np.arange(a), n + np.arange(a)])
@@ -132,7 +142,36 @@ def _scales(omega: FloatArray) -> FloatArray:
     return np.where(moving, omega, omega[moving].min() if moving.any() else 1.0)
 
 
-def _eigenpairs(scale: FloatArray, omega: FloatArray, C: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+Found = tuple[FloatArray, FloatArray, FloatArray]
+
+
+def _of_few_dashpots(omega: FloatArray, C: FloatArray, shared: FloatArray) -> Found | None:
+    """As `_eigenpairs`; None where there are too many, or these cannot be trusted."""
+    few = few_dashpots(C, shared)
+    found = None if few is None else eigenpairs(omega, *few)
+    if few is None or found is None:
+        return None
+    values, vectors = found
+    with np.errstate(all="ignore"):
+        left = left_of(values, vectors)
+    (X, B), Y = _real_pairs(values, vectors, left)
+    p, (d, W) = omega.size, few
+    if not np.all(np.isfinite(Y)) or np.linalg.norm(X, 1) * np.linalg.norm(Y, 1) > ILL * p:
+        return None
+    some = np.random.default_rng(2).standard_normal((2 * p, PROBES))
+    top, low = X[:p], X[p:]
+    A_X = np.vstack([omega[:, None] * low, -omega[:, None] * top - d[:, None] * low - W @ (W.T @ low)])
+    fits = np.abs(A_X - _times(X, B)).max(axis=1) <= TRUSTED * np.concatenate([omega, np.maximum(omega, C.max(axis=1))])
+    return (X, Y, B) if np.all(fits) and np.abs(X @ (Y @ some) - some).max() <= TRUSTED else None
+
+
+def _times(X: FloatArray, B: FloatArray) -> FloatArray:
+    """X times the blocks."""
+    first, second = np.hsplit(X, 2)
+    return np.hstack([first * B[0] + second * B[2], first * B[1] + second * B[3]])
+
+
+def _eigenpairs(scale: FloatArray, omega: FloatArray, C: FloatArray) -> Found:
     """X (2 p, 2 p), its inverse, and the blocks B (4, p); columns j and p + j belong to block j.
 
     The eigensolver gets the fastest modes first, velocities before displacements: it is off by round-off of the largest
@@ -142,28 +181,35 @@ def _eigenpairs(scale: FloatArray, omega: FloatArray, C: FloatArray) -> tuple[Fl
     if p == 0:
         return np.zeros((0, 0)), np.zeros((0, 0)), np.zeros((4, 0))
     A = np.block([[np.zeros((p, p)), np.diag(scale)], [-np.diag(omega**2 / scale), -C]])
-    noise = np.random.default_rng(1).standard_normal((p, p))
     size = np.sqrt(np.maximum(C.diagonal(), 0.0))
     fastest = np.argsort(-omega, kind="stable")
     order = np.stack([p + fastest, fastest], axis=1).ravel()
     for nudge, ill in ((0.0, ILL), (NUDGE, ILL**2), (100.0 * NUDGE, ILL**2)):
-        A[p:, p:] = -C - nudge * size[:, None] * (noise + noise.T) * size
+        if nudge > 0.0:
+            noise = np.random.default_rng(1).standard_normal((p, p))
+            A[p:, p:] = -C - nudge * size[:, None] * (noise + noise.T) * size
         values, vectors = sla.eig(A[np.ix_(order, order)])
-        X, B = _real_pairs(values, vectors[np.argsort(order)])
+        (X, B), _ = _real_pairs(values, vectors[np.argsort(order)])
         try:
             Y = np.asarray(np.linalg.inv(X), dtype=float)
         except np.linalg.LinAlgError:
             continue
         if np.linalg.norm(X, 1) * np.linalg.norm(Y, 1) > ill * p:
             continue
-        moved = np.hstack([X[:, :p] * B[0] + X[:, p:] * B[2], X[:, :p] * B[1] + X[:, p:] * B[3]])
-        if np.all(np.abs(A @ X - moved).max(axis=1) <= TRUSTED * np.abs(A).max(axis=1)):
+        if np.all(np.abs(A @ X - _times(X, B)).max(axis=1) <= TRUSTED * np.abs(A).max(axis=1)):
             return X, Y, B
     raise NumericalError("the complex modes of the damped System cannot be told apart")
 
 
-def _real_pairs(values: FloatArray, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Real columns and blocks: rotations of conjugate pairs, diagonal ones of two neighbouring real eigenvalues."""
+def _real_pairs(
+    values: ComplexArray, vectors: ComplexArray, left: ComplexArray | None = None
+) -> tuple[tuple[FloatArray, FloatArray], FloatArray]:
+    """Real columns and blocks: rotations of conjugate pairs, diagonal ones of two neighbouring real eigenvalues.
+
+    Parameters
+    ----------
+    left : (k, 2 p) left eigenvectors, their product with the right ones 1: then the inverse of the columns is found.
+    """
     upper = np.flatnonzero(values.imag > 0.0)
     real = np.flatnonzero(values.imag == 0.0)
     real = real[np.argsort(values[real].real)]
@@ -171,10 +217,15 @@ def _real_pairs(values: FloatArray, vectors: FloatArray) -> tuple[FloatArray, Fl
     X = vectors[:, upper]
     # Each conjugate pair turned so that its real and imaginary parts are orthogonal: the best conditioned choice.
     angle = 0.5 * np.angle(np.sum(X * X, axis=0))
-    X = X * np.exp(-1j * angle) * math.sqrt(2.0)
+    turn = np.exp(-1j * angle) * math.sqrt(2.0)
+    X = X * turn
     first = np.hstack([X.real, vectors[:, one].real])
     second = np.hstack([X.imag, vectors[:, two].real])
     a, b, none = values[upper].real, values[upper].imag, np.zeros(one.size)
     turning = np.stack([a, b, -b, a])
     growing = np.stack([values[one].real, none, none, values[two].real])
-    return np.hstack([first, second]), np.hstack([turning, growing])
+    Y = np.zeros((0, 0))
+    if left is not None:
+        own = 2.0 * left[upper] / turn[:, None]
+        Y = np.vstack([own.real, left[one].real, -own.imag, left[two].real])
+    return (np.hstack([first, second]), np.hstack([turning, growing])), Y
