@@ -265,6 +265,28 @@ def test_preload_that_opens(tmp_path):
     alike(events(result), blows(time, gaps[:, 0], forces[:, 0]), "p1:upper")
 
 
+def test_draws_of_a_press_fit(tmp_path):
+    """A mass on a spring overlaps the floor by as much as is drawn; a force lifts it off in every period."""
+    k, alpha, pull, f, end, hard = 2e4, 20.0, 12.0, 20.0, 0.3, 2e5
+    deck = points([1.0], [k], free="z") + floor(0.05)
+    tables = '[contact.floor]\nsecondary = "P1"\nmain = "TABLE"\nmethod = "node-to-surface"\nclearance = -1e-4\n'
+    tables += f"stiffness = {hard}\n[[static]]\npress_fit = true\n"
+    tables += push("P1", f'type = "sine", frequency = {f}, amplitude = {pull}', dof="z")
+    tables += f"[damping.rayleigh]\nalpha = {alpha}\nbeta = 0.0\n[scatter.vary]\n"
+    tables += '"contact.floor.clearance" = { type = "uniform", low = -1.5e-4, high = -0.5e-4 }\n'
+    text = f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{tables}[reference]\nrun = false\n[time]\nend = {end}\n'
+    draws = creak.robust(write_study(tmp_path, text, {"deck.inp": deck}), n=4, indices=False).draws
+    begin = draws.setup.marching.window[0]
+    for overlap, found in zip(-draws.drawn.numbers[0], draws.impulse.sum(axis=1), strict=True):
+        pressed = k * hard / (k + hard) * overlap
+        load = lambda t, p=pressed: (pull * np.sin(2.0 * np.pi * f * t) - p)[:, None]  # noqa: E731
+        stop, one = [(np.ones(1), -pressed / hard, hard)], np.eye(1)
+        time, _, force = switched(one, alpha * one, k * one, stop, load, np.zeros(1), 1e-5, end)
+        open_at = np.flatnonzero(force[:, 0] == 0.0)
+        first = open_at[np.searchsorted(time[open_at], begin) - 1]  # a blow that lasts into the window counts in whole
+        assert found == pytest.approx(np.trapezoid(force[first:, 0], time[first:]), rel=2e-3)
+
+
 def test_beam_with_a_stop_at_mid_span(tmp_path):
     """A simply supported beam under a sweep from 1 to 100 Hz, which runs through its first mode at 65 Hz."""
     n, L, side, young, dense, alpha, stop, gap = 12, 0.6, 0.01, 2.1e11, 7850.0, 20.0, 2e5, 2e-4

@@ -267,7 +267,8 @@ def make_causes(
         _check_limit(key, data, where)
         nominal = _nominal(key, of, value_at(given, key), value_at(data, key), where)
         causes.append(Cause(key, of, nominal, slice(at, at + 1)))
-        _check_range(causes[-1], where)
+        if not any(load["press_fit"] for load in data.get("static", ())):  # surfaces that overlap press then
+            _check_range(causes[-1], where)
     return tuple(causes)
 
 
