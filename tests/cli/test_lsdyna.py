@@ -96,6 +96,13 @@ def test_what_changes_the_answer_stops_the_run(creak, tmp_path):
     assert creak("modes", tmp_path / "strips.k", "--ignore", "INITIAL_STRESS_SHELL", "--quiet").status == 0
 
 
+def test_a_speed_at_the_start_stops_a_run_and_no_modes(creak, tmp_path):
+    """Modes have none; a run would be another one without it."""
+    study = lsdyna_study(tmp_path, strips("*INITIAL_VELOCITY_GENERATION\n1,2,,,,9.\n"))
+    creak("run", study).refuses("a run of a study starts at rest: drive the parts by an [excitation]")
+    assert creak("modes", tmp_path / "strips.k", "--quiet").status == 0
+
+
 def test_damping_of_the_deck_is_that_of_the_run(creak, tmp_path):
     """alpha and beta of the deck are those that a study would give."""
     damped = "*DAMPING_GLOBAL\n0,5.\n*DAMPING_PART_STIFFNESS\n1,-2.e-6\n2,-2.e-6\n"

@@ -107,6 +107,16 @@ def without_unread_damping(model: Model, why: str) -> Model:
     return replace(model, unread=tuple(unread))
 
 
+def without_unread_motion(model: Model) -> Model:
+    """The model where speeds at the start that were not read change no answer: modes have none."""
+    why = "modes do not start from anything"
+    unread = (
+        replace(u, changes_answer=False, why=why) if _word(u.keyword).startswith("INITIAL_VELOCITY") else u
+        for u in model.unread
+    )
+    return replace(model, unread=tuple(unread))
+
+
 def same_share(share: float) -> str:
     """What is said of modal damping that a study may give instead."""
     return f"modes have no damping; in a study [damping] modal = {share:g} does the same"

@@ -17,7 +17,12 @@ from creak.assembly.part import Rayleigh, assemble_blocks, common_rayleigh, loos
 from creak.assembly.system import System, by_node, recovered, row_names
 from creak.elements.registry import FORMULATIONS, unstressed
 from creak.errors import InputError, NumericalError
-from creak.formats.deck.catalogue import stop_on_unread, with_open_stops, without_unread_damping
+from creak.formats.deck.catalogue import (
+    stop_on_unread,
+    with_open_stops,
+    without_unread_damping,
+    without_unread_motion,
+)
 from creak.formats.decks import read_model
 from creak.given import positive, whole
 from creak.linalg.factor import Factor, SingularMatrixError, regular_factor
@@ -125,7 +130,7 @@ def deck_modes(
     progress("read the deck", 1, 1)
     step = model.prestress if model.prestress and not is_ignored(model.prestress, ignore) else None
     model = model if step is None else noted(model, step)
-    model = with_open_stops(without_unread_damping(model, "modes have no damping"))
+    model = with_open_stops(without_unread_motion(without_unread_damping(model, "modes have no damping")))
     stop_on_unread(model, ignore)
     progress("assemble", 0, 1)
     parts = _parts(model)

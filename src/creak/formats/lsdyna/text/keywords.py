@@ -85,6 +85,7 @@ _CHANGES = {
     "creak does not read this constraint": "CONSTRAINED",
     "creak does not read this support": "BOUNDARY",
     "stress or motion before the analysis, which creak leaves out": "INITIAL, STRESS, DEFINE_STAGED",
+    "a run of a study starts at rest: drive the parts by an [excitation]": "INITIAL_VELOCITY",
     "creak does not read this option of a part": "PART",
     "creak does not read this damping; [damping] in a study stands in its place": "DAMPING",
     "creak does not read this tied contact": ("CONTACT_TIEBREAK, CONTACT_SPOTWELD, CONTACT_GUIDED"),
