@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pickle
+import re
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -334,6 +335,14 @@ def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):
         for note in robustness.notes
     )
     assert np.isfinite(robustness.draws.figures).all()
+
+
+def test_draws_tell_where_their_modes_end(tmp_path):
+    """Of "auto" they have those that it begins with; a number is what the study means."""
+    given = re.sub(r"f_max = \S+", 'f_max = "auto"', STOPPED[STOPPED.index("[reduction]") :], count=1)
+    for text in (STOPPED, STOPPED[: STOPPED.index("[reduction]")] + given):
+        notes = creak.robust(stopped(tmp_path, text), 4, indices=False, threads=1).notes
+        assert any('where [reduction] f_max = "auto" begins' in note for note in notes) == ("auto" in text)
 
 
 def test_a_field_of_gaps_has_its_spread_and_correlation():
