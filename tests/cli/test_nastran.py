@@ -122,6 +122,9 @@ def test_mistake_in_the_deck_is_named(creak, tmp_path, old, new, words):
 
 
 def test_a_material_without_density_is_told(creak, tmp_path):
-    """Nastran takes MAT1 without RHO."""
+    """Nastran takes MAT1 without RHO. So it is where there are no modes."""
+    (tmp_path / "light.bdf").write_text(strips().replace(",.3,7.85-9", ",.3"), encoding="utf-8")
+    for command in ("info", "modes"):
+        assert "material MAT1 1 has no density: 48 element(s)" in creak(command, tmp_path / "light.bdf").err
     said = creak("run", nastran_study(tmp_path, strips().replace(",.3,7.85-9", ",.3")), "--quiet")
     assert "warning: material MAT1 1 has no density: 48 element(s) have no mass of their own" in said.err

@@ -54,6 +54,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     from creak.contact.crossing import crossing_warnings
     from creak.model.constraints import supported_nodes
     from creak.studies.prepare.deck_contact import contact_facts, contact_flaw
+    from creak.studies.prepare.massless import massless_words
     from creak.studies.prepare.unit_check import guessed_units, named_systems
 
     parts = _parts(model, progress)
@@ -61,7 +62,7 @@ def _facts(deck: Path, model: Model, units: str | None, progress: Any) -> dict[s
     with progress.phase("look at supports and units"):
         loose, guess = _loose(model), [s.name for s in guessed_units(model)]
         length = shared_words(named_systems([units] if units else guess))[0] or "units of length"
-        warnings = [*_unit_warnings(model, units, mass, guess), *_loose_warning(loose)]
+        warnings = [*_unit_warnings(model, units, mass, guess), *massless_words(model), *_loose_warning(loose)]
         warnings += crossing_warnings(model, length)
         warnings += [contact_flaw(said) for said in (() if model.contact is None else model.contact.flaws)]
     surfaces = {k: _extent(s) for k, s in model.surfaces.items() if not k.startswith("_")}

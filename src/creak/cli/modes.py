@@ -171,9 +171,13 @@ def _data(found: DeckModes) -> dict[str, object]:
 def _print(output: Output, found: DeckModes) -> None:
     import numpy as np
 
+    from creak.studies.prepare.massless import massless_words
+
     e, (length, mass) = found.effective, _units(found)
     if not found.frequencies:
         output.say("no modes: none in the range, or the model has no mass that can move")
+        for text in massless_words(found.model):
+            output.warn(text)
     else:
         x, y, z = e.about.tolist()
         about = f"rotations about {x:g}, {y:g}, {z:g} {length}".rstrip()

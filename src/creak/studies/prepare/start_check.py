@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,7 +29,8 @@ from creak.studies.file.contact_tables import ConnectorTable
 from creak.studies.file.signals.tables import RecordTable, TableTable
 from creak.studies.prepare.amount_check import evened_notes, record_warnings
 from creak.studies.prepare.imported import resistance
-from creak.studies.prepare.unit_check import SYSTEMS, across, materials, unit_warnings
+from creak.studies.prepare.massless import massless_words
+from creak.studies.prepare.unit_check import SYSTEMS, across, unit_warnings
 from creak.studies.warned import Warned
 
 WIDE = 0.1
@@ -53,16 +53,9 @@ WARPED = 0.2
 def start_warnings(model: Model, touching: Touching, precheck: PrecheckTable) -> list[str]:
     """Units of materials and lengths, and the margin of the pre-check, against the model."""
     units = touching.units
-    # Materials of many elements without a density, as Nastran takes them, and without a mass per area or length.
-    bare = [b for b in model.blocks if not any(getattr(b.section, k, 0.0) for k in ("area_mass", "line_mass"))]
-    many = {m.name for m in materials(model)}
     texts = [
         *unit_warnings(model, units),
-        *[
-            f"material {m.name} has no density: {m.elements} element(s) have no mass of their own"
-            for m in materials(replace(model, blocks=tuple(bare)))
-            if m.name in many and m.modulus > 0.0 and m.density == 0.0
-        ],
+        *massless_words(model),
         *_margin(model, touching, precheck),
         *_warped(model),
         *crossing_warnings(model, UNITS[units].length),
