@@ -15,7 +15,7 @@ import numpy as np
 
 from creak.arrays import FloatArray, IntArray
 from creak.elements import beam2, beam3
-from creak.elements.bushing import arm_matrix
+from creak.elements.discrete import arm_matrix
 from creak.elements.geometry import CHUNK, gauss_square
 from creak.elements.registry import FORMULATIONS
 from creak.elements.shells import quad4_geometry

@@ -1,4 +1,4 @@
-"""Elements without a body: springs and dashpots, concentrated masses, given matrices.
+"""Elements without a body: springs, dashpots and bushings, concentrated masses, given matrices.
 
 Where an element has several matrices, `of` names the field of its section that makes one.
 """
@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements.bushing import arm_matrix
+from creak.elements.geometry import in_chunks, material_frames
 from creak.elements.truss2 import along_line
-from creak.model.materials import AxialSpring, NodalMatrices, PointMass, Spring
+from creak.model.materials import AxialSpring, Bushing, NodalMatrices, PointMass, Spring
 from creak.model.mesh import COMMON, Own
 
 
@@ -36,6 +36,33 @@ def axial(coords: FloatArray, section: AxialSpring, own: Own = COMMON, *, of: st
     The line is that of the undeformed model: a preload adds nothing.
     """
     return getattr(section, of) * along_line(coords)
+
+
+def bushing(coords: FloatArray, section: Bushing, own: Own = COMMON, *, of: str = "stiffness") -> FloatArray:
+    """K = G' k G, and C with c, G (u, theta) the relative motion of b and a at p = x_a + location (x_b - x_a).
+
+    d = R (u_b + theta_b x (p - x_b) - u_a - theta_a x (p - x_a)),   r = R (theta_b - theta_a), rows of R the
+    axes of the element. Rigid arms bridge what lies between the nodes and p, so rigid motion costs no energy
+    wherever the nodes are. One node: a is ground, at the node.
+    """
+    matrix = getattr(section, of)
+
+    def kernel(piece: FloatArray, mine: Own) -> FloatArray:
+        frame = material_frames(mine, len(piece))
+        point = piece[:, 0] + section.location * (piece[:, -1] - piece[:, 0])
+        signs = (1.0,) if piece.shape[1] == 1 else (-1.0, 1.0)
+        G = np.concatenate([s * arm_matrix(point - piece[:, i]) for i, s in enumerate(signs)], axis=2)
+        turned = np.concatenate([frame @ G[:, :3], frame @ G[:, 3:]], axis=1)
+        return np.asarray(turned.transpose(0, 2, 1) @ matrix @ turned, dtype=np.float64)
+
+    return in_chunks(kernel, coords, 6 * coords.shape[1], own)
+
+
+def arm_matrix(arm: FloatArray) -> FloatArray:
+    """(n, 6, 6): motion at the end of rigid arms (n, 3), u + theta x arm and theta."""
+    out = np.tile(np.eye(6), (len(arm), 1, 1))
+    out[:, :3, 3:] = np.cross(np.eye(3), arm[:, None, :]).transpose(0, 2, 1)
+    return out
 
 
 def given(coords: FloatArray, section: NodalMatrices, own: Own = COMMON, *, of: str = "stiffness") -> FloatArray:

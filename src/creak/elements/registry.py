@@ -36,7 +36,7 @@ from typing import Any
 import numpy as np
 
 from creak.arrays import FloatArray
-from creak.elements import beam2, beam3, bushing, cohesive, discrete, truss2
+from creak.elements import beam2, beam3, cohesive, discrete, truss2
 from creak.elements.shells import quad4, quad8, tri3, tri6
 from creak.elements.solids import hex8, hex20
 from creak.elements.solids.common import (
@@ -103,6 +103,7 @@ def zero(coords: FloatArray, section: Any, own: Own = COMMON) -> FloatArray:
     return np.zeros((coords.shape[0], d, d))
 
 
+_BUSHING = Formulation(discrete.bushing, zero, partial(discrete.bushing, of="damping"))
 _GIVEN = Formulation(*(partial(discrete.given, of=x) for x in ("stiffness", "mass", "damping")))
 _REDUCED = _integrated(hex20.EIGHT, hex20.TWENTY_SEVEN)
 FORMULATIONS: dict[str, Formulation] = {
@@ -130,8 +131,8 @@ FORMULATIONS: dict[str, Formulation] = {
         Formulation(discrete.spring, zero, partial(discrete.spring, of="damping"), geometric=unstressed),
     ),
     "axial2": Formulation(discrete.axial, zero, partial(discrete.axial, of="damping")),
-    "bush1": Formulation(bushing.stiffness, zero, bushing.damping, geometric=unstressed),
-    "bush2": Formulation(bushing.stiffness, zero, bushing.damping),
+    "bush1": replace(_BUSHING, geometric=unstressed),
+    "bush2": _BUSHING,
     "nodal1": replace(_GIVEN, geometric=unstressed),
     "nodal2": _GIVEN,
 }
