@@ -12,7 +12,6 @@ from creak.elements.geometry import gauss_square, in_chunks
 from creak.elements.shells.common import mean_normal, shell_mass, stressed_stiffness, weighted_gram, weighted_sum
 from creak.elements.shells.quad4_bending import curvature, layered_shear, sides_of, tied_shear, varying_curvature
 from creak.elements.shells.quad4_geometry import (
-    CORNERS,
     Surface,
     evaluate,
     require_convex,
@@ -88,7 +87,7 @@ def stiffness(
             sheared = layered_shear(sheared, surface, sides)
         total += weighted_gram(bent, bending, surface.weights)
         total += weighted_gram(sheared, stiff.S, surface.weights)
-        total += _drilling(surface, stiff)
+        total += drilling(surface, stiff, shape(surface.points), shape_derivatives(surface.points))
         return total
 
     return in_chunks(kernel, coords, 24, own)
@@ -192,12 +191,15 @@ def _coupled(coords: FloatArray, surface: Surface, stiff: Rigidity, bent: FloatA
     return condensed(weighted_gram(operator, stiff.coupled, surface.weights), 24)
 
 
-def _drilling(surface: Surface, stiff: Rigidity) -> FloatArray:
-    """(n, 24, 24): penalty on theta . n - (e2 . u_,1 - e1 . u_,2)/2 in the tangent plane."""
-    n, n_point = surface.weights.shape
-    slope = surface.inverse @ shape_derivatives(surface.points)
-    e1, e2, normal = (surface.axes[:, :, k, None, :] for k in range(3))
-    operator = np.empty((n, n_point, 1, len(CORNERS), 6))
+def drilling(surface: Surface, stiff: Rigidity, shapes: FloatArray, slopes: FloatArray) -> FloatArray:
+    """(n, 6 k, 6 k): penalty on theta . n - (e2 . u_,1 - e1 . u_,2)/2 in the tangent plane.
+
+    shapes, slopes : (n_point, k) and (n_point, 2, k) at the points of the surface.
+    """
+    n, n_point, k = *surface.weights.shape, shapes.shape[1]
+    slope = surface.inverse @ slopes
+    e1, e2, normal = (surface.axes[:, :, i, None, :] for i in range(3))
+    operator = np.empty((n, n_point, 1, k, 6))
     operator[:, :, 0, :, :3] = 0.5 * (slope[:, :, 1, :, None] * e1 - slope[:, :, 0, :, None] * e2)
-    operator[:, :, 0, :, 3:] = shape(surface.points)[:, :, None] * normal
-    return weighted_gram(operator.reshape(n, n_point, 1, 24), DRILLING * stiff.drilling * np.eye(1), surface.weights)
+    operator[:, :, 0, :, 3:] = shapes[:, :, None] * normal
+    return weighted_gram(operator.reshape(n, n_point, 1, 6 * k), DRILLING * stiff.drilling * np.eye(1), surface.weights)

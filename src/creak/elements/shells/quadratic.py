@@ -10,10 +10,10 @@ import numpy as np
 from creak.arrays import FloatArray
 from creak.elements.geometry import DEGENERATE, in_chunks, require_sound, unit
 from creak.elements.shells.common import shell_mass, weighted_gram, weighted_sum
-from creak.elements.shells.quad4 import DRILLING, dilation
+from creak.elements.shells.quad4 import dilation, drilling
 from creak.elements.shells.quad4_geometry import Surface, bending_strains, strain_transform, surface_of
 from creak.elements.shells.quad4_membrane import condensed
-from creak.elements.shells.rigidity import Rigidity, heat_resultants, rigidity
+from creak.elements.shells.rigidity import heat_resultants, rigidity
 from creak.elements.solids.common import Reference
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import COMMON, Own
@@ -91,7 +91,7 @@ def stiffness(shape: Shape, coords: FloatArray, section: ShellSection | GeneralS
             K = weighted_gram(both, stiff.coupled, surface.weights)
         K += weighted_gram(_shear(shape, piece, normals, surface), stiff.S, surface.weights)
         K[:, :n_dof, :n_dof] += weighted_gram(direct - e, STABLE * stiff.A, surface.weights)
-        K[:, :n_dof, :n_dof] += _drilling(shape.full, surface, stiff)
+        K[:, :n_dof, :n_dof] += drilling(surface, stiff, shape.full.shapes, shape.full.slopes)
         return condensed(K, n_dof)
 
     return in_chunks(kernel, coords, n_dof, own)
@@ -207,17 +207,6 @@ def _sampled(shape: Shape, coords: FloatArray, surface: Surface) -> FloatArray:
     operator = membrane(coords, shape.few, surface_at(coords, shape, shape.few))
     n, n_few, m, d = operator.shape
     return np.asarray((shape.spread @ operator.reshape(n, n_few, m * d)).reshape(n, -1, m, d), dtype=np.float64)
-
-
-def _drilling(rule: Reference, surface: Surface, stiff: Rigidity) -> FloatArray:
-    """(n, 6 k, 6 k): penalty on theta . n - (e2 . u_,1 - e1 . u_,2)/2 in the tangent plane."""
-    n, n_point = surface.weights.shape
-    slope, k = surface.inverse @ rule.slopes, rule.shapes.shape[1]
-    e1, e2, normal = (surface.axes[:, :, i, None, :] for i in range(3))
-    operator = np.empty((n, n_point, 1, k, 6))
-    operator[:, :, 0, :, :3] = 0.5 * (slope[:, :, 1, :, None] * e1 - slope[:, :, 0, :, None] * e2)
-    operator[:, :, 0, :, 3:] = rule.shapes[:, :, None] * normal
-    return weighted_gram(operator.reshape(n, n_point, 1, 6 * k), DRILLING * stiff.drilling * np.eye(1), surface.weights)
 
 
 def _tangents(coords: FloatArray, rule: Reference) -> tuple[FloatArray, FloatArray]:
