@@ -25,7 +25,7 @@ from creak.linalg.loops import fill, put
 CLOSE = 1e-5
 """Of the largest value since contact last changed."""
 SUDDEN = 1 / 1024
-"""Least share of a step in which the force of a damper rises as it touches."""
+"""Least share of a step in which the force of a damper rises as it touches, and that is left of it then."""
 
 
 class Cone(NamedTuple):
@@ -134,7 +134,7 @@ def write_touch(laws, time, h, now, after, out, first, used):  # type: ignore[no
     m, late, hardest = now.gap.size, 0.0, 0.0
     for i in range(m):
         share = share_taken(laws, i, now, after)
-        if share > 1.0 and after.force[i] > hardest:
+        if share > 1.0 + SUDDEN and after.force[i] > hardest:
             hardest, late = after.force[i], min(share - 1.0, 1.0 - SUDDEN)
     if hardest == 0.0:
         return used
