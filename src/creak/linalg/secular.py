@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import lapack
 
-from creak.arrays import ComplexArray, FloatArray
+from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from creak.linalg.compiled import inner, outer
 
 WORTH, FEWEST = 25.0, 600
@@ -30,10 +30,14 @@ SWEEPS = 60
 NEAR = 0.3
 """Of the distance to the next mode, most damping by the dashpots with which a root begins: strong ones hold a few
 combinations of the modes, the others lie between those without dashpots."""
-CLOSE = 4e-15
+CLOSE = 1e-12
 """Of a root, its last correction."""
 TINY = 1e-16
 """Of a square of a frequency, or of a root, what stands for none."""
+WEAK, TURNS = 0.1, 12
+"""Share of others in an eigenvector, up to which it is one mode's, little changed; and turns of what finds it then."""
+FAINT = 1e-11
+"""Of a frequency, damping that is left out between two modes."""
 ON_AXIS = 1e-9
 """Of a root, its distance from the real axis that is round-off."""
 
@@ -50,35 +54,90 @@ def few_dashpots(C: FloatArray, shared: FloatArray) -> tuple[FloatArray, FloatAr
         return None
     W = np.zeros((p, rank))
     W[pivot - 1] = np.tril(factor)[:, :rank]
-    d = C.diagonal() - np.square(W).sum(axis=1)
+    d = np.maximum(C.diagonal() - np.square(W).sum(axis=1), 0.0)
     left = C - W @ W.T
     np.fill_diagonal(left, 0.0)
-    return (d, W) if np.abs(left).max() <= p * ROUND_OFF * size and d.min() >= -ROUND_OFF * size else None
+    return (d, W) if np.abs(left).max() <= p * ROUND_OFF * size else None
 
 
 def eigenpairs(omega: FloatArray, d: FloatArray, W: FloatArray) -> tuple[ComplexArray, ComplexArray] | None:
     """Eigenvalues on the real axis and above it, and (2 p, k) eigenvectors (omega q, s q); None: not all found."""
-    whole = d + np.minimum(np.square(W).sum(axis=1), NEAR * _apart(omega))
-    root = np.sqrt((0.25 * whole**2 - omega**2).astype(complex))
-    begin = np.concatenate([-0.5 * whole + root, -0.5 * whole - root])
-    turn = np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=begin.size))
-    values = begin * (1.0 + 1e-4 * turn)
+    weak, s_weak, q_weak = _hardly_coupled(omega, d, W)
+    p, strong = omega.size, np.flatnonzero(~weak)
+    own = np.square(W[strong]).sum(axis=1)
+    begin = _poles(omega[strong], d[strong] + np.minimum(own, NEAR * _apart(omega)[strong]))
+    without = _poles(omega[strong], d[strong])
+    turn = np.exp(2j * np.pi * np.random.default_rng(1).uniform(size=begin.shape))
+    both = np.empty((2, p), dtype=complex)
+    both[:, strong], both[:, weak] = begin + 0.1 * np.abs(begin - without) * turn, [s_weak, s_weak.conj()]
+    values = both.ravel()
     square = np.zeros((2, W.shape[1], W.shape[1]), dtype=complex)
-    unsettled = _aberth(omega, np.maximum(d, 0.0), W, values, np.ones(values.size, dtype=np.bool_), *square)
-    if unsettled or not np.isfinite(values).all():
+    unsettled = _aberth(omega, d, W, values, np.tile(~weak, 2), *square)
+    found = values.reshape(2, p)[:, strong].ravel()
+    if unsettled or not np.isfinite(found).all():
         return None
-    real = np.abs(values.imag) <= ON_AXIS * np.abs(values)
-    values[real] = values[real].real
-    kept = values[values.imag >= 0.0]
-    if 2 * kept.size - np.count_nonzero(real) != 2 * omega.size:
+    real = np.abs(found.imag) <= ON_AXIS * np.abs(found)
+    found[real] = found[real].real
+    found, count = found[found.imag >= 0.0], np.count_nonzero(real)
+    if 2 * found.size - count != 2 * strong.size or count % 2:
         return None
-    D = kept * (kept + d[:, None]) + (omega**2)[:, None]
-    weight = kept / D
-    T = np.einsum("ia,ib,ik->kab", W, W, weight, optimize=True) + np.eye(W.shape[1])
+    weight = found / _D(found, omega, d)
+    T = np.eye(W.shape[1]) + _among(weight.T, W)
     y = np.conj(np.linalg.svd(T)[2][:, -1])
-    q = -weight * (W @ y.T)
-    vectors = np.vstack([omega[:, None] * q, kept * q])
-    return kept, vectors / np.linalg.norm(vectors, axis=0)
+    s, q = np.append(found, s_weak), np.hstack([-weight * (W @ y.T), q_weak])
+    vectors = np.vstack([omega[:, None] * q, s * q])
+    return s, vectors / np.linalg.norm(vectors, axis=0)
+
+
+def _hardly_coupled(omega: FloatArray, d: FloatArray, W: FloatArray) -> tuple[BoolArray, ComplexArray, ComplexArray]:
+    """Modes whose share in other eigenvectors is small: which (p,), eigenvalues (k,) above the axis, their q (p, k).
+
+    Mode i has q_i = 1, y = (1 + s sum_(j != i) w_j w_j' / D_j)^-1 w_i, so that s^2 + (d_i + w_i'y) s + omega_i^2 = 0.
+    What is closer to it than round-off lets one tell, and couples with it by less than `FAINT`, is left out.
+    """
+    pole, coupling = _poles(omega, d)[0], np.abs(W @ W.T)
+    apart = np.abs(pole[:, None] - pole)
+    left_out = coupling <= FAINT * omega[:, None]
+    np.fill_diagonal(left_out, True)
+    ratio = np.where(left_out, 0.0, coupling / np.maximum(apart, TINY * omega[:, None]))
+    weak: BoolArray = (np.square(ratio).sum(axis=1) < WEAK**2) & (np.square(W).sum(axis=1) + d < omega)
+    i = np.flatnonzero(weak)
+    s, q = pole[i], np.zeros((omega.size, i.size), dtype=complex)
+    for _ in range(TURNS):
+        y, q = _shapes(s, i, left_out[i], (omega, d, W))
+        half = 0.5 * (d[i] + np.einsum("ka,ka->k", W[i], y))
+        s = -half + 1j * np.sqrt(omega[i] ** 2 - half**2)
+    return weak, s, q
+
+
+def _shapes(
+    s: ComplexArray, i: IntArray, left_out: BoolArray, of: tuple[FloatArray, FloatArray, FloatArray]
+) -> tuple[ComplexArray, ComplexArray]:
+    """y (k, r) and q (p, k) at eigenvalues (k,), q_i = 1, where pairs `left_out` (k, p) do not couple."""
+    omega, d, W = of
+    weight = np.where(left_out, 0.0, (s / _D(s, omega, d)).T)
+    y = np.linalg.solve(np.eye(W.shape[1]) + _among(weight, W), W[i][:, :, None])[:, :, 0]
+    q = -(weight * (y @ W.T)).T
+    q[i, np.arange(i.size)] = 1.0
+    return np.asarray(y), q
+
+
+def _D(s: ComplexArray, omega: FloatArray, d: FloatArray) -> ComplexArray:
+    """(p, k), no entry 0."""
+    D = s * (s + d[:, None]) + (omega**2)[:, None]
+    return np.where(D == 0.0, TINY * np.square(omega)[:, None], D)
+
+
+def _among(weight: ComplexArray, W: FloatArray) -> ComplexArray:
+    """(k, r, r) sums of w_j w_j' times weights (k, p)."""
+    r = W.shape[1]
+    return np.asarray(weight @ (W[:, :, None] * W[:, None]).reshape(-1, r * r)).reshape(-1, r, r)
+
+
+def _poles(omega: FloatArray, d: FloatArray) -> ComplexArray:
+    """(2, p) roots of s^2 + d s + omega^2."""
+    root = np.sqrt((0.25 * d**2 - omega**2).astype(complex))
+    return np.stack([-0.5 * d + root, -0.5 * d - root])
 
 
 def _apart(omega: FloatArray) -> FloatArray:
@@ -124,7 +183,9 @@ def _trace_of_quotient(T, S):  # type: ignore[no-untyped-def]
 def _aberth(omega, d, W, values, unsettled, T, slope):  # type: ignore[no-untyped-def]
     """Roots in place from where they begin; how many did not settle. T, slope: (r, r), to work in."""
     p, r, n = omega.size, W.shape[1], values.size
-    left = n
+    left = 0
+    for j in range(n):
+        left += unsettled[j]
     for _ in range(SWEEPS):
         for j in range(n):
             if not unsettled[j]:
