@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import uuid
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -43,6 +43,8 @@ class Batch:
     id: str
     """Of the model: batches with the same one share it in their worker."""
     study: Study
+    raised: int
+    """How often f_max is."""
     draws: tuple[Draw, ...]
     of: FloatArray | tuple[Draw, ...]
     """All draws of the model, in whatever batch they are, or `lowest_of` them."""
@@ -60,14 +62,16 @@ class Batch:
         return Marched((), why)
 
 
-def batches(study: Study, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None) -> list[Batch]:
-    """The draws of one model, `SIZE` to a batch; `of` as there."""
+def batches(
+    study: Study, raised: int, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None
+) -> list[Batch]:
+    """The draws of one model, `SIZE` to a batch; `raised` and `of` as there."""
     study = study.from_anywhere()
     where, files = None if store is None else store.resolve(), digests_of(study)
     every = of if isinstance(of, np.ndarray) else tuple(of)
     model = uuid.uuid4().hex
     return [
-        Batch(f"draws from {own[0].number}", model, study, own, every, where, files, version())
+        Batch(f"draws from {own[0].number}", model, study, raised, own, every, where, files, version())
         for own in (tuple(draws[k : k + SIZE]) for k in range(0, len(draws), SIZE))
     ]
 
@@ -106,7 +110,7 @@ def _model(batch: Batch) -> tuple[SharedModel, GapOperator]:
                 expected="study, deck and tables under the same path on all machines",
                 fix="Put them into a folder that all workers share.",
             )
-        setup = set_up(batch.study)
+        setup = replace(set_up(batch.study), raised=batch.raised)
         channels = join([setup.contacts, setup.connectors])
         _made[batch.id] = shared_model(setup, batch.of, silent, batch.store), channels
     return _made[batch.id]

@@ -26,6 +26,7 @@ from creak.studies.file.scatter_tables import SIGMAS, Distribution, read_toleran
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import Points, no_row, points_of, rows_hit, spread
 from creak.studies.prepare.varied import at_nearest_wall
+from creak.studies.robust.band import with_band_of_run
 from creak.studies.robust.batches import batches, march_batches
 from creak.studies.robust.changes import check_ends, damped_by_modes, keeps_model
 from creak.studies.robust.draws import ContactGaps, Design, Draw, Drawn, make_causes, whole_power
@@ -123,15 +124,18 @@ def run_draws(
     further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
     wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
+    store = None if out is None else out / "superelements"
+    if not wanted <= found.keys():
+        setup, said = with_band_of_run(setup, progress, store)
+        notes += said
     if again and not wanted <= found.keys():
         missing = wanted - found.keys()
         models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
         who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
         notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
         progress(f"{len(models)} reductions, as {who} the model", 0, 1)
-        marched = _on_models_of_their_own(models, channels, threads, runner)
+        marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner)
     elif not wanted <= found.keys():
-        store = None if out is None else out / "superelements"
         every, more = beyond or (drawn, None)
         made = shared_model(setup, drawn, progress, store, every)
         notes.extend(made.notes)
@@ -145,7 +149,11 @@ def run_draws(
         def march(left: list[Draw]) -> Iterator[tuple[int, FloatArray]]:
             if runner is None:
                 return _marched(made, channels, left, threads)
-            return march_batches(runner, batches(setup.study, left, made.lowest, store)) if left else iter(())
+            return (
+                march_batches(runner, batches(setup.study, setup.raised, left, made.lowest, store))
+                if left
+                else iter(())
+            )
 
         marched = _on_one_model(made, every, design.total, missing, channels, march, progress)
     if path is None:
@@ -218,15 +226,16 @@ def _on_one_model(
 
 
 def _on_models_of_their_own(
-    models: Sequence[_Model], channels: GapOperator, threads: int | None, runner: Runner | None
+    models: Sequence[_Model], channels: GapOperator, raised: int, threads: int | None, runner: Runner | None
 ) -> Iterator[tuple[int, FloatArray]]:
-    """The same of draws whose numbers change the model."""
+    """The same of draws whose numbers change the model; raised: how often f_max is."""
     if runner is not None:
-        every = [batch for one in models for batch in batches(one.study, one.left, one.draws, None)]
+        every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, None)]
         yield from march_batches(runner, every)
         return
     for one in models:
-        yield from _marched(shared_model(set_up(one.study), one.draws, silent), channels, one.left, threads)
+        setup = replace(set_up(one.study), raised=raised)
+        yield from _marched(shared_model(setup, one.draws, silent), channels, one.left, threads)
 
 
 def _marched(

@@ -203,11 +203,6 @@ def shared_model(
     unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution=resolution, solver=base.solver)
     linear = own_linear(system, gaps, dropped.silent, setup.loads, window)
     silent = unhindered(OutputRequest(NOTHING, every))
-    if setup.band.auto and not reduced.complete:
-        notes.append(
-            f'the draws have modes up to {setup.band.f_max:,.0f} Hz, where [reduction] f_max = "auto" begins: creak '
-            "run goes on until more of them change nothing. Give the f_max that it ends at"
-        )
     notes = [*reduced.notes, *notes]
     return SharedModel(
         setup=before,

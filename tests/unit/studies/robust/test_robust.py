@@ -319,7 +319,7 @@ def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
     again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
     assert again.marched == 6
     assert again.taken == 2 + 2
-    batch = batches(read_study(path), [Draw(0, {}, {})], np.zeros(0), None)[0]
+    batch = batches(read_study(path), 0, [Draw(0, {}, {})], np.zeros(0), None)[0]
     assert "does not see the deck" in replace(batch, files=("", "")).run().error
     assert "were made with 0.0" in replace(batch, id="old", creak="0.0").run().error
 
@@ -337,12 +337,15 @@ def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):
     assert np.isfinite(robustness.draws.figures).all()
 
 
-def test_draws_tell_where_their_modes_end(tmp_path):
-    """Of "auto" they have those that it begins with; a number is what the study means."""
+def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
+    """f_max = "auto", twice: their model is that of `creak run`, and not the one that this begins with."""
     given = re.sub(r"f_max = \S+", 'f_max = "auto"', STOPPED[STOPPED.index("[reduction]") :], count=1)
-    for text in (STOPPED, STOPPED[: STOPPED.index("[reduction]")] + given):
-        notes = creak.robust(stopped(tmp_path, text), 4, indices=False, threads=1).notes
-        assert any('where [reduction] f_max = "auto" begins' in note for note in notes) == ("auto" in text)
+    study = stopped(tmp_path, STOPPED[: STOPPED.index("[reduction]")] + given)
+    robustness = creak.robust(study, 4, indices=False, threads=1)
+    run = creak.run(study, converge=False, record=False)
+    assert run.found.setup.raised > 0
+    assert robustness.draws.setup.raised == run.found.setup.raised
+    assert any('where f_max = "auto" ends in the run of the study itself' in note for note in robustness.notes)
 
 
 def test_a_field_of_gaps_has_its_spread_and_correlation():
