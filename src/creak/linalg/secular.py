@@ -34,10 +34,10 @@ CLOSE = 1e-12
 """Of a root, its last correction."""
 TINY = 1e-16
 """Of a square of a frequency, or of a root, what stands for none."""
-WEAK, TURNS = 0.1, 12
+WEAK, TURNS = 0.1, 30
 """Share of others in an eigenvector, up to which it is one mode's, little changed; and turns of what finds it then."""
-FAINT = 1e-11
-"""Of a frequency, damping that is left out between two modes."""
+FAINT, ALIKE = 1e-11, 1e-7
+"""Of a frequency, damping that is left out between two modes, and how near these are then."""
 ON_AXIS = 1e-9
 """Of a root, its distance from the real axis that is round-off."""
 
@@ -93,21 +93,25 @@ def _hardly_coupled(omega: FloatArray, d: FloatArray, W: FloatArray) -> tuple[Bo
     """Modes whose share in other eigenvectors is small: which (p,), eigenvalues (k,) above the axis, their q (p, k).
 
     Mode i has q_i = 1, y = (1 + s sum_(j != i) w_j w_j' / D_j)^-1 w_i, so that s^2 + (d_i + w_i'y) s + omega_i^2 = 0.
-    What is closer to it than round-off lets one tell, and couples with it by less than `FAINT`, is left out.
+    What is as near as `ALIKE` and couples with it by less than `FAINT` is left out: round-off cannot tell more.
     """
     pole, coupling = _poles(omega, d)[0], np.abs(W @ W.T)
     apart = np.abs(pole[:, None] - pole)
-    left_out = coupling <= FAINT * omega[:, None]
+    left_out = (coupling <= FAINT * omega[:, None]) & (apart <= ALIKE * omega[:, None])
     np.fill_diagonal(left_out, True)
     ratio = np.where(left_out, 0.0, coupling / np.maximum(apart, TINY * omega[:, None]))
     weak: BoolArray = (np.square(ratio).sum(axis=1) < WEAK**2) & (np.square(W).sum(axis=1) + d < omega)
     i = np.flatnonzero(weak)
-    s, q = pole[i], np.zeros((omega.size, i.size), dtype=complex)
+    s, q, still = pole[i], np.zeros((omega.size, i.size), dtype=complex), np.ones(i.size, dtype=bool)
     for _ in range(TURNS):
         y, q = _shapes(s, i, left_out[i], (omega, d, W))
-        half = 0.5 * (d[i] + np.einsum("ka,ka->k", W[i], y))
+        half, before = 0.5 * (d[i] + np.einsum("ka,ka->k", W[i], y)), s
         s = -half + 1j * np.sqrt(omega[i] ** 2 - half**2)
-    return weak, s, q
+        still = np.abs(s - before) <= CLOSE * np.abs(s)
+        if still.all():
+            break
+    weak[i] = still
+    return weak, s[still], q[:, still]
 
 
 def _shapes(
