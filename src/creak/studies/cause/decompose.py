@@ -212,7 +212,7 @@ def _alone(
     steps: IntArray,
 ) -> dict[tuple[str, str], dict[int, FloatArray]]:
     """(kind, name) -> coordinates at the steps, of each excitation alone and of the initial velocity."""
-    still = replace(system, velocity=np.zeros(system.n))
+    still = replace(system, velocity=np.zeros(system.n)) if system.velocity.any() else system
 
     def of(what: System, some: Loads) -> dict[int, FloatArray]:
         found = march(what, silent, some).coordinates.T
