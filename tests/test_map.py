@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-import shutil
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -150,8 +149,6 @@ def test_data_go_the_way_of_the_map(command, folder, monkeypatch, capsys):
     for result in {"out", "out2"} & set(COMMANDS[command]) if command != "run" else ():
         if not (folder / result).exists():
             assert say("run", "study.toml", "--out", result).status == 0
-    if command == "reduce":  # what earlier commands have kept would be read first
-        shutil.rmtree(folder / "superelements", ignore_errors=True)
     with called() as files:
         said = say(*COMMANDS[command])
     assert said.status == 0, said.err

@@ -12,7 +12,7 @@ from scipy.sparse.linalg import cg
 
 from creak.arrays import BoolArray, FloatArray, IntArray, Matrix, brief, to_dense
 from creak.assembly.damping import Damping
-from creak.linalg.complex_modes import ComplexModes, complex_modes
+from creak.linalg.complex_modes import ComplexModes, complex_modes, coupled
 from creak.linalg.dense_product import symmetric
 from creak.model.dofs import dofs_of, nodes_of
 
@@ -119,6 +119,13 @@ class System:
     @property
     def n(self) -> int:
         return int(self.coordinates.size)
+
+    @cached_property
+    def coupled(self) -> int:
+        """How many coordinates damping couples; M and K are diagonal."""
+        m, k = (np.asarray(A.diagonal(), dtype=float) for A in (self.M, self.K))
+        root = np.sqrt(np.where(m > 0.0, m, 1.0))
+        return int(np.count_nonzero(coupled(self.damping.matrix(m, k) / np.outer(root, root))))
 
     @cached_property
     def complex_modes(self) -> ComplexModes:

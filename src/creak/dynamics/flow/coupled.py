@@ -16,7 +16,6 @@ from creak.dynamics.channels import ChannelMatrices
 from creak.dynamics.flow.model import FlowForm, driven, flow_model, following
 from creak.dynamics.flow.propagator import MEAN, Q0, UU, UV, VU, VV, phi, propagator
 from creak.dynamics.state import LinearTerms
-from creak.linalg.complex_modes import coupled
 from creak.linalg.diagonal import Diagonal
 
 MOST = 3_000
@@ -24,18 +23,11 @@ MOST = 3_000
 dashpots couple them 1.4 s)."""
 
 
-def coupled_count(system: System) -> int:
-    """Coordinates of a System with diagonal M and K that damping couples."""
-    m, k = (np.asarray(A.diagonal(), dtype=float) for A in (system.M, system.K))
-    root = np.sqrt(np.where(m > 0.0, m, 1.0))
-    return int(np.count_nonzero(coupled(system.damping.matrix(m, k) / np.outer(root, root))))
-
-
 def can_couple(system: System) -> bool:
     """Has the System diagonal M and K, mass everywhere, and not too many modes that damping couples?"""
     if not (isinstance(system.M, Diagonal) and isinstance(system.K, Diagonal)) or np.any(system.M.d <= 0.0):
         return False
-    return coupled_count(system) <= MOST
+    return system.coupled <= MOST
 
 
 def coupled_modes(system: System, on: ChannelMatrices, terms: LinearTerms, gaps: GapOperator) -> FlowForm:

@@ -261,11 +261,19 @@ class _Seen:
         self.frequencies = omega / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.damping = np.where(omega > 0.0, form.damping / (2.0 * omega), np.nan)
-        n, zero, pairs = m.size, np.zeros_like(m), form.pairs
-        self.blocks = np.stack([zero, zero + 1.0, -(omega**2), -form.damping]) if pairs is None else pairs.blocks
-        """(4, n) z' = B z of pairs, of single modes (q, q')"""
-        self.basis = np.eye(n, 2 * n) if pairs is None else pairs.basis
-        self.push = np.eye(2 * n, n, -n) / m if pairs is None else pairs.push
+        self._pairs, self._mass, zero = form.pairs, m, np.zeros_like(m)
+        single = [zero, zero + 1.0, -(omega**2), -form.damping]
+        self.blocks = np.stack(single) if form.pairs is None else form.pairs.blocks
+        """(4, n) z' = B z of pairs; of single modes (q, q')"""
+
+    def pushed(self, channels: IntArray) -> Sequence[FloatArray]:
+        """(k, n) what unit forces on channels add to the rates of both members of each pair."""
+        X = self.rows[channels]
+        return (0.0 * X, X / self._mass) if self._pairs is None else np.hsplit(X @ self._pairs.push.T, 2)
+
+    def coordinates(self, z: FloatArray) -> FloatArray:
+        """(n,) of pairs z (2, n)."""
+        return z[0] if self._pairs is None else np.asarray(self._pairs.basis @ z.ravel())
 
     def of_parts(self, model: Model, channel: int, q: FloatArray, s: FloatArray) -> tuple[tuple[str, float], ...]:
         """What the motion of each part does to a gap beyond what the supports carry along, and that."""
@@ -319,7 +327,7 @@ def _pushed(seen: _Seen, history: History, row: int, channels: IntArray) -> Floa
     at = np.maximum(time[-1] - CELL * np.arange(count, -1, -1), time[0])
     force = np.hstack([history.force[: row + 1, channels], history.tangential[: row + 1, along]])
     force = cell_means(time, force, at) - gaps.resting[columns]
-    pushed = np.hsplit(seen.rows[columns] @ seen.push.T, 2)
+    pushed = seen.pushed(columns)
     a, b, c, d = seen.blocks
     h = 0.5 * (a + d)
     # exp(B t) is half the sum of e^((h + r) t) (1 + (B - h) / r) and of the same with -r for r.
@@ -330,7 +338,7 @@ def _pushed(seen: _Seen, history: History, row: int, channels: IntArray) -> Floa
         first, second = (_grown(force, X, h + r) for X in pushed)
         z[0] += 0.5 * (first + ((a - h) * first + b * second) / r).real
         z[1] += 0.5 * (second + (c * first + (d - h) * second) / r).real
-    return np.asarray(seen.basis @ z.ravel())
+    return seen.coordinates(z)
 
 
 def _grown(force: FloatArray, X: FloatArray, pole: ComplexArray) -> ComplexArray:

@@ -14,7 +14,7 @@ from creak.dynamics.condensed import step_limited_stiffness
 from creak.dynamics.diagonal import is_modal
 from creak.dynamics.flight.contact_steps import IN_CONTACT, steps_in_contact
 from creak.dynamics.flight.stepper import FlightStepper
-from creak.dynamics.flow.coupled import MOST, coupled_count
+from creak.dynamics.flow.coupled import MOST
 from creak.dynamics.flow.march import SAMPLES, simulate_flow, with_springs
 from creak.dynamics.flow.resolution import SETTLED
 from creak.dynamics.flow.unhindered import Silent, gaps_without_contact
@@ -78,7 +78,7 @@ def flowing(system: System) -> tuple[System | None, str]:
     if sp.issparse(system.M) and not np.any(system.coordinates < 0):
         return None, ""
     diagonal = isinstance(system.M, Diagonal)
-    count = coupled_count(system) if diagonal else system.n
+    count = system.coupled if diagonal else system.n
     if count > MOST:
         return None, f"; no exact flow: damping couples {count} modes (at most {MOST})"
     modal = system if diagonal else diagonalise(system)
