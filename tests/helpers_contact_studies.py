@@ -114,6 +114,17 @@ def step(amplitude: float) -> str:
     return f'type = "step", amplitude = {amplitude}'
 
 
+def _steps(powers: list[np.ndarray], pushed: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """States after each of some steps x -> F x + pushed; `powers` of F to 1, 2, 4, ... are added as they are needed."""
+    y = pushed.copy()
+    y[0] += powers[0] @ x
+    for level in range((len(y) - 1).bit_length()):
+        if level == len(powers):
+            powers.append(powers[-1] @ powers[-1])
+        y[1 << level :] += y[: -(1 << level)] @ powers[level].T  # the right side is taken before the left one changes
+    return y
+
+
 def switched(
     M: np.ndarray,
     C: np.ndarray,
@@ -146,27 +157,39 @@ def switched(
         A[n : 2 * n, -1] = -inverse @ (G.T @ (on * gap0))
         return np.asarray(sla.expm(by * A)[: 2 * n])
 
-    known: dict[tuple[bool, ...], np.ndarray] = {}
+    loaded = np.hstack([loads[:-1], np.diff(loads, axis=0) / h, np.ones((time.size - 1, 1))])
+    known: dict[tuple[bool, ...], tuple[list[np.ndarray], np.ndarray]] = {}
     x = np.concatenate([np.zeros(n), v0])
     gaps = np.zeros((time.size, m))
     gaps[0] = gap0
-    one = np.ones(1)
-    for j in range(time.size - 1):
-        slope = (loads[j + 1] - loads[j]) / h
+    j, at_once = 0, 1
+    while j < time.size - 1:
         closed = tuple(bool(b) for b in (gaps[j] < 0.0) | ((gaps[j] == 0.0) & (G @ x[n:] < 0.0)))
         if closed not in known:
-            known[closed] = flow(closed, h)
-        y = known[closed] @ np.concatenate([x, loads[j], slope, one])
-        g = gap0 + G @ y[:n]
-        other = tuple(bool(b) for b in g < 0.0)
-        if other != closed:
-            change = [i for i in range(m) if other[i] != closed[i]]
-            share = min(float(np.clip(gaps[j, i] / (gaps[j, i] - g[i]), 0.0, 1.0)) for i in change)
-            middle = flow(closed, share * h) @ np.concatenate([x, loads[j], slope, one])
-            rest = (1.0 - share) * h
-            y = flow(other, rest) @ np.concatenate([middle, loads[j] + share * h * slope, slope, one])
-            g = gap0 + G @ y[:n]
-        x, gaps[j + 1] = y, g
+            own = flow(closed, h)
+            known[closed] = [own[:, : 2 * n]], loaded @ own[:, 2 * n :].T
+        powers, pushed = known[closed]
+        y = _steps(powers, pushed[j : j + at_once], x)
+        g = gap0 + y[:, :n] @ G.T
+        changed = ((g < 0.0) != closed).any(axis=1)
+        held = int(changed.argmax()) if changed.any() else len(y)
+        gaps[j + 1 : j + 1 + held] = g[:held]
+        at_once = min(2 * at_once, 512)
+        if held:
+            x, j = y[held - 1], j + held
+        if held < len(y):
+            other = tuple(bool(b) for b in g[held] < 0.0)
+            share = min(
+                float(np.clip(gaps[j, i] / (gaps[j, i] - g[held, i]), 0.0, 1.0))
+                for i in range(m)
+                if other[i] != closed[i]
+            )
+            middle = flow(closed, share * h) @ np.concatenate([x, loaded[j]])
+            later = loaded[j].copy()
+            later[:n] += share * h * later[n : 2 * n]
+            x = flow(other, (1.0 - share) * h) @ np.concatenate([middle, later])
+            j, at_once = j + 1, 1
+            gaps[j] = gap0 + G @ x[:n]
     return time, gaps, np.maximum(-k * gaps, 0.0)
 
 

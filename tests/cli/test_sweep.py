@@ -5,13 +5,13 @@
 
 from __future__ import annotations
 
-import contextlib
 import csv
 import os
 import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import psutil
@@ -109,7 +109,13 @@ def wait_for(condition, process: subprocess.Popen) -> None:
 
 
 def workers_of(process: subprocess.Popen) -> list[psutil.Process]:
-    return [p for p in psutil.Process(process.pid).children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+    """Those that live: one that was killed has no command any more, and may be gone before it is asked for it."""
+    living = []
+    for child in psutil.Process(process.pid).children(recursive=True):
+        with suppress(psutil.NoSuchProcess):  # a zombie too
+            if "spawn_main" in " ".join(child.cmdline()):
+                living.append(child)
+    return living
 
 
 def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
@@ -140,7 +146,7 @@ def test_killed_worker_and_killed_sweep_lose_nothing(tmp_path):
         first.wait()
         assert psutil.wait_procs(workers, timeout=PATIENCE)[1] == []
     finally:
-        with contextlib.suppress(ProcessLookupError):
+        with suppress(ProcessLookupError):
             os.killpg(first.pid, signal.SIGKILL)
         first.wait()
     kept = {p: p.stat().st_mtime_ns for p in done()}

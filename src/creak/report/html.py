@@ -193,7 +193,7 @@ def _table_parts(result: Findings, summary: dict[str, Any], units: Units) -> dic
     return {
         "csv_events": script_json(event_csv(result, units)),
         "fits": tables.fit_table(result),
-        "energy_alarm": tables.energy_alarm(summary),
+        "energy_created": checks.created(summary),
         "events": event_tables.event_table(result, units),
         "statistics": event_tables.statistics_table(result, units),
         "counted": event_tables.counted_events(result),

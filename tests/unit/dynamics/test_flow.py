@@ -222,7 +222,7 @@ def test_a_cubic_that_dips_is_told_whatever_its_slopes_are():
     assert {x[2:] for x in told if x[0] and x[1]} == {(False, False), (False, True), (True, True)}
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.02, 0.3])
+@pytest.mark.parametrize("damping", [0.0, 0.1])
 def test_bound_holds_between_samples(damping):
     """Random motion of forty modes under loads that are cubics: no gap that contact sees leaves the band about the cubic
     through its ends, from rest either."""
@@ -241,7 +241,7 @@ def test_bound_holds_between_samples(damping):
     model = filtered(form, steps.mollifier, steps.h, np.zeros(3))
     assert steps.mollifier.min() < 1e-9
     w = np.sqrt(model.k)
-    state, x = resting(model, loads), np.linspace(1e-12, 1.0, 301)
+    state, x = resting(model, loads), np.linspace(1e-12, 1.0, 151)
     for start, loaded, level in product((0.0, 1.0), range(5), range(steps.levels + 1)):
         h, D, energy = H / 2**level, np.zeros((4, n)), np.zeros(steps.reach.shape[1])
         D[:loaded] = rng.standard_normal((loaded, n)) * w * H ** -np.arange(float(loaded))[:, None]

@@ -89,7 +89,7 @@ def test_created_energy_is_said_in_the_first_sentence(result_of):
     assert "Do not rely on it" not in sentence(result, summary, UNITS["mm-t-s"])
     summary["runs"]["reference"]["energy_created"] = 0.02
     text = sentence(result, summary, UNITS["mm-t-s"])
-    assert "Do not rely on it: the time integration created 2.0" in text
+    assert "Do not rely on it: the unreduced run created 2.0" in text
 
 
 # --- chaotic motion -------------------------------------------------------------------------------------------------

@@ -66,18 +66,25 @@ def is_chaotic(summary: dict[str, Any]) -> bool:
     return bool(summary["verification"]["events"]["statistics"]["chaotic"])
 
 
+def created(summary: dict[str, Any]) -> str:
+    """How much energy the runs created, where that is more than is sound; empty where it is not."""
+    words = []
+    for name, run in summary["runs"].items():
+        if not finite(run):
+            words.append(f"the figures of the {RUN_WORDS[name]} run are not finite")
+            continue
+        words += [
+            f"the {RUN_WORDS[name]} run created {share(run[key])} of the energy {what}, where {share(bar)} is the limit"
+            for key, (bar, what) in CREATED.items()
+            if run[key] > bar
+        ]
+    return "; ".join(words)
+
+
 def alarm(summary: dict[str, Any]) -> str:
     """What makes the forces of a run worthless, whatever else agrees."""
-    if any(not finite(run) for run in summary["runs"].values()):
-        return " Do not rely on it: its figures are not finite. Shorten the step or soften the contact."
-    for key, (bar, what) in CREATED.items():
-        worst = max((run[key] for run in summary["runs"].values()), default=0.0)
-        if worst > bar:
-            return (
-                f" Do not rely on it: the time integration created {share(worst)} of the energy {what}. Shorten the "
-                "step, soften the contact or dissipate more."
-            )
-    return ""
+    words = created(summary)
+    return f" Do not rely on it: {words}. The warnings say what to do." if words else ""
 
 
 def finite(run: dict[str, Any]) -> bool:

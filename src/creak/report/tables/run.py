@@ -11,7 +11,7 @@ from creak.arrays import FloatArray
 from creak.dynamics.history import ENERGIES
 from creak.model.units import Units
 from creak.reduction.health import health_rows
-from creak.report.tables.checks import CREATED, ROUND_OFF, RUN_WORDS, finite
+from creak.report.tables.checks import ROUND_OFF, RUN_WORDS
 from creak.report.words.text import NONE, fixed, four, number, percent, plural, ratio, share, tidy
 from creak.report.words.verdict import penetration
 from creak.studies.findings.tree import Findings, FoundPart, FoundRun, FoundSetup
@@ -68,17 +68,6 @@ def fit_table(result: Findings) -> Table | None:
     rows.append(["all together", four(fit["all"]), ""])
     note = "1: the spectra of both runs are equal, phase included; 0: no better than no motion at all."
     return Table(["axis", "NRMSE fit", ""], rows, note=note, flags=["", "", "", "total"])
-
-
-def energy_alarm(summary: dict[str, Any]) -> str:
-    """What to do where a run created energy; empty where none did."""
-    words = []
-    for name, run in summary["runs"].items():
-        made = [(run[k], bar, what) for k, (bar, what) in CREATED.items() if finite(run) and run[k] > bar]
-        texts = [f"{share(value)} of the energy {what}, where {share(bar)} is the limit" for value, bar, what in made]
-        texts += [] if finite(run) else ["figures that are not finite"]
-        words += [f"{RUN_WORDS[name]} run {text}" for text in texts]
-    return f"{'; '.join(words)}. Shorten the step, soften the contact or dissipate more." if words else ""
 
 
 def gap_table(result: Findings, units: Units) -> Table | None:
