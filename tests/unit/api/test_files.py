@@ -52,7 +52,7 @@ RATE = 32_000
 TONE = 0.02 * np.sin(2.0 * np.pi * 1000.0 * np.arange(RATE // 10) / RATE)
 MASS = creak.system_from_matrices([[1e4]], [[100.0]], velocity=[1.0])
 STOP = creak.gap_channels([[-1.0]], 0.0, 1e6)
-LOADS = creak.make_loads(MASS, time_axis(0.05, 2e-4))
+LOADS = creak.make_loads(MASS, time_axis(0.01, 2e-3))
 HISTORY = creak.simulate(MASS, STOP, LOADS)
 DRIVEN = creak.couple(creak.system_from_matrices(np.eye(2), np.eye(2)), driven={"b": [0]})
 SINE = creak.Sine(20.0, 1.0)
