@@ -252,7 +252,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
     n_x, levels = model.order.size, scheme.P.shape[0] - 1
     course, drive, D, energy, together = desk.course, desk.drive, desk.D, desk.energy, desk.together
     steady = desk.steady
-    parts, first = 1 << levels, used
+    parts = 1 << levels
     most = 2 * parts if model.damped else parts
     springs = not (model.damped or light or now.sliding.size > 0)
     kept, whole_row, swapped, level = 0, 0, False, 0
@@ -265,7 +265,7 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
         if rests(model, now):
             together.next[CALM], together.next[SAME] = PATIENCE, NEVER
     for step in range(begin, end):
-        if used + most > out.table.shape[0] or 0 < out.z.shape[0] < used - first + most:
+        if used + most > out.table.shape[0]:
             return FULL, step, used, kept, swapped, step * H
         load_step(model, 3 * step, H / 3.0, course, drive, D)
         at = np.int64(0)  # a plain 0 would have `advance` compiled twice
@@ -336,25 +336,25 @@ def march(model, scheme, A, block, cone, desk, now, after, out, begin, end, used
             count = pieces(together, cone, parts >> level) if held else np.int64(1)
             if not written and (edge or changed or count > 1 or bends(cone, time, now, then, after)):
                 complete(model, laws, W, H / parts, steady.force, now)
-                write(out, first, used, time, now)
+                write(out, used, time, now)
                 restart(cone, time, now, edge or changed)
                 used += 1
             if changed and model.damped and level == levels and not held:
-                used = write_touch(laws, time, h, now, after, out, first, used)
+                used = write_touch(laws, time, h, now, after, out, used)
             if held and rested:
                 go_on_with(steady, after.force)
             elif steady.mark[0] != NONE:
                 after.energy[GIVEN] += let_go(model, laws, W, H / parts, steady, after, after.gap)
             if count > 1:
                 complete(model, laws, W, H / parts, steady.force, after)
-                used = write_between(laws, together, cone, count, time, h, now, after, out, first, used)
+                used = write_between(laws, together, cone, count, time, h, now, after, out, used)
             if over:
                 amend(block, out.table, used, then, after)
             now, after, time, edge = after, now, then, changed
             swapped = not swapped
             written = at == parts
         complete(model, laws, W, H / parts, steady.force, now)
-        write(out, first, used, time, now)
+        write(out, used, time, now)
         restart(cone, time, now, edge)
         used += 1
         if out.ring.shape[1] > 0 and (level == levels or held):

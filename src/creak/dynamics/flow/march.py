@@ -61,9 +61,8 @@ from creak.linalg.threads import one_blas_thread
 
 SAMPLES = 3
 """Samples of the loads in a flight step: a cubic goes through them and the next."""
-ROWS, ROWS_OF_PAIRS = 4_096, 512
-"""Rows of the table that a chunk has room for beside those of its flight steps; of pairs in all, which are kept whole
-until their energies are known."""
+ROWS = 4_096
+"""Rows of the table that a chunk has room for beside those of its flight steps."""
 
 
 def simulate_flow(
@@ -307,8 +306,7 @@ class FlowRun:
             )
 
     def rows(self, steps: int) -> int:
-        most = max(steps, ROWS) if self.form.pairs is None else ROWS_OF_PAIRS
-        return most + 2 ** (self.steps.levels + 1)
+        return max(steps, ROWS) + 2 ** (self.steps.levels + 1)
 
     def kept(self, x: FlowState) -> FloatArray:
         return np.asarray(x.x.ravel()[self.model.u0 : self.model.u1])

@@ -101,14 +101,9 @@ def bends(cone, time, now, time_after, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def write(out, first, row, time, x):  # type: ignore[no-untyped-def]
-    """An instant as a row of the table, with the mean forces of its kick: times the steps they are the impulse.
-
-    Pairs are kept as well, from row `first` of the table on.
-    """
+def write(out, row, time, x):  # type: ignore[no-untyped-def]
+    """An instant as a row of the table, with the mean forces of its kick: times the steps they are the impulse."""
     to = out.table[row]
-    if out.z.shape[0] > 0:
-        put(out.z[row - first], 0, x.x.reshape(x.x.size))
     to[0] = time
     at = put(to, put(to, put(to, 1, x.gap), x.mean), x.sliding)
     for i in range(SCHEME + 1):
@@ -124,7 +119,7 @@ def share_taken(laws, i, now, after):  # type: ignore[no-untyped-def]
 
 
 @inner
-def write_touch(laws, time, h, now, after, out, first, used):  # type: ignore[no-untyped-def]
+def write_touch(laws, time, h, now, after, out, used):  # type: ignore[no-untyped-def]
     """A row between two instants where a damper touches in the first half of the step: its force is there at once.
 
     A step h gives the share s of F h / 2. A line from 0 at its start to F at s - 1 steps before its end, and F from
@@ -140,8 +135,6 @@ def write_touch(laws, time, h, now, after, out, first, used):  # type: ignore[no
         return used
     row, sliding = out.table[used], 1 + m + now.force.size
     put(row, 0, out.table[used - 1])
-    if out.z.shape[0] > 0:
-        out.z[used - first, 0] = np.nan
     row[0] = time + (1.0 - late) * h
     for i in range(m):
         row[1 + i] = late * now.gap[i] + (1.0 - late) * after.gap[i]
@@ -171,17 +164,12 @@ def pieces(held, cone, most):  # type: ignore[no-untyped-def]
 
 
 @inner
-def write_between(laws, held, cone, count, time, h, now, after, out, first, used):  # type: ignore[no-untyped-def]
-    """Rows of the instants between the ends of a long step that part it into `count`, from row `used` on; the next.
-
-    Their pairs are not known.
-    """
+def write_between(laws, held, cone, count, time, h, now, after, out, used):  # type: ignore[no-untyped-def]
+    """Rows of the instants between the ends of a long step that part it into `count`, from row `used` on; the next."""
     n, b, c = held.ends[0], held.ends[1], held.ends[2]
     m, sliding = now.gap.size, 1 + now.gap.size + now.force.size
     for k in range(1, count):
         share, row = k / count, out.table[used]
-        if out.z.shape[0] > 0:
-            out.z[used - first, 0] = np.nan
         x = 2.0 * share - 1.0
         fill(row, 0.0)
         row[0] = time + share * h

@@ -53,9 +53,6 @@ class Output(NamedTuple):
     ring: FloatArray
     """(chunk, n_band) largest sqrt(2 E) of each band of modes in the step that ends there; n_band is 0 where nobody
     asks for it."""
-    z: FloatArray
-    """(rows, 2 n) of the new rows where a pair moves by itself, its first entry nan where it is not known; empty for
-    single modes."""
 
 
 @dataclass(frozen=True)
@@ -235,8 +232,7 @@ class Recorder:
         self._grow(rows)
         at = np.zeros(self._u.shape[0], dtype=np.int64)
         self._ring[:] = 0.0
-        z = np.empty((0 if self._pairs is None else rows, self._u.shape[1]))
-        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole, self._ring, z)
+        return Output(self._table, at, self._u, self._s, self._whole_at, self._whole, self._ring)
 
     def _grow(self, rows: int) -> None:
         room = self._table.shape[0]
@@ -248,21 +244,27 @@ class Recorder:
     def take(self, used: int, kept: int, out: Output) -> None:
         """Account for what a chunk left, all of its whole steps."""
         if self._pairs is not None and used > self.used:
-            self._store(self._pairs, self._table[self.used - 1 : used], out.z[: used - self.used])
+            self._store(self._pairs, self._table[self.used - 1 : used], out.at[:kept] - self.used + 1, out.u[:kept])
         self.used = used
         self._took(kept, out.at)
 
-    def _store(self, pairs: ComplexModes, table: FloatArray, z: FloatArray) -> None:
-        """Put the energies of pairs z (k, 2 n) into all rows (k + 1) but the first, which has its own; they are taken
-        from the work of the dampers. Between rows whose pairs are known they are as good as straight."""
-        time, known = table[:, 0], np.flatnonzero(~np.isnan(z[:, 0]))
-        found = np.vstack([self._stored, np.stack(pairs.energies(z[known]), axis=1)])
-        at = np.concatenate([time[:1], time[1 + known]])
-        stored = np.stack([np.interp(time[1:], at, x) for x in found.T], axis=1)
-        energy = table[1:, self._width - len(ENERGIES) :]
-        energy[:, [KINETIC, STRAIN]] += stored
-        energy[:, DAMPING] -= stored.sum(axis=1) - self._begun
-        self._stored = stored[-1]
+    def _store(self, pairs: ComplexModes, table: FloatArray, known: IntArray, z: FloatArray) -> None:
+        """Put the energies of pairs into all rows but the first, which has its own.
+
+        Each costs n^2, so that they are found where whole steps end, at the rows `known`, of z (k, 2 n). What is left
+        of the work there has gone into the dampers of the structure. That only grows, so that it is as good as
+        straight in between, as is the strain energy; the rest is kinetic.
+        """
+        energy, time = table[:, self._width - len(ENERGIES) :], table[:, 0]
+        held = np.vstack([self._stored, np.stack(pairs.energies(z), axis=1)])
+        whole, at = energy[1:, DAMPING] + self._begun, time[np.concatenate([[0], known])]
+        lost = np.concatenate([energy[:1, DAMPING], whole[known - 1] - held[1:].sum(axis=1)])
+        stored = np.maximum(whole - np.interp(time[1:], at, lost), 0.0)
+        kinetic = np.maximum(stored - np.interp(time[1:], at, held[:, 1]), 0.0)
+        energy[1:, KINETIC] += kinetic
+        energy[1:, STRAIN] += stored - kinetic
+        energy[1:, DAMPING] -= stored - self._begun
+        self._stored = held[-1]
 
     def _took(self, kept: int, at: IntArray) -> None:
         """Whole steps that end at the rows `at` of the table."""
