@@ -40,7 +40,8 @@ Columns = dict[str, tuple[list[int], ...]]
 """Name of an excitation -> its columns of the loads' supports, and of their forces."""
 CELL = 1e-5
 """s between the impulses that stand for a contact's forces."""
-BLOCK = 1024
+ROOT = 32
+BLOCK = ROOT**2
 """Of them worked on at a time."""
 FOLLOWS = 0.5
 """omega CELL from which a mode follows its force as a spring."""
@@ -330,14 +331,17 @@ def _pushed(seen: _Seen, history: History, row: int, channels: IntArray) -> Floa
     pushed = seen.pushed(columns)
     a, b, c, d = seen.blocks
     h = 0.5 * (a + d)
-    # exp(B t) is half the sum of e^((h + r) t) (1 + (B - h) / r) and of the same with -r for r.
+    # exp(B t) is half the sum of e^((h + r) t) (1 + (B - h) / r) and of the same with -r for r: its conjugate where r
+    # is imaginary.
     root = np.sqrt((h**2 - a * d + b * c).astype(complex))
     root[np.abs(root) < STANDS] = STANDS
+    turns = root.real == 0.0
     z = np.zeros((2, h.size))
-    for r in (root, -root):
-        first, second = (_grown(force, X, h + r) for X in pushed)
-        z[0] += 0.5 * (first + ((a - h) * first + b * second) / r).real
-        z[1] += 0.5 * (second + (c * first + (d - h) * second) / r).real
+    for r, own in ((root, np.full_like(turns, True)), (-root, ~turns)):
+        share, r, mean = np.where(turns[own], 1.0, 0.5), r[own], h[own]
+        first, second = (_grown(force, X[:, own], mean + r) for X in pushed)
+        z[0, own] += share * (first + ((a[own] - mean) * first + b[own] * second) / r).real
+        z[1, own] += share * (second + (c[own] * first + (d[own] - mean) * second) / r).real
     return seen.coordinates(z)
 
 
@@ -355,14 +359,18 @@ def _grown(force: FloatArray, X: FloatArray, pole: ComplexArray) -> ComplexArray
 
 def _summed(force: FloatArray, X: FloatArray, pole: ComplexArray) -> ComplexArray:
     """(n,) sum over the cells of X' f(t) exp(pole (end - t)), block by block."""
-    within = np.exp(np.outer(CELL * np.arange(BLOCK), pole))[::-1]
+    few, many = (np.exp(np.outer(CELL * step * np.arange(ROOT), pole)) for step in (1, ROOT))
+    within = (many[:, None] * few).reshape(BLOCK, -1)[::-1]
+    parts = within.real.copy(), within.imag.copy()
     over, found = np.exp(BLOCK * CELL * pole), np.zeros(pole.size, dtype=complex)
     padded = np.vstack([np.zeros((-force.shape[0] % BLOCK, force.shape[1])), force])
     for block in padded.reshape(-1, BLOCK, force.shape[1]):
         found *= over
         acts = np.flatnonzero(block.any(axis=1))
         if acts.size:
-            found += ((block[acts] @ X) * within[acts]).sum(axis=0)
+            those = slice(acts[0], acts[-1] + 1)
+            real, imag = (((block[those].T @ of[those]) * X).sum(axis=0) for of in parts)
+            found += real + 1j * imag
     return found
 
 

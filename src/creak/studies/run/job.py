@@ -170,19 +170,22 @@ def run_study(
 
                 def march(model: ReducedModel) -> Run:
                     compiled(progress)
-                    run = march_run("reduced", marching, seen, model, gaps, progress)
+                    return march_run("reduced", marching, seen, model, gaps, progress)
 
+                def sure(found: ReducedRun) -> ReducedRun:
                     def again(dropped: GapOperator) -> Run:
                         progress(Sentence(may_have_rung(dropped)), 1, 1)
                         channels, _ = limit(join([gaps, dropped]))
-                        return march_run("reduced", marching, setup.observed(channels), model, channels, progress)
+                        watched = setup.observed(channels)
+                        return march_run("reduced", marching, watched, found.reduced, channels, progress)
 
-                    return sure_of_dropped(setup.contacts, run, again)
+                    return replace(found, run=sure_of_dropped(setup.contacts, found.run, again))
 
-                found = ReducedRun(setup.reduction, marching, scope, gaps, model, march(model))
+                found = sure(ReducedRun(setup.reduction, marching, scope, gaps, model, march(model)))
                 settled = last or found.run.stopped is not None or closed(gaps, found.run.history) is None
                 if settled and settles is not None and gaps.presses:
                     found = settles(found, reference, march, progress)
+                    found = found if found.reduced is model else sure(found)
                 return found, found.run
 
             gaps, found, more = run_with_closed(gaps, limit, closed, reduced_run)
