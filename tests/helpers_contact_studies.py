@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import scipy.linalg as sla
 
+from creak.studies.converge.auto_band import settle
 from creak.studies.file.reader import read_study
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
@@ -21,7 +22,7 @@ def solved(folder: Path, deck: str, tables: str, end: float, more: str = "") -> 
         f'[model]\ndeck = "deck.inp"\nunits = "m-kg-s"\n{tables}[reference]\nrun = false\n[time]\nend = {end}\n{more}',
         {"deck.inp": deck},
     )
-    return run_study(set_up(read_study(path)), lambda *_: None)
+    return run_study(set_up(read_study(path)), lambda *_: None, settle=settle)
 
 
 def points(
