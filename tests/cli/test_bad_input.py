@@ -167,6 +167,10 @@ def test_unknown_command_gets_a_hint(creak):
     creak("rum").refuses("rum", "--help")
 
 
+def test_a_wrong_option_names_the_help_of_its_command(creak):
+    creak("robust", "study.toml", "-n", "64").refuses("No such option: -n. Try: creak robust --help")
+
+
 def test_deck_as_study_is_explained(creak, tmp_path):
     write_strips(tmp_path)
     creak("run", tmp_path / "strips.inp").refuses("study")

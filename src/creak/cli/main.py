@@ -148,7 +148,9 @@ def _run() -> None:
         if type(error).__name__ == "Abort":  # Ctrl-C, as older versions of Typer tell it
             _end("stopped; nothing was written")
         if hasattr(error, "format_message"):  # a usage error of the command line itself
-            _end(f"{error.format_message().replace('Value error, ', '')} Try: creak --help", WRONG_INPUT)
+            said = error.format_message().replace("Value error, ", "").rstrip(".") + "."
+            context = getattr(error, "ctx", None)
+            _end(f"{said} Try: {'creak' if context is None else context.command_path} --help", WRONG_INPUT)
         raise
 
 
