@@ -62,7 +62,7 @@ def change_study(study: Study | str | Path, changes: Mapping[str, Any]) -> Study
     Parameters
     ----------
     study : a Study or the path of a study file.
-    changes : dotted key -> value; keys of lists by number, `connector.0.stiffness`.
+    changes : dotted key -> value; rows of lists by number or name, `clip.0.gap`, `clip.bumper.gap`.
 
     Raises
     ------

@@ -12,6 +12,7 @@ import pytest
 import creak
 from helpers_cli import say
 from helpers_decks import STUDY, two_strips, write_strips
+from helpers_refusal import refusal
 
 
 @pytest.fixture(scope="module")
@@ -115,6 +116,19 @@ def test_a_changed_study_leaves_the_file_alone(tmp_path):
     assert (other.config.reduction.f_max, other.config.contact["tip"].friction) == (700.0, 0.2)
     assert creak.read_study(path).config == study.config
     assert other.places.sibling("strips.inp") == study.places.sibling("strips.inp")
+
+
+def test_rows_of_a_list_go_by_number_or_by_name(tmp_path):
+    clip = (
+        '[[clip]]\nname = "{}"\ntype = "stop"\nnodes = ["TIP_UPPER", "TIP_LOWER"]\naxis = [0, 0, 1]\nstiffness = 50\n'
+    )
+    path = write_strips(tmp_path, study=STUDY + clip.format("left") + clip.format("right"))
+    named, numbered = (creak.change_study(path, {f"clip.{row}.stiffness": 70.0}) for row in ("right", 1))
+    assert named.config == numbered.config
+    assert [clip.stiffness for clip in named.config.clip] == [50.0, 70.0]
+    both = {"clip.right.stiffness": 70.0, "clip.1.stiffness": 60.0}
+    assert "change the same" in str(refusal(creak.change_study, path, both))
+    assert "clip.0 to clip.1, or clip.left, clip.right" in str(refusal(creak.change_study, path, {"clip.up.gap": 1.0}))
 
 
 @pytest.mark.parametrize(

@@ -30,7 +30,7 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
 
     Parameters
     ----------
-    changes : dotted key -> value; rows of lists by number, `connector.0.stiffness`.
+    changes : dotted key -> value; rows of lists by number or by name, `clip.0.gap` or `clip.bumper.gap`.
 
     Raises
     ------
@@ -38,11 +38,14 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
     """
     if not changes:
         return study
+    own = tomllib.loads(study.text)
+    numbers = {key: numbered(own, key) for key in changes}
     for key in changes:
-        clash = next((other for other in changes if other != key and overlap(key, other)), None)
+        clash = next((other for other in changes if other != key and overlap(numbers[key], numbers[other])), None)
         if clash is not None:
             raise InputError(f"{key} and {clash} change the same", fix="Give one of them.")
-    data = changed(tomllib.loads(study.text), changes, None)
+    changes = {numbers[key]: value for key, value in changes.items()}
+    data = changed(own, changes, None)
     every = {**study.places.changes, **changes}
     try:
         text = toml_text(data)
@@ -149,19 +152,47 @@ def is_row(word: str) -> bool:
     return word.isascii() and word.isdigit() and len(word) < 10 and (word == "0" or word[0] != "0")
 
 
+def row_of(rows: Sequence[Any], word: str) -> int | None:
+    """The row that a word of a key means: by its number, or by the name that it alone has; None: there is none."""
+    if is_row(word):
+        return int(word) if int(word) < len(rows) else None
+    mine = [k for k, name in enumerate(_names(rows)) if name == word]
+    return mine[0] if len(mine) == 1 else None
+
+
+def _names(rows: Sequence[Any]) -> list[Any]:
+    return [row.get("name") if isinstance(row, Mapping) else None for row in rows]
+
+
+def numbered(data: Any, key: str) -> str:
+    """A dotted key with the numbers of the rows that it names; what a study does not have stays as it is."""
+    words = key.split(".")
+    for k, word in enumerate(words):
+        if isinstance(data, list) and (row := row_of(data, word)) is not None:
+            words[k] = str(row)
+        data = value_at(data, word)
+    return ".".join(words)
+
+
 def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
-    word, name = words[depth], ".".join(words[:depth])
-    if not is_row(word) or int(word) >= len(table):
-        last = f" to {name}.{len(table) - 1}" if len(table) > 1 else ""
-        raise InputError(f"the study has {len(table)} [[{name}]]", expected=f"{name}.0{last}" if table else "")
-    return int(word)
+    row, name = row_of(table, words[depth]), ".".join(words[:depth])
+    if row is None:
+        raise InputError(f"the study has {len(table)} [[{name}]]", expected=rows_there(table, name))
+    return row
+
+
+def rows_there(rows: Sequence[Any], name: str) -> str:
+    """What a key may say of the rows of a list of this name, in words; empty: it has none."""
+    last = f" to {name}.{len(rows) - 1}" if len(rows) > 1 else ""
+    called = ", ".join(f"{name}.{x}" for x in dict.fromkeys(_names(rows)) if x)
+    return f"{name}.0{last}{', or ' if called else ''}{called}" if rows else ""
 
 
 def value_at(data: Any, key: str) -> Any:
     """Value of a dotted key, None where there is none."""
     for word in key.split("."):
-        if isinstance(data, list) and is_row(word) and int(word) < len(data):
-            data = data[int(word)]
+        if isinstance(data, list) and (row := row_of(data, word)) is not None:
+            data = data[row]
         elif isinstance(data, Mapping) and word in data:
             data = data[word]
         else:

@@ -13,7 +13,7 @@ from creak.assembly.part import damps_by_itself
 from creak.assembly.system import System
 from creak.errors import InputError
 from creak.progress import silent
-from creak.studies.file.changes import with_changes
+from creak.studies.file.changes import row_of, with_changes
 from creak.studies.file.contact_tables import ClipTable
 from creak.studies.models.reference import ReferenceModel
 from creak.studies.prepare.setup import Setup
@@ -42,9 +42,9 @@ def keeps_model(clips: Sequence[ClipTable], key: str, *, modal: bool) -> bool:
     words = key.split(".")
     if words[0] == "contact" and len(words) > 2:
         return words[2] in OF_CONTACT and (len(words) == 3 or words[2] == "friction")
-    if words[0] == "clip" and len(words) > 2 and words[1].isdigit():
-        held = int(words[1]) < len(clips) and clips[int(words[1])].type not in ("bushing", None)
-        return held and words[2] in OF_CLIP
+    if words[0] == "clip" and len(words) > 2:
+        row = row_of([{"name": clip.name} for clip in clips], words[1])
+        return row is not None and clips[row].type not in ("bushing", None) and words[2] in OF_CLIP
     if words[0] == "connector":
         return words[-1] in OF_CONNECTOR
     if words[0] == "excitation":

@@ -13,7 +13,7 @@ from scipy.stats import norm, qmc
 from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
 from creak.studies.design.clips import clip_scatter
-from creak.studies.file.changes import value_at
+from creak.studies.file.changes import row_of, rows_there, value_at
 from creak.studies.file.places import Places
 from creak.studies.file.scatter_tables import SIGMAS, Distribution, ScatterTable
 from creak.verify.odds import Blocks
@@ -277,6 +277,9 @@ def _check_key(key: str, data: Any, where: str) -> None:
     for word in key.split("."):
         if isinstance(data, Mapping) and word not in data:
             raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, data))
+        if isinstance(data, list) and row_of(data, word) is None:
+            name = key.split(f".{word}", maxsplit=1)[0]
+            raise InputError(f"unknown key {key!r}", where=where, expected=rows_there(data, name))
         data = value_at(data, word)
 
 
