@@ -128,7 +128,7 @@ def test_rows_of_a_list_go_by_number_or_by_name(tmp_path):
     assert [clip.stiffness for clip in named.config.clip] == [50.0, 70.0]
     both = {"clip.right.stiffness": 70.0, "clip.1.stiffness": 60.0}
     assert "change the same" in str(refusal(creak.change_study, path, both))
-    assert "clip.0 to clip.1, or clip.left, clip.right" in str(refusal(creak.change_study, path, {"clip.up.gap": 1.0}))
+    assert "clip.0 to clip.1, clip.left, clip.right" in str(refusal(creak.change_study, path, {"clip.up.gap": 1.0}))
 
 
 @pytest.mark.parametrize(

@@ -128,14 +128,14 @@ def _put(data: dict[str, Any], key: str, value: Any) -> None:
     for depth, word in enumerate(words[:-1]):
         table = _inside(table, words, depth, word)
     if isinstance(table, list):
-        table[_row(table, words, len(words) - 1)] = value
+        table[checked_row(table, words, len(words) - 1)] = value
     else:
         table[words[-1]] = value
 
 
 def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
     if isinstance(table, list):
-        inner = table[_row(table, words, depth)]
+        inner = table[checked_row(table, words, depth)]
     else:
         if depth == 1 and words[0] in NAMED and word not in table:
             raise InputError(f"the study has no [{words[0]}.{word}]", fix=suggest(word, table))
@@ -174,18 +174,15 @@ def numbered(data: Any, key: str) -> str:
     return ".".join(words)
 
 
-def _row(table: Sequence[Any], words: Sequence[str], depth: int) -> int:
-    row, name = row_of(table, words[depth]), ".".join(words[:depth])
+def checked_row(rows: Sequence[Any], words: Sequence[str], depth: int, where: str = "") -> int:
+    """The row that the word of a key at this depth means; InputError where there is none."""
+    row, name = row_of(rows, words[depth]), ".".join(words[:depth])
     if row is None:
-        raise InputError(f"the study has {len(table)} [[{name}]]", expected=rows_there(table, name))
+        last = f" to {name}.{len(rows) - 1}" if len(rows) > 1 else ""
+        called = "".join(f", {name}.{x}" for x in dict.fromkeys(_names(rows)) if x)
+        told = f"{name}.0{last}{called}" if rows else ""
+        raise InputError(f"the study has {len(rows)} [[{name}]]", where=where, expected=told)
     return row
-
-
-def rows_there(rows: Sequence[Any], name: str) -> str:
-    """What a key may say of the rows of a list of this name, in words; empty: it has none."""
-    last = f" to {name}.{len(rows) - 1}" if len(rows) > 1 else ""
-    called = ", ".join(f"{name}.{x}" for x in dict.fromkeys(_names(rows)) if x)
-    return f"{name}.0{last}{', or ' if called else ''}{called}" if rows else ""
 
 
 def value_at(data: Any, key: str) -> Any:

@@ -13,7 +13,7 @@ from scipy.stats import norm, qmc
 from creak.arrays import BoolArray, FloatArray
 from creak.errors import InputError, suggest
 from creak.studies.design.clips import clip_scatter
-from creak.studies.file.changes import row_of, rows_there, value_at
+from creak.studies.file.changes import checked_row, value_at
 from creak.studies.file.places import Places
 from creak.studies.file.scatter_tables import SIGMAS, Distribution, ScatterTable
 from creak.verify.odds import Blocks
@@ -274,12 +274,12 @@ def make_causes(
 
 def _check_key(key: str, data: Any, where: str) -> None:
     """Raise InputError where a table of the study knows no such key, or has no such name."""
-    for word in key.split("."):
+    words = key.split(".")
+    for depth, word in enumerate(words):
         if isinstance(data, Mapping) and word not in data:
             raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, data))
-        if isinstance(data, list) and row_of(data, word) is None:
-            name = key.split(f".{word}", maxsplit=1)[0]
-            raise InputError(f"unknown key {key!r}", where=where, expected=rows_there(data, name))
+        if isinstance(data, list):
+            checked_row(data, words, depth, where)
         data = value_at(data, word)
 
 

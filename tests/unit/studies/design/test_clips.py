@@ -260,7 +260,7 @@ def test_measured_scatter_of_clips_is_one_word(tmp_path):
         ('"clip.0.damping" = { type = "clip-one-side" }', ["clip.0.damping is not given", "a number there"]),
         ('"clip.0.ageing" = { type = "clip-one-side", sigma = 0.1 }', ["a clip-one-side distribution has no sigma"]),
         ('"clip.0.ageing" = { type = "clip" }', ["scatter.vary.clip.0.ageing.type"]),
-        ('"clip.hook.ageing" = { type = "clip-one-side" }', ["unknown key 'clip.hook.ageing'; expected clip.0"]),
+        ('"clip.hook.ageing" = { type = "clip-one-side" }', ["the study has 1 [[clip]]; expected clip.0", "clip.hook"]),
     ],
 )
 def test_what_does_not_scatter_as_clips_do_is_one_message(line, words, tmp_path):
