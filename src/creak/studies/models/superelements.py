@@ -86,6 +86,10 @@ def reduce_substructure(
     first = band.raised_to(0)
     wanted = made_from(replace(reduction, band=first), sub)
     f_max = None if reduction.table.method == "guyan" else band.first
+    if folder is not None and band.raised:
+        again = _raised_before(band, sub, folder, wanted)
+        if again is not None:
+            return again
     found, notes = from_store(folder, sub.part.name, wanted)
     if found is not None and found.saved.made_from != wanted:
         wider = _wider(found.saved, sub, model)
@@ -118,10 +122,25 @@ def reduce_substructure(
         matrices = reduced_matrices(sub.part, basis, progress, watched=seen)
         notes += _in_pieces(inside)
     reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, found is not None)
-    reduced = _kept(store, _with_kept(first, reduced), model, first)
-    for k in range(band.raised):
-        reduced = raised_once(band.raised_to(k + 1), reduced, model, progress, store)
+    on_the_way = replace(store, keep="nothing")
+    reduced = _kept(on_the_way if band.raised else store, _with_kept(first, reduced), model, first)
+    for k in range(1, band.raised + 1):
+        reduced = raised_once(band.raised_to(k), reduced, model, progress, on_the_way if k < band.raised else store)
     return reduced, notes
+
+
+def _raised_before(
+    band: Band, sub: Substructure, folder: Path, wanted: Mapping[str, str]
+) -> tuple[Reduced, list[str]] | None:
+    """The superelement with f_max raised as often, where a run has kept it: those on the way need not be there."""
+    wanted = {**wanted, "modes": wanted["modes"] + RAISED * band.raised}
+    found, notes = very_same(folder, sub.part.name, wanted)
+    if found is None:
+        return None
+    inside = Inside(sub.part, sub.boundary)
+    basis, matrices = _restored(inside, found)
+    reduced = Reduced(sub, sub.part, inside, basis, matrices, wanted, reused=True)
+    return _with_kept(band, reduced), notes
 
 
 def _with_kept(band: Band, reduced: Reduced) -> Reduced:

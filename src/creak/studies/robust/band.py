@@ -4,30 +4,23 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 from creak.progress import Progress, Sentence
 from creak.studies.converge.auto_band import settle
-from creak.studies.file.paths import store_of
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import run_study
 
 
-def with_band_of_run(setup: Setup, progress: Progress, keep: Path | None) -> tuple[Setup, list[str]]:
+def with_band_of_run(setup: Setup, progress: Progress, store: Store) -> tuple[Setup, list[str]]:
     """The study with f_max raised as `creak run` would raise it, but that no unreduced model is asked; and a note.
 
     Draws are the study by other numbers: what more modes change in its own run they change in theirs.
-
-    Parameters
-    ----------
-    keep : folder in which superelements stay; None: those beside the study are taken, and none are kept.
     """
     c = setup.study.config
     if not setup.band.auto or c.reduction.method in ("none", "guyan") or not c.time.exact:
         return setup, []
     progress(Sentence('f_max = "auto": the run of the study itself, to see how far its modes need to go'), 1, 1)
-    store = Store(store_of(setup.study.path)) if keep is None else Store(keep, "all")
     alone = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
     found = run_study(alone, progress, store, settle=partial(settle, store=store)).band
     if found is None:

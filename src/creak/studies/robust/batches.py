@@ -16,6 +16,7 @@ from creak.errors import CreakError, InputError, NumericalError, unforeseen
 from creak.progress import silent
 from creak.studies.file.paths import digests_of
 from creak.studies.file.reader import Study
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import set_up
 from creak.studies.robust.draws import Draw
 from creak.studies.robust.shared_model import SharedModel, march_draws, shared_model
@@ -48,8 +49,8 @@ class Batch:
     draws: tuple[Draw, ...]
     of: FloatArray | tuple[Draw, ...]
     """All draws of the model, in whatever batch they are, or `lowest_of` them."""
-    store: Path | None
-    """Folder in which superelements are kept; None: those beside the study are taken, none are kept."""
+    store: Store
+    """Of superelements."""
     files: tuple[str, str]
     """Digests of the decks and of the other files that the study names."""
     creak: str
@@ -63,11 +64,12 @@ class Batch:
 
 
 def batches(
-    study: Study, raised: int, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Path | None
+    study: Study, raised: int, draws: Sequence[Draw], of: FloatArray | Sequence[Draw], store: Store
 ) -> list[Batch]:
     """The draws of one model, `SIZE` to a batch; `raised` and `of` as there."""
     study = study.from_anywhere()
-    where, files = None if store is None else store.resolve(), digests_of(study)
+    files = digests_of(study)
+    where = replace(store, folder=None if store.folder is None else store.folder.resolve())
     every = of if isinstance(of, np.ndarray) else tuple(of)
     model = uuid.uuid4().hex
     return [

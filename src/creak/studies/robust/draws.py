@@ -277,7 +277,11 @@ def _check_key(key: str, data: Any, where: str) -> None:
     words = key.split(".")
     for depth, word in enumerate(words):
         if isinstance(data, Mapping) and word not in data:
-            raise InputError(f"unknown key {key!r}", where=where, fix=suggest(word, data))
+            of_deck = words[0] in ("material", "section") and len(words) > 2 and depth < len(words) - 1
+            fix = (
+                f"Give the deck's value in the study, in [{'.'.join(words[:-1])}]." if of_deck else suggest(word, data)
+            )
+            raise InputError(f"unknown key {key!r}", where=where, fix=fix)
         if isinstance(data, list):
             checked_row(data, words, depth, where)
         data = value_at(data, word)

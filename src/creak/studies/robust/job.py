@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -20,9 +21,11 @@ from creak.model.units import UNITS, UnitsName
 from creak.progress import Progress, silent
 from creak.studies.design.clips import clips_of
 from creak.studies.file.changes import with_changes
+from creak.studies.file.paths import store_of
 from creak.studies.file.places import Places
 from creak.studies.file.reader import Study
 from creak.studies.file.scatter_tables import SIGMAS, Distribution, read_tolerances, table_of
+from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup, set_up
 from creak.studies.prepare.tolerances import Points, no_row, points_of, rows_hit, spread
 from creak.studies.prepare.varied import at_nearest_wall
@@ -124,7 +127,7 @@ def run_draws(
     further = None if beyond is None or out is None else kept(out, made_from, len(places), design, beyond[1])
     wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
-    store = None if out is None else out / "superelements"
+    store = Store(store_of(setup.study.path)) if out is None else Store(out / "superelements", "all")
     if not wanted <= found.keys():
         setup, said = with_band_of_run(setup, progress, store)
         notes += said
@@ -132,9 +135,10 @@ def run_draws(
         missing = wanted - found.keys()
         models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
         who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
-        notes.append(Warned(f"{who} the model: it is set up and reduced {len(models)} times for these draws"))
-        progress(f"{len(models)} reductions, as {who} the model", 0, 1)
-        marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner)
+        anew = f"it is set up {len(models)} times for these draws, and the parts that change are reduced as often"
+        notes.append(Warned(f"{who} the model: {anew}"))
+        progress(f"{len(models)} models, as {who} it", 0, 1)
+        marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner, store)
     elif not wanted <= found.keys():
         every, more = beyond or (drawn, None)
         made = shared_model(setup, drawn, progress, store, every)
@@ -226,16 +230,31 @@ def _on_one_model(
 
 
 def _on_models_of_their_own(
-    models: Sequence[_Model], channels: GapOperator, raised: int, threads: int | None, runner: Runner | None
+    models: Sequence[_Model],
+    channels: GapOperator,
+    raised: int,
+    threads: int | None,
+    runner: Runner | None,
+    store: Store,
 ) -> Iterator[tuple[int, FloatArray]]:
-    """The same of draws whose numbers change the model; raised: how often f_max is."""
+    """The same of draws whose numbers change the model; raised: how often f_max is.
+
+    Each takes the superelements of parts that its numbers do not change from those before it: the last ones stay, in
+    a folder of their own where none are kept.
+    """
+    last = replace(store, keep="last") if store.keep == "all" else store
     if runner is not None:
-        every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, None)]
+        every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, last)]
         yield from march_batches(runner, every)
         return
-    for one in models:
-        setup = replace(set_up(one.study), raised=raised)
-        yield from _marched(shared_model(setup, one.draws, silent), channels, one.left, threads)
+    with TemporaryDirectory() as scratch:
+        if last.keep == "last" and last.folder is not None:
+            last.folder.mkdir(parents=True, exist_ok=True)
+        elif last.folder is None or not last.folder.is_dir():
+            last = Store(Path(scratch), "last")
+        for one in models:
+            setup = replace(set_up(one.study), raised=raised)
+            yield from _marched(shared_model(setup, one.draws, silent, last), channels, one.left, threads)
 
 
 def _marched(

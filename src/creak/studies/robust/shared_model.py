@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 
@@ -20,10 +19,9 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
-from creak.studies.file.paths import store_of
 from creak.studies.models.reduced import reduce_model
 from creak.studies.models.reference import ReferenceModel, build_reference
-from creak.studies.models.saved import Store
+from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps
 from creak.studies.prepare.watched import doubtful_channels, silent_channels
@@ -150,7 +148,7 @@ def shared_model(
     setup: Setup,
     draws: FloatArray | Sequence[Draw] | Drawn,
     progress: Progress,
-    keep: Path | None = None,
+    store: Store = NO_STORE,
     further: Drawn | None = None,
 ) -> SharedModel:
     """The model of a study with the channels that its draws need, and the arrays that they share.
@@ -158,7 +156,7 @@ def shared_model(
     Parameters
     ----------
     draws : all of them, or (m,) `lowest_of` them.
-    keep : folder in which its superelements stay; None: those beside the study are taken, and none are kept.
+    store : of superelements.
     further : `draws` and, behind them, more that are foretold alone; they count where all of them are `Plain`.
 
     Raises
@@ -191,7 +189,6 @@ def shared_model(
     gaps = join([kept, setup.connectors])
     if not gaps.presses:
         raise NumericalError("no contact and no connector of the study presses: there is nothing to rattle")
-    store = Store(store_of(setup.study.path)) if keep is None else Store(keep, "all")
     reduced = reduce_model(setup.reduction, reference, gaps, progress, store)
     system, why_not = flowing(reduced.system)
     if system is None:

@@ -21,10 +21,12 @@ from creak.dynamics.flow.march import simulate_flow
 from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.formats.stored.record_log import read_records, record_log
+from creak.reduction import craig_bampton
 from creak.report.tables import robust as rows
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.reference import build_reference
+from creak.studies.models.saved import NO_STORE
 from creak.studies.prepare.setup import set_up
 from creak.studies.prepare.varied import varied
 from creak.studies.robust import job
@@ -319,7 +321,7 @@ def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
     again = creak.robust(path, 8, out=out, indices=False, threads=1).draws
     assert again.marched == 6
     assert again.taken == 2 + 2
-    batch = batches(read_study(path), 0, [Draw(0, {}, {})], np.zeros(0), None)[0]
+    batch = batches(read_study(path), 0, [Draw(0, {}, {})], np.zeros(0), NO_STORE)[0]
     assert "does not see the deck" in replace(batch, files=("", "")).run().error
     assert "were made with 0.0" in replace(batch, id="old", creak="0.0").run().error
 
@@ -330,11 +332,27 @@ def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):
     )
     robustness = creak.robust(stopped(tmp_path, text), 4, indices=False, threads=1)
     assert robustness.draws.reduced_again == ("reduction.f_max",)
-    assert any(
-        note.startswith("reduction.f_max changes the model: it is set up and reduced 4 times")
-        for note in robustness.notes
-    )
+    assert any(note.startswith("reduction.f_max changes the model: it is set up 4 times") for note in robustness.notes)
     assert np.isfinite(robustness.draws.figures).all()
+
+
+@pytest.mark.parametrize(("key", "changed"), [("damping.rayleigh.alpha", 1), ("section.UPPER.thickness", 4)])
+@pytest.mark.parametrize("kept", [True, False])
+def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypatch, key, changed, kept):
+    made = []
+
+    def basis(inside, *rest, **options):
+        made.append(inside.name)
+        return craig_bampton.fixed_interface_basis(inside, *rest, **options)
+
+    monkeypatch.setattr("creak.studies.models.superelements.fixed_interface_basis", basis)
+    vary = (
+        f'[section.UPPER]\nthickness = 1.0\n[scatter.vary]\n"{key}" = {{ type = "uniform", low = 1.0, high = 1.001 }}\n'
+    )
+    path = write_strips(tmp_path, study=STUDY.replace("step = 5e-4", "").replace("periods = 2", "end = 0.05") + vary)
+    draws = creak.robust(path, 4, out=tmp_path / "out" if kept else None, indices=False, threads=1).draws
+    assert draws.reduced_again == (key,)
+    assert sorted(made) == ["LOWER"] + changed * ["UPPER"]
 
 
 def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
@@ -371,6 +389,10 @@ REFUSED = {
         r"the study has 1 \[\[connector\]\]; expected connector.0",
     ),
     "no number": ('"connector.0.name" = { type = "normal", sigma = 1 }', "no number to scatter about"),
+    "number of the deck": (
+        '"section.BEAM.thickness" = { type = "normal", sigma = 1, mean = 9 }',
+        r"Give the deck's value in the study, in \[section.BEAM\]",
+    ),
     "unknown type": ('"connector.0.upper" = { type = "gauss", sigma = 1 }', "scatter.vary.connector.0.upper.type"),
     "no sigma": ('"connector.0.upper" = { type = "normal" }', "give either sigma or tolerance"),
     "low above high": ('"connector.0.upper" = { type = "uniform", low = 2, high = 1 }', "low = 2 is not below high"),
