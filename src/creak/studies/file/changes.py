@@ -156,12 +156,13 @@ def row_of(rows: Sequence[Any], word: str) -> int | None:
     """The row that a word of a key means: by its number, or by the name that it alone has; None: there is none."""
     if is_row(word):
         return int(word) if int(word) < len(rows) else None
-    mine = [k for k, name in enumerate(_names(rows)) if name == word]
-    return mine[0] if len(mine) == 1 else None
+    names = _names(rows)
+    return names.index(word) if word and names.count(word) == 1 else None
 
 
-def _names(rows: Sequence[Any]) -> list[Any]:
-    return [row.get("name") if isinstance(row, Mapping) else None for row in rows]
+def _names(rows: Sequence[Any]) -> list[str]:
+    """Of each row, empty where it has none."""
+    return [str(row.get("name") or "") if isinstance(row, Mapping) else "" for row in rows]
 
 
 def numbered(data: Any, key: str) -> str:
@@ -179,7 +180,7 @@ def checked_row(rows: Sequence[Any], words: Sequence[str], depth: int, where: st
     row, name = row_of(rows, words[depth]), ".".join(words[:depth])
     if row is None:
         last = f" to {name}.{len(rows) - 1}" if len(rows) > 1 else ""
-        called = "".join(f", {name}.{x}" for x in dict.fromkeys(_names(rows)) if x)
+        called = "".join(f", {name}.{x}" for x in _names(rows) if "." not in x and row_of(rows, x) is not None)
         told = f"{name}.0{last}{called}" if rows else ""
         raise InputError(f"the study has {len(rows)} [[{name}]]", where=where, expected=told)
     return row
