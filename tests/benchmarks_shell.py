@@ -220,9 +220,14 @@ THIN_PLATES = {
 """omega a^2 sqrt(rho h / D) of thin square plates, nu = 0.3: SSSS is exact, the others are converged Ritz values."""
 
 
-def thin_plate(edges: str, n: int, kind: str = "quad") -> np.ndarray:
-    """Square plate, thickness a / 1000; edges x = 0, y = 0, x = a, y = a free, clamped or (hard) simply supported."""
+def thin_plate(edges: str, n: int, kind: str = "quad", moved: float = 0.0) -> np.ndarray:
+    """Square plate, thickness a / 1000; edges x = 0, y = 0, x = a, y = a free, clamped or (hard) simply supported.
+
+    moved : inner corners of elements are moved at random by up to this share of an element; the sides stay straight.
+    """
     mesh = rectangle(n, n, 10.0, 10.0, kind)
+    if moved:
+        _move_corners(mesh, moved * 10.0 / n)
     x, y, _ = mesh.coords.T
     held = [out_of_plane_only(mesh)]
     sides = [(x < 1e-9, 4), (y < 1e-9, 5), (x > 10 - 1e-9, 4), (y > 10 - 1e-9, 5)]
@@ -233,6 +238,16 @@ def thin_plate(edges: str, n: int, kind: str = "quad") -> np.ndarray:
     got = plate_frequencies(mesh, 0.01, np.unique(np.concatenate(held)), reference.size + rigid)[rigid:]
     bending = STEEL["youngs_modulus"] * 0.01**3 / (12 * (1 - 0.3**2))
     return 2 * np.pi * got * 10.0**2 * np.sqrt(STEEL["density"] * 0.01 / bending) / reference
+
+
+def _move_corners(mesh: Mesh, by: float) -> None:
+    """Of elements with middle nodes: those inside the plate, by up to `by` in x and in y."""
+    x, k = mesh.coords, mesh.elements.shape[1] // 2
+    corners = np.unique(mesh.elements[:, :k])
+    inner = corners[(np.abs(x[corners, :2] - 5.0) < 5.0 - 1e-9).all(axis=1)]
+    x[inner, :2] += np.random.default_rng(1).uniform(-by, by, (inner.size, 2))
+    ends = mesh.elements[:, :k], np.roll(mesh.elements[:, :k], -1, axis=1)
+    x[mesh.elements[:, k:]] = 0.5 * (x[ends[0]] + x[ends[1]])
 
 
 def fitted_slope(n: np.ndarray, values: np.ndarray) -> tuple[float, np.ndarray, float]:

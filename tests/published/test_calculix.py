@@ -1,8 +1,9 @@
 """The same decks in CalculiX 2.20: shells with middle nodes, beams and solids of second order.
 
 CalculiX expands shells and beams to solids of one element through the thickness, so only what that does not change is
-held: free or clamped edges, no rotation held alone. Its S8 and S6 lock on coarse meshes; S8R and fine S6 do not. It
-integrates the mass of C3D20R, C3D10 and C3D15 with fewer points than are exact: hence .1 % of distorted ones.
+held: free or clamped edges, no rotation held alone. Its S8 and S6 lock on coarse meshes, and S8R where they are
+distorted and thin; regular S8R and fine S6 do not. It integrates the mass of C3D20R, C3D10 and C3D15 with fewer points
+than are exact: hence .1 % of distorted ones.
 """
 
 from __future__ import annotations
