@@ -42,6 +42,15 @@ def test_labels_with_gaps_in_any_order_become_rows(read: Reader, flat: str) -> N
     assert model.nodes.ids[model.blocks[0].nodes_idx].tolist() == [[10, 20, 120, 110], [20, 30, 130, 120]]
 
 
+def test_coordinates_that_a_line_leaves_out_are_zero(read: Reader) -> None:
+    """A cube written short; CalculiX 2.20 gives back the same coordinates (job.frd)."""
+    cube = "*NODE\n1\n2, 10.\n3, 10., 10.\n4, , 10.\n5,,,10.\n6, 10.,, 10.\n7, 10., 10., 10.\n8, , 10., 10.\n"
+    cube += "*ELEMENT, TYPE=C3D8, ELSET=E\n1, 1, 2, 3, 4, 5, 6, 7, 8\n*SOLID SECTION, ELSET=E, MATERIAL=M\n"
+    found = read(cube + "*MATERIAL, NAME=M\n*ELASTIC\n2.1E5, 0.3\n*DENSITY\n7.8E-9\n").nodes.coords / 10.0
+    square = [[0, 0], [1, 0], [1, 1], [0, 1]]
+    assert found.tolist() == [[*xy, z] for z in (0, 1) for xy in square]
+
+
 def test_blocks_have_one_kind_section_and_part(read: Reader, flat: str) -> None:
     model = read(flat)
     assert [(b.kind, b.part) for b in model.blocks] == [

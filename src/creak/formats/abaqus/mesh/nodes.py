@@ -176,20 +176,21 @@ def _node_table(block: Block) -> _Table:
 
 
 def _node_table_by_line(block: Block) -> _Table:
+    """Coordinates that a line leaves out are 0, as in Abaqus and CalculiX."""
     ids, coords, codes, normals = [], [], [], False
     for (fields, where), code in zip(block.rows(blanks=True), block.codes, strict=True):
         if not fields:
             continue
         ids.append(to_label(fields[0], where, "node label"))
-        if not 2 <= len(fields) <= 7:
+        if len(fields) > 7:
             raise InputError(
-                f"node {fields[0]} has {len(fields) - 1} coordinates",
-                expected="label, x, y, z",
+                f"node {fields[0]} has {len(fields) - 1} numbers",
+                expected="label, x, y, z and the normal's three components",
                 where=where,
-                fix="Complete the line.",
+                fix="Take away what is too much.",
             )
         xyz = [to_float(f, where, f"coordinate of node {fields[0]}") for f in fields[1:4]]
-        coords.append([*xyz, 0.0, 0.0][:3])
+        coords.append([*xyz, 0.0, 0.0, 0.0][:3])
         codes.append(code)
         normals = normals or any(fields[4:])
     xyz_table = np.array(coords, dtype=np.float64).reshape(-1, 3)
