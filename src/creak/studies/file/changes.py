@@ -39,13 +39,8 @@ def with_changes(study: Study, changes: Mapping[str, Any]) -> Study:
     if not changes:
         return study
     own = tomllib.loads(study.text)
-    numbers = {key: numbered(own, key) for key in changes}
-    for key in changes:
-        clash = next((other for other in changes if other != key and overlap(numbers[key], numbers[other])), None)
-        if clash is not None:
-            raise InputError(f"{key} and {clash} change the same", fix="Give one of them.")
-    changes = {numbers[key]: value for key, value in changes.items()}
     data = changed(own, changes, None)
+    changes = {numbered(own, key): value for key, value in changes.items()}
     every = {**study.places.changes, **changes}
     try:
         text = toml_text(data)
@@ -103,8 +98,14 @@ def changed(data: Mapping[str, Any], changes: Mapping[str, Any], seed: int | Non
 
     Raises
     ------
-    InputError : a change leads through something that is no table, or to a name that the study does not have.
+    InputError : a change leads through something that is no table, or to a name that the study does not have; two
+        change the same.
     """
+    numbers = {key: numbered(data, key) for key in changes}
+    for key in changes:
+        clash = next((other for other in changes if other != key and overlap(numbers[key], numbers[other])), None)
+        if clash is not None:
+            raise InputError(f"{key} and {clash} change the same", fix="Give one of them.")
     out = copy.deepcopy(dict(data))
     for key, value in changes.items():
         _put(out, key, copy.deepcopy(value))
