@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 from creak.arrays import to_dense
+from creak.errors import InputError
 from creak.formats.decks import read_model
 from creak.studies.models.deck_modes import deck_modes
 from helpers_core import assembled
@@ -195,6 +196,17 @@ def roof_deck(symmetric: bool) -> str:
     return static_deck(mesh, "S8R", shell(2.5), held, int(np.flatnonzero((x < 1e-9) & (y > y.max() - 1e-9))[0]), 3)
 
 
+def turned_deck() -> str:
+    """A moment about y on a rigid end, by the displacement of its rotational node."""
+    mesh = brick("hex20")
+    n, end = len(mesh.coords), np.flatnonzero(mesh.coords[:, 0] > 40 - 1e-9)
+    body = f"*NSET, NSET=END\n{''.join(f'{k + 1},' + chr(10) for k in end)}"
+    body += f"*RIGID BODY, NSET=END, REF NODE={n + 1}, ROT NODE={n + 2}\n"
+    coords = np.concatenate([mesh.coords, [[45.0, 2.0, 1.0]] * 2])
+    held = [(low(mesh), "1, 3")]
+    return static_deck(Mesh(coords, mesh.elements, None), "C3D20", body + SOLID, held, n + 1, 2)
+
+
 STATIC = {
     "bow, in its plane, S8R": (lambda: arc_deck(1), 0.273254, 1, 0.02),
     "bow, out of its plane, S8R": (lambda: arc_deck(3), 0.0767549, 3, 0.02),
@@ -229,6 +241,17 @@ def test_modes_are_those_of_calculix(name, tmp_path, measured):
 def test_displacements_are_those_of_calculix(name, tmp_path, measured):
     make, expected, dof, rel = STATIC[name]
     measured(name, displacement_of(make(), dof, tmp_path), expected, rel=rel, unit="mm")
+
+
+def test_a_rotational_node_turns_its_body_as_in_calculix(tmp_path):
+    """Rotation by a unit moment, rad."""
+    assert displacement_of(turned_deck(), 2, tmp_path) == pytest.approx(1.853016e-7, rel=1e-6)
+
+
+def test_a_rotational_node_is_a_node_of_its_own(tmp_path):
+    (tmp_path / "deck.inp").write_text(turned_deck().replace("ROT NODE=143", "ROTNODE=142"))
+    with pytest.raises(InputError, match="ROT NODE=142 of .RIGID BODY is the reference node"):
+        read_model(tmp_path / "deck.inp")
 
 
 @pytest.mark.skipif(shutil.which("ccx") is None, reason="CalculiX is not installed")

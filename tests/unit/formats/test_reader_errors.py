@@ -91,7 +91,7 @@ MISTAKES = {
     "unknown reference node": (
         "REF NODE=901",
         "REF NODE=911",
-        r"reference node of \*COUPLING: there is no node 911",
+        r"REF NODE= of \*COUPLING: there is no node 911",
     ),
     "reference set": ("REF NODE=901", "REF NODE=PAIRS", "REF NODE=PAIRS is a set of 3 nodes"),
     "coupling without kind": ("*KINEMATIC\n", "", r"\*COUPLING is followed by 0 of"),

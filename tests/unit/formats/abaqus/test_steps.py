@@ -206,6 +206,30 @@ def test_laws(read, lines, law):
     assert interaction(read, lines).law == law
 
 
+def test_linear_law_of_calculix_has_a_tension_and_a_clearance(read):
+    """Of K = 100, sigma = .05 CalculiX 2.20 closes nodes by .010496 under p = 1, (p + sigma) / K, and faces by p / K."""
+    lines = "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=LINEAR\n100., 0.05, 0.5\n"
+    model, run = read(stop_deck(PAIR + "*SURFACE INTERACTION, NAME=STOP\n" + lines))
+    found = run.interactions["STOP"]
+    assert (found.law, found.stiffness) == ("linear", 100.0)
+    (said,) = [u for u in model.unread if u.keyword == "*SURFACE BEHAVIOR, second value"]
+    assert (said.changes_answer, "up to a pressure of 0.05" in said.why) == (False, True)
+
+
+@pytest.mark.parametrize(
+    ("law", "data", "words"),
+    [
+        ("LINEAR", "100., -1.", "tension or clearance is -1"),
+        ("LINEAR", "100., 1., 1., 1.", "with 4 values"),
+        ("EXPONENTIAL", "0.05, 0.1", "different exponential laws"),
+        ("TABULAR", "0., -0.1\n1., 0.1", "starts at 0, -0.1"),
+    ],
+)
+def test_laws_that_creak_has_not_are_refused(read, law, data, words):
+    with pytest.raises(InputError, match=words):
+        interaction(read, f"*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE={law}\n{data}\n")
+
+
 def test_tabular_law_gives_overclosure_first(read):
     found = interaction(read, "*SURFACE BEHAVIOR, PRESSURE-OVERCLOSURE=TABULAR\n0., 0.\n5., 0.1\n20., 0.2\n")
     assert found.curve == ((0.0, 0.0), (0.1, 5.0), (0.2, 20.0))

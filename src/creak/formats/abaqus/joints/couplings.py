@@ -118,25 +118,25 @@ def _distributing_elements(
     return result
 
 
-def reference_node(scope: Scope, block: Block, nodes: Registry) -> int:
-    """Row of REF NODE=, a label or a set of one node.
+def reference_node(scope: Scope, block: Block, nodes: Registry, key: str = "REF NODE") -> int:
+    """Row of REF NODE= or another key, a label or a set of one node.
 
     Raises
     ------
     InputError : unknown, or more than one node.
     """
-    token = block.need("REF NODE")
+    token = block.need(key)
     try:
         rows = nodes.find(token, scope.name, block.where)
     except InputError as error:
         raise block.error(
-            f"reference node of *{block.name}: {error.what}",
-            expected="REF NODE= a node or a set of one node",
+            f"{key}= of *{block.name}: {error.what}",
+            expected=f"{key}= a node or a set of one node",
             fix=error.fix,
         ) from None
     if rows.size != 1:
         raise block.error(
-            f"REF NODE={token} is a set of {rows.size} nodes",
+            f"{key}={token} is a set of {rows.size} nodes",
             expected="one node",
             fix="Name a node, or a set of one node.",
         )
@@ -268,7 +268,10 @@ def _kinematic_coupling(scope: Scope, block: Block, nodes: Registry) -> list[Kin
 def _rigid_body(
     deck: Outline, scope: Scope, block: Block, elements: Elements, nodes: Registry, element_names: Registry
 ) -> list[Constraint]:
-    """Kinematic couplings: ELSET, TIE NSET and CalculiX's NSET in all dofs, PIN NSET in the displacements."""
+    """Kinematic couplings: ELSET, TIE NSET and CalculiX's NSET in all dofs, PIN NSET in the displacements.
+
+    The displacements of CalculiX's ROT NODE are the rotations of the reference node: u_rot = theta_ref.
+    """
     ref_idx = reference_node(scope, block, nodes)
     if block.option("POSITION", "INPUT") != "INPUT":
         deck.note(block, "creak leaves the reference node where it is", changes=True, what="*RIGID BODY, POSITION")
@@ -291,4 +294,14 @@ def _rigid_body(
         raise block.error(
             "*RIGID BODY names no nodes", expected="ELSET=, TIE NSET= or PIN NSET=", fix="Name what is rigid."
         )
+    if block.has("ROT NODE"):
+        turning = reference_node(scope, block, nodes, "ROT NODE")
+        if turning == ref_idx or any(turning in c.nodes for c in result):
+            raise block.error(
+                f"ROT NODE={block.get('ROT NODE')} of *RIGID BODY is the reference node or a node of the body",
+                expected="a node of its own, whose displacements are the rotations of the body",
+                fix="Name another node, or leave ROT NODE out.",
+            )
+        pair = np.array([turning, ref_idx])
+        result += [Equation(pair, np.array([k, k + 3]), np.array([1.0, -1.0]), block.where) for k in (1, 2, 3)]
     return result

@@ -76,7 +76,8 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
         raise block.error(
             f"PRESSURE-OVERCLOSURE={law}",
             expected="HARD, LINEAR or TABULAR",
-            fix="Write the law as a table of pressure and overclosure.",
+            fix="Write it as a table of pressure and overclosure from 0, 0 on"
+            + " (Abaqus and CalculiX have different exponential laws)." * (law == "EXPONENTIAL"),
         )
     if block.has("PENALTY"):
         return _penalty(block, of)
@@ -85,6 +86,9 @@ def _behavior(deck: Outline, block: Block, of: Interaction) -> Interaction:
 
 
 def _linear(deck: Outline, block: Block, of: Interaction) -> Interaction:
+    """p = K c of overclosure c. CalculiX adds sigma and c_0 (where it looks for contact, at nodes): there
+    p = K c (1/2 + arctan(K c / (pi sigma)) / pi), which ends sigma below K c, and at -sigma far away.
+    """
     rows = list(block.rows())
     if not rows:
         raise block.error(
@@ -93,10 +97,17 @@ def _linear(deck: Outline, block: Block, of: Interaction) -> Interaction:
             fix="Add it.",
         )
     fields, where = rows[0]
-    if any(fields[1:]):
-        deck.note(
-            block, "creak reads the slope of a linear law alone", changes=True, what="*SURFACE BEHAVIOR, second value"
+    if len(fields) > 3:
+        raise InputError(
+            f"PRESSURE-OVERCLOSURE=LINEAR with {len(fields)} values",
+            expected="the slope, and of CalculiX tension and clearance",
+            where=where,
+            fix="Take away what is too much.",
         )
+    tension, _ = (_not_negative(f or "0", where, "tension or clearance") for f in [*fields[1:], "", ""][:2])
+    if tension:
+        why = f"CalculiX's node-to-face contact is softened by it, up to a pressure of {tension:g}; creak's is linear"
+        deck.note(block, why, changes=False, what="*SURFACE BEHAVIOR, second value")
     return replace(of, law="linear", stiffness=positive(fields[0], where, "contact stiffness"))
 
 
