@@ -184,7 +184,7 @@ def _loose_groups(
 
 
 def flat_parts(
-    groups: Sequence[Group], n: int, constraints: Sequence[Constraint], ground: set[int], name_of: NameOf
+    groups: Sequence[Group], n: int, constraints: Sequence[Constraint], name_of: NameOf
 ) -> tuple[tuple[Part, ...], IntArray]:
     """Parts, and the part of every one of n nodes (-1: none).
 
@@ -194,7 +194,6 @@ def flat_parts(
 
     Parameters
     ----------
-    ground : rows of fixed nodes that belong to no part.
     name_of : group, element id -> name of its property, which a part takes that has all of its elements and no other.
     """
     of_node = np.full(n, -1, dtype=np.int64)
@@ -203,7 +202,7 @@ def flat_parts(
     count = number_points(rows, NO_LINKS, rows.node, of_node, 0)
     n_structural = count
     links = [c.nodes.tolist() for c in constraints]
-    join_neighbours(Rows.of_lists([[i for i in link if i not in ground] for link in links]), of_node)
+    join_neighbours(Rows.of_lists(links), of_node)
     count = _points(groups, of_node, links, count)
     titles = _titles(structural, name_of, of_node, n_structural, count)
     parts = tuple(Part(titles[i], np.flatnonzero(of_node == i)) for i in range(count))

@@ -84,7 +84,7 @@ def _model(source: list[Block], path: str) -> Model:
     constraints = [*rigid, *read_ties(deck, properties, sets, rigid), *skew]
     curves = read_damping(deck, sets, properties.parts.keys())
     list_unread(deck, [*unread, *curves])
-    parts, of_node = flat_parts(list(deck.groups.values()), len(deck.nodes.ids), constraints, set(), _part_name)
+    parts, of_node = flat_parts(list(deck.groups.values()), len(deck.nodes.ids), constraints, _part_name)
     blocks = blocks_of(deck.groups, of_node)
     element_sets = _element_sets(deck, blocks, properties, sets)
     skins = {**surfaces(blocks, element_sets), **_segment_surfaces(blocks, sets)}

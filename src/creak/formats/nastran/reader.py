@@ -90,7 +90,6 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     constraints += read_shell_to_solid(deck)
     glue = read_glue(deck)
     constraints += glue
-    n_own = len(deck.grids.ids)
     fixed, skew = read_supports(deck, permanent, own_run)
     constraints += following_grids(deck, given_ends, [*constraints, *skew], fixed)
     run = read_transient(deck, fixed) if own_run else None
@@ -98,8 +97,7 @@ def _model(source: DeckFile, path: str, own_run: bool) -> tuple[Model, DeckRun |
     used = {"CGAP", "PGAP"} if run is None else cards_of(run)
     used |= {DAMPING} if run is None and list_damping(deck) else set()
     n = len(deck.grids.ids)
-    ground = set(range(n_own, n))
-    parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], ground, deck.property_name)
+    parts, of_node = flat_parts(list(deck.groups.values()), n, [*constraints, *skew], deck.property_name)
     blocks = blocks_of(deck.groups, of_node)
     regions = named_regions(deck)
     sets = element_sets(deck, blocks, source.property_names, source.set_names, regions)

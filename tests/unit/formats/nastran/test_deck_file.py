@@ -11,6 +11,7 @@ from creak.formats.deck.text import Line
 from creak.formats.nastran.mesh.grids import read_systems
 from creak.formats.nastran.reader import read_nastran
 from creak.formats.nastran.text.bulk_data import cards_of, id_list
+from creak.model.constraints import oblique_supports
 from helpers_nastran import read, unread
 from helpers_refusal import refusal
 
@@ -159,7 +160,8 @@ def test_grid_defaults(tmp_path):
     frame = "CORD2R,5,,0.,0.,0.,0.,0.,1.\n,0.,1.,0.\n"
     model = read(tmp_path, frame + "GRDSET,,5,,,,5,3\n" + BULK)
     np.testing.assert_allclose(model.nodes.coords[1], [0.0, 1.0, 0.0], atol=1e-15)
-    assert len(model.fixed) == 1  # the ground that the turned dofs are tied to
+    held = {(e.nodes_idx.tolist()[0], *e.dofs.tolist()) for e in oblique_supports(model.constraints, model.fixed)}
+    assert (model.nodes.count, model.fixed, held) == (2, (), {(0, 3), (1, 3)})  # and no node but the two of the deck
     assert read(tmp_path, "GRDSET,,,,,,,3\n" + BULK).fixed[0].dofs == (3,)
 
 

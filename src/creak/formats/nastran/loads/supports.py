@@ -20,7 +20,7 @@ Held = dict[int, tuple[set[int], str]]
 
 
 def read_supports(deck: Deck, permanent: list[Permanent], own_run: bool) -> tuple[list[Fixed], list[Constraint]]:
-    """Held dofs: as they are where they are global, else as equations to one fixed node.
+    """Held dofs: as they are where they are global, else as equations.
 
     A displacement D of an SPC is taken as zero, which is no change in modes, and one in the deck's own run.
 
@@ -100,21 +100,13 @@ def _as_constraints(deck: Deck, held: Held) -> tuple[list[Fixed], list[Constrain
         if dofs - whole:
             skew.append((row, dofs - whole, where))
     fixed = [Fixed(np.array(rows, dtype=np.int64), dofs, where) for (dofs, where), rows in by_dofs.items()]
-    if not skew:
-        return fixed, []
-    ground = deck.grids.add(deck.grids.place(skew[0][0]))
-    fixed.append(Fixed(np.array([ground], dtype=np.int64), (1, 2, 3, 4, 5, 6), skew[0][2]))
-    return fixed, [e for row, dofs, where in skew for e in _to_ground(deck, row, sorted(dofs), ground, where)]
+    return fixed, [e for row, dofs, where in skew for e in _along_axes(deck, row, sorted(dofs), where)]
 
 
-def _to_ground(deck: Deck, row: int, dofs: list[int], ground: int, where: str) -> Iterator[Constraint]:
-    """e_d . u = a dof of the fixed node, for each held direction e_d; the dofs of ground differ, so none cancels."""
-    C = np.zeros((len(dofs), 12))
-    for k, dof in enumerate(dofs):
-        C[k, :6] = deck.grids.six(row, dof)
-        C[k, 6 + k] = -1.0
-    names = [(node, d) for node in (row, ground) for d in range(1, 7)]
-    yield from global_equations(names, C, set(range(6)), where)
+def _along_axes(deck: Deck, row: int, dofs: list[int], where: str) -> Iterator[Constraint]:
+    """e_d . u = 0 for each held direction e_d."""
+    C = np.array([deck.grids.six(row, dof) for dof in dofs])
+    yield from global_equations([(row, d) for d in range(1, 7)], C, set(range(6)), where)
 
 
 def read_initial_velocity(deck: Deck) -> tuple[tuple[int, int, float], ...]:
