@@ -8,8 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from scipy.io import wavfile
-from scipy.signal import resample_poly
 
 from creak.arrays import FloatArray
 from creak.errors import InputError
@@ -68,6 +66,9 @@ def players(result: Findings) -> list[str]:
 
 def _uri(x: FloatArray, rate: float, parts: int) -> str:
     """16 bits at rate / parts."""
+    from scipy.io import wavfile  # see `signals.spectra.low_pass`
+    from scipy.signal import resample_poly
+
     slow = resample_poly(x, 1, parts) if parts > 1 else x
     file = io.BytesIO()
     wavfile.write(file, round(rate / parts), np.clip(slow * SAMPLES, -SAMPLES, SAMPLES).astype(np.int16))

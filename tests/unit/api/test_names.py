@@ -21,6 +21,12 @@ def test_import_creak_imports_nothing_heavy():
     assert done.stdout.strip() == ""
 
 
+def test_a_page_waits_for_no_filters():
+    """Half a second that pages without sound need not wait for."""
+    code = "import sys, creak.report.html, creak.studies.evaluate; print('scipy.signal' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout == "False\n"
+
+
 def test_errors_and_decks_do_not_need_numba():
     code = "import sys, creak; creak.InputError; creak.read_deck; print('numba' in sys.modules, 'scipy' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
