@@ -31,8 +31,10 @@ def unheld_parts(model: Model, driven: Driven, stops: Iterable[LinearEquation] =
     """
     structural = [any(b.part == i and b.kind in STRUCTURAL for b in model.blocks) for i in range(len(model.parts))]
     bodies, n_body = _bodies(model)
-    length = max(float(np.ptp(model.nodes.coords, axis=0).max()), 1e-12) if model.nodes.count else 1.0
-    rows = [_row(e, bodies, n_body, model, length) for e in _equations(model, driven, stops)]
+    coords = model.nodes.coords
+    length = max(float(np.ptp(coords, axis=0).max()), 1e-12) if model.nodes.count else 1.0
+    places = (coords - coords.mean(axis=0)) / length if model.nodes.count else coords
+    rows = [_row(e, bodies, n_body, places, length) for e in _equations(model, driven, stops)]
     if not n_body:
         return []
     E = np.array(rows).reshape(-1, 6 * n_body)
@@ -107,15 +109,15 @@ def _resisted_motions(block: ElementBlock, model: Model) -> Iterable[LinearEquat
         yield LinearEquation(dofs[row].tolist(), vectors[row, :, k].tolist())
 
 
-def _row(e: LinearEquation, bodies: dict[int, int], n_body: int, model: Model, length: float) -> FloatArray:
-    """Coefficients of one equation on the rigid motions; lengths scaled so that all entries compare."""
+def _row(e: LinearEquation, bodies: dict[int, int], n_body: int, places: FloatArray, length: float) -> FloatArray:
+    """Coefficients of one equation on the rigid motions; `places`: nodes about the middle of all, in `length`."""
     row = np.zeros((n_body, 6))
     for label, c in zip(e.labels, e.coefficients, strict=True):
         node, dof = node_and_dof(label)
         axis = dof - 1
         if node not in bodies:
             continue
-        body, r = bodies[node], model.nodes.coords[node] / length
+        body, r = bodies[node], places[node]
         if axis >= 3:
             row[body, axis] += c / length
         else:

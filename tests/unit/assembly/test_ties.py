@@ -136,6 +136,17 @@ def test_tie_between_parts_holds_the_other_part(tmp_path):
     assert len(split_constraints(held)[1]) == 8
 
 
+def test_springs_hold_a_part_far_from_the_origin(tmp_path):
+    """Six springs at three corners: whether they hold the part does not depend on where the axes begin."""
+    deck = sheet("PLATE", 1, (3, 2), (0.0, 0.0, 0.0), (120.0, 80.0)) + sections("PLATE")
+    for k, (node, dof) in enumerate([(1, 1), (1, 2), (1, 3), (4, 2), (4, 3), (9, 3)]):
+        deck += f"*ELEMENT, TYPE=SPRING1, ELSET=K{k}\n{100 + k}, {node}\n*SPRING, ELSET=K{k}\n{dof}\n50.\n"
+    model = model_of_deck(tmp_path, "*HEADING\nplate\n" + deck)
+    for shift in (0.0, 4e6):
+        model.nodes.coords[:] += shift
+        assert unheld_parts(model, NONE) == []
+
+
 def test_substructures_tied_over_their_retained_nodes(tmp_path):
     """Both sides of the seam are retained; the reduced plate has the modes of the full one."""
     model = model_of_deck(tmp_path, cut_plate((6, 8), (8, 11)))
