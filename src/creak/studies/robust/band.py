@@ -10,6 +10,7 @@ from creak.studies.converge.auto_band import settle
 from creak.studies.models.saved import Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.run.job import run_study
+from creak.studies.warned import Warned
 
 
 def with_band_of_run(setup: Setup, progress: Progress, store: Store) -> tuple[Setup, list[str]]:
@@ -27,4 +28,7 @@ def with_band_of_run(setup: Setup, progress: Progress, store: Store) -> tuple[Se
         return setup, []
     setup = replace(setup, raised=found.reduction.band.raised)
     upto = "all modes" if found.reduced.complete else f"modes up to {setup.band.f_max:,.0f} Hz"
-    return setup, [f'the draws have {upto}, where f_max = "auto" ends in the run of the study itself']
+    said = f'the draws have {upto}, where f_max = "auto" ends in the run of the study itself'
+    if not (found.reduced.complete or found.run.history.force.any()):
+        return setup, [Warned(f"{said}: nothing touches in it, so set f_max where draws that touch need more modes")]
+    return setup, [said]

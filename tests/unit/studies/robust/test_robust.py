@@ -366,6 +366,16 @@ def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
     assert any('where f_max = "auto" ends in the run of the study itself' in note for note in robustness.notes)
 
 
+def test_modes_of_a_run_that_touches_nothing_are_told_of(tmp_path, monkeypatch):
+    monkeypatch.setattr("creak.studies.converge.auto_band.SMALL", 0.0)  # as for large models, not all modes at once
+    monkeypatch.setattr("creak.studies.converge.auto_band.WORTH", 0.0)
+    text = re.sub(r"f_max = \S+", 'f_max = "auto"', STOPPED[STOPPED.index("[reduction]") :], count=1)
+    text = STOPPED[: STOPPED.index("[reduction]")] + text
+    study = stopped(tmp_path, re.sub(r"upper = \S+", "upper = 1e3", text, count=1))
+    notes = creak.robust(study, 4, indices=False, threads=1).notes
+    assert any("nothing touches in it, so set f_max" in note for note in notes)
+
+
 def test_a_field_of_gaps_has_its_spread_and_correlation():
     x = np.linspace(0.0, 500.0, 60)
     shapes = field_shapes(np.column_stack([x, 0 * x, 0 * x]), 120.0)
