@@ -16,6 +16,7 @@ from creak.formats.lsdyna.joints.contact import described_contact, read_ties
 from creak.formats.lsdyna.joints.points import read_points
 from creak.formats.lsdyna.joints.rigid import read_rigid
 from creak.formats.lsdyna.loads.supports import read_supports, support_sets
+from creak.formats.lsdyna.loads.velocities import read_initial_velocity
 from creak.formats.lsdyna.mesh.beams import read_beams
 from creak.formats.lsdyna.mesh.nodes import Transforms, read_nodes, read_orientations, read_systems
 from creak.formats.lsdyna.mesh.sets import ELEMENT_SETS, FaceFinder, Sets, nodes_of, read_sets, segment_surface
@@ -82,6 +83,7 @@ def _model(source: list[Block], path: str) -> Model:
     fixed, skew = read_supports(deck, of_nodes, sets, systems)
     rigid, held = read_rigid(deck, properties, sets, fixed)
     constraints = [*rigid, *read_ties(deck, properties, sets, rigid), *skew]
+    velocity = read_initial_velocity(deck, sets, systems, constraints)
     curves = read_damping(deck, sets, properties.parts.keys())
     list_unread(deck, [*unread, *curves])
     parts, of_node = flat_parts(list(deck.groups.values()), len(deck.nodes.ids), constraints, _part_name)
@@ -103,6 +105,7 @@ def _model(source: list[Block], path: str) -> Model:
         surfaces={**skins, **of_sets},
         constraints=tuple(constraints),
         fixed=(*fixed, *held),
+        initial_velocity=velocity,
         unread=tuple(deck.unread),
         contact=contact,
         stops=stops,

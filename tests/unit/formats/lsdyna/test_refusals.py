@@ -135,7 +135,7 @@ def test_what_cannot_be_followed_is_refused(tmp_path, text, line, said):
         ("*CONTACT_AUTOMATIC_SURFACE_TO_SURFACE_TIEBREAK\n0\n", True),
         ("*CONSTRAINED_INTERPOLATION\n1\n", True),
         ("*INITIAL_STRESS_SHELL\n1\n", True),
-        ("*INITIAL_VELOCITY_GENERATION\n1,2,,,,9.\n", True),
+        ("*INITIAL_VELOCITY_RIGID_BODY\n1,,,9.\n", True),
         ("*BOUNDARY_SPC_SYMMETRY_PLANE\n1\n", True),
         ("*PARAMETER_MUTABLE\nR  L,1.\n", True),
         ("*PARAMETER_DUPLICATION\n1\n", False),
