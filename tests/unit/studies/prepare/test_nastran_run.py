@@ -104,6 +104,9 @@ def test_subcases_of_a_nonlinear_transient_follow_each_other(tmp_path):
     np.testing.assert_allclose(u, 50.0 / K * (1.0 - np.cos(W * t)), atol=50.0 / K * (W * t[-1] + 1.0) * PERIOD_ERROR)
 
 
+MATS1 = "MATS1,1,,PLASTIC,0.,1,1,200.\n"
+
+
 @pytest.mark.parametrize(
     ("second", "load", "solution", "extra", "told"),
     [
@@ -112,7 +115,7 @@ def test_subcases_of_a_nonlinear_transient_follow_each_other(tmp_path):
         (6, 7, "109", "", "SUBCASE 2 .* analysis of its own"),
         (6, 9, "112", "", "SUBCASE 2 .* analysis of its own"),
         (6, 7, "129", "PARAM,LGDISP,1\n", "LGDISP .*creak's structure is linear"),
-        (6, 7, "129", "MATS1,1,,PLASTIC,0.,1,1,200.\n", "MATS1 .*large strain"),
+        (6, 7, "129", MATS1, "MATS1 .*large strain"),
         (6, 7, "129", "PARAM,TSTATIC,1\n", "TSTATIC"),
     ],
 )
@@ -123,11 +126,20 @@ def test_what_a_run_leaves_out_is_no_matter_of_course(tmp_path, second, load, so
 
 def test_a_look_at_the_deck_tells_what_its_own_run_asks_for(tmp_path):
     """The study that it is read for is elastic: there the same card changes nothing."""
-    path = sequence(tmp_path, 6, 7, "129", "MATS1,1,,PLASTIC,0.,1,1,200.\n")
+    path = sequence(tmp_path, 6, 7, "129", MATS1)
     (law,) = [u for u in read_nastran(path).unread if u.keyword == "MATS1"]
     assert not law.changes_answer
     assert "own SOL 129 asks for --ignore 'MATS1'" in law.why
     assert set_up_deck(path, ["MATS1"], "m-kg-s").loads.time[-1] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("solution", "told"),
+    [("109", "linear: the elastic constants hold, as in Nastran"), ("400", "SOL 400 follows material laws at large")],
+)
+def test_a_material_law_is_told_by_the_solution_that_the_deck_has(tmp_path, solution, told):
+    (law,) = [u for u in read_nastran(sequence(tmp_path, 6, 7, solution, MATS1)).unread if u.keyword == "MATS1"]
+    assert (law.changes_answer, told in law.why) == (False, True)
 
 
 def test_a_subcase_may_be_left_out_where_that_is_said(tmp_path):

@@ -209,6 +209,10 @@ def _where_it_acts(deck: Deck, name: str, own_run: bool) -> Meaning | None:
     if case.solution in SEQUENTIAL and (why := CARDS.meaning(name).why) in _RUN_CHANGES:
         asks = f"{why} (a run of the deck's own SOL {case.solution} asks for --ignore '{name}')"
         return Meaning("changes", _RUN_CHANGES[why]) if own_run else Meaning("harmless", asks)
+    if case.solution and CARDS.meaning(name).why == _AT_LARGE_STRAIN:
+        if case.solution in LINEAR:
+            return Meaning("harmless", "the solution is linear: the elastic constants hold, as in Nastran")
+        return Meaning("harmless", f"SOL {case.solution} follows {_AT_LARGE_STRAIN}")
     if own_run and name in ("EIGRL", "EIGR"):
         return Meaning("harmless", "creak runs in all dofs, or in as many modes as the answer takes")
     if name in ("SUPORT", "SUPORT1"):
