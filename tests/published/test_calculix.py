@@ -244,8 +244,10 @@ def test_displacements_are_those_of_calculix(name, tmp_path, measured):
 
 
 def test_a_rotational_node_turns_its_body_as_in_calculix(tmp_path):
-    """Rotation by a unit moment, rad."""
+    """Rotation by a unit moment, rad, and the modes of a body that cannot turn about y."""
     assert displacement_of(turned_deck(), 2, tmp_path) == pytest.approx(1.853016e-7, rel=1e-6)
+    held = turned_deck().split("*STEP")[0] + "*BOUNDARY\n143, 2, 2\n*STEP\n*FREQUENCY\n3\n*END STEP\n"
+    assert modes_of(held, 3, tmp_path) == pytest.approx([6040.54, 7855.86, 18599.58], rel=1e-6)  # Hz
 
 
 def test_a_rotational_node_is_a_node_of_its_own(tmp_path):

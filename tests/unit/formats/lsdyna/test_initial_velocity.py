@@ -166,3 +166,11 @@ def test_what_is_not_read_is_listed(tmp_path, start, words):
 def test_what_is_wrong_is_refused(tmp_path, start, words):
     with pytest.raises(InputError, match=words):
         read(tmp_path, start)
+
+
+def test_velocities_of_a_file_that_is_moved_are_listed(tmp_path):
+    (tmp_path / "part.k").write_text("*KEYWORD\n*INITIAL_VELOCITY_NODE\n2,1.\n*END\n")
+    moved = "*DEFINE_TRANSFORMATION\n3\nTRANSL,1.\n*INCLUDE_TRANSFORM\npart.k\n0\n0\n1.,1.,1.,,1\n3\n"
+    model = read(tmp_path, moved)
+    assert [(u.keyword, u.changes_answer) for u in model.unread] == [("*INITIAL_VELOCITY_NODE", True)]
+    assert model.initial_velocity == ()
