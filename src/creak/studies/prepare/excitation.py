@@ -156,11 +156,14 @@ def time_axis(driving: Driving, course: Course, parts: int | None = None) -> Flo
     return np.asarray(course.time.step / parts * np.arange(parts * n + 1), dtype=np.float64)
 
 
-def highest_frequency(driving: Driving) -> float:
-    """Highest frequency that the excitations are known to hold, Hz (0 for steps and tables)."""
+def highest_frequency(driving: Driving, *, stated: bool = False) -> float:
+    """Highest frequency that the excitations (`stated`: those which hold no other) are known to hold, Hz (0 for steps
+    and tables)."""
     highest = 0.0
     for name, table in driving.excitations.items():
         s = table.signal
+        if stated and not s.stated:
+            continue
         if isinstance(s, PsdTable) and s.values is None:
             highest = max(highest, _density_points(driving, s, name)[-1][0])
         highest = max(highest, s.highest)

@@ -30,7 +30,7 @@ from creak.studies.warned import Warned
 WRITTEN_PER_PERIOD = 2.0
 """Instants written in a period of the verification's f_max."""
 FASTEST = 100.0
-"""Longest flight step over the shortest: loads whose samples are closer are followed as closely as that."""
+"""Longest flight step over the shortest, where no frequency is stated: closer samples are followed no closer."""
 STEEPEST = 25.0
 """The same of flanks: what is left of a jump is when it comes, to half a step."""
 PER_PERIOD = 10.0
@@ -108,9 +108,9 @@ def _unfollowed(driving: Driving, step: float, points: Mapping[str, Wanted]) -> 
 def _resolved(driving: Driving, v: VerificationTable, points: Sequence[float], fastest: float = FASTEST) -> float:
     """s of a flight step that follows what is compared and the excitations: their highest frequency, their `points`."""
     longest = min(1.0 / (WRITTEN_PER_PERIOD * v.f_max), 1.0 / (PER_PERIOD * v.mac_f_max))
-    highest = highest_frequency(driving)
-    steps = [1.0 / (PER_PERIOD * highest)] if highest else []
-    return max(min([longest, *steps, *points]), longest / fastest)
+    some, all_of_it = highest_frequency(driving), highest_frequency(driving, stated=True)
+    step = max(min([longest, *([1.0 / (PER_PERIOD * some)] if some else []), *points]), longest / fastest)
+    return min(step, 1.0 / (PER_PERIOD * all_of_it)) if all_of_it else step
 
 
 class Wanted(NamedTuple):

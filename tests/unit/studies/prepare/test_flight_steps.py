@@ -137,3 +137,13 @@ def test_fine_steps_are_shorter(tmp_path):
     fine = with_changes(study, {"time.accuracy": "fine"})
     steps = [set_up(one).study.config.time.step for one in (study, fine)]
     assert steps[1] == pytest.approx(0.25 * steps[0], rel=0.1)
+
+
+def test_a_sine_far_above_what_is_compared_is_followed(tmp_path):
+    """A sin(w t) of a force: the mass swings by A / (m w^2 (1 - O^2 / w^2)) (O / w sin(w t) - O^2 / w^2 sin(O t))."""
+    (tmp_path / "mass.inp").write_text(DECK)
+    text = STUDY.replace('type = "{}", values = {}', 'type = "sine", frequency = 1.1e5, amplitude = 1e3')
+    (tmp_path / "study.toml").write_text(text.replace("end = 0.3", "end = 0.02").replace("{{", "{").replace("}}", "}"))
+    study = with_changes(creak.read_study(tmp_path / "study.toml"), {"verification.f_max": 500.0})
+    x = creak.run(study, converge=False).runs["reduced"].history.displacement[:, 0]
+    assert np.abs(x).max() == pytest.approx(1e3 / (0.01 * OMEGA * 2.0 * np.pi * 1.1e5), rel=0.01)
