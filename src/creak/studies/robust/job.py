@@ -242,15 +242,16 @@ def _on_models_of_their_own(
     Each takes the superelements of parts that its numbers do not change from those before it: the last ones stay, in
     a folder of their own where none are kept.
     """
-    last = replace(store, keep="last") if store.keep == "all" else store
+    last = store
+    if store.keep == "all" and store.folder is not None:
+        store.folder.mkdir(parents=True, exist_ok=True)
+        last = replace(store, keep="last")
     if runner is not None:
         every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, last)]
         yield from march_batches(runner, every)
         return
     with TemporaryDirectory() as scratch:
-        if last.keep == "last" and last.folder is not None:
-            last.folder.mkdir(parents=True, exist_ok=True)
-        elif last.folder is None or not last.folder.is_dir():
+        if last.folder is None or not last.folder.is_dir():
             last = Store(Path(scratch), "last")
         for one in models:
             setup = replace(set_up(one.study), raised=raised)

@@ -337,8 +337,8 @@ def test_a_number_that_changes_the_model_is_drawn_too(tmp_path):
 
 
 @pytest.mark.parametrize(("key", "changed"), [("damping.rayleigh.alpha", 1), ("section.UPPER.thickness", 4)])
-@pytest.mark.parametrize("kept", [True, False])
-def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypatch, key, changed, kept):
+@pytest.mark.parametrize("place", ["kept", "not kept", "workers"])
+def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypatch, key, changed, place):
     made = []
 
     def basis(inside, *rest, **options):
@@ -350,7 +350,8 @@ def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypat
         f'[section.UPPER]\nthickness = 1.0\n[scatter.vary]\n"{key}" = {{ type = "uniform", low = 1.0, high = 1.001 }}\n'
     )
     path = write_strips(tmp_path, study=STUDY.replace("step = 5e-4", "").replace("periods = 2", "end = 0.05") + vary)
-    draws = creak.robust(path, 4, out=tmp_path / "out" if kept else None, indices=False, threads=1).draws
+    out, runner = None if place == "not kept" else tmp_path / "out", elsewhere if place == "workers" else None
+    draws = creak.robust(path, 4, out=out, indices=False, threads=1, runner=runner).draws
     assert draws.reduced_again == (key,)
     assert sorted(made) == ["LOWER"] + changed * ["UPPER"]
 
