@@ -131,6 +131,10 @@ def lacking(t):
     return frames_2420(t) + points_15(t, moved=8) + every_mode(t)
 
 
+def split_rows(text):
+    return [line.partition(",") for line in text.splitlines()[1:]]
+
+
 def row(text, k, old, new):
     lines = text.splitlines()
     assert old in lines[k]
@@ -224,6 +228,11 @@ WRONG = {
         "csv",
         lambda t: row(csv_text(t), 40, ",0,0,", ",1,0,"),
         ["has two places", "test.csv:41"],
+    ),
+    "frequencies far below the model's": (
+        "csv",
+        lambda t: "\n".join([HEAD, *(f"{0.001 * float(f)!r},{rest}" for f, _, rest in split_rows(csv_text(t)))]),
+        ["no mode of the model but rigid ones", "Are its frequencies in Hz?"],
     ),
     "another kind of file": ("xlsx", csv_text, ["measured modes in test.xlsx", ".unv"]),
 }

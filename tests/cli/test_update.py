@@ -153,6 +153,8 @@ def test_other_mistakes_are_one_message(creak, plate, truth, tmp_path):
     refused(creak, tmp_path, "lies in another folder", study, test, *key, "--out", tmp_path / "new" / "a.toml")
     refused(creak, tmp_path, "it is the same file as an input", study, test, *key, "--out", study)
     refused(creak, tmp_path, "expected a file name that ends in .toml", study, test, *key, "--out", tmp_path / "a.txt")
+    same = tmp_path / "same.toml"
+    refused(creak, tmp_path, "two outputs are written to", study, test, *key, "--out", same, "--page", same)
     refused(creak, tmp_path, "--out without --parameter", study, test, "--out", tmp_path / "a.toml")
     refused(creak, tmp_path, "--page without --parameter", study, test, "--page", tmp_path / "a.html")
     refused(creak, tmp_path, "--uncertainty 0; expected per cent", study, test, *key, "--uncertainty", "0")

@@ -11,7 +11,7 @@ from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from creak.cli.details import list_unread, model_detail, tell_notes, tell_vain
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_files
 from creak.errors import InputError
 from creak.model.units import UnitsName
 
@@ -60,11 +60,9 @@ def modes(
     if vtk is not None and vtk.suffix.lower() != ".vtu":
         raise InputError(f"--vtk {vtk}", expected="a file name that ends in .vtu")
     on_stdout = is_stdout(json_file)
-    files = [path for path in (vtk, uff, pch, page, None if on_stdout else json_file) if path is not None]
     require_test(test, test_units, sensors, page)
     will_read(deck, *(path for path in (test, sensors) if path is not None))
-    for path in files:
-        writable_file(path)
+    files = writable_files((vtk, uff, pch, page, None if on_stdout else json_file))
     with Output(quiet, verbose, on_stdout) as output:
         with output.progress as progress:
             if test is None:

@@ -10,7 +10,7 @@ import tempfile
 import textwrap
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -94,6 +94,23 @@ def writable_file(path: Path, *, stream: bool = True, kept: bool = False) -> Des
     if not found.stream:
         writable_folder(found.path.parent)
     return found
+
+
+def writable_files(paths: Iterable[Path | None]) -> list[Path]:
+    """Those outputs that are asked for, each looked at by `writable_file`.
+
+    Raises
+    ------
+    InputError : as `writable_file`; two of them are one file, of which the last would stay.
+    """
+    asked, seen = [path for path in paths if path is not None], set()
+    for path in asked:
+        found = writable_file(path)
+        real = found.path.resolve()
+        if real in seen and not found.stream:
+            raise InputError(f"two outputs are written to {path}", expected="a file for each", fix="Name another one.")
+        seen.add(real)
+    return asked
 
 
 def broken(text: str, width: int) -> str:

@@ -9,7 +9,7 @@ import typer
 
 from creak.cli.details import tell_notes
 from creak.cli.modes import LengthName
-from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_file
+from creak.cli.output import IGNORE, JSON_FILE, QUIET, VERBOSE, Output, is_stdout, writable_files
 from creak.errors import InputError
 
 if TYPE_CHECKING:
@@ -54,9 +54,7 @@ def update(
     will_read(study_file, test, *([sensors] if sensors is not None else []))
     study = read_study(study_file)
     target = _target(study_file, out) if parameter else None
-    for path in (target, page, None if on_stdout else json_file):
-        if path is not None:
-            writable_file(path)
+    writable_files((target, page, None if on_stdout else json_file))
     with Output(quiet, verbose, on_stdout) as output:
         with output.progress as progress:
             case = studies.update_case(

@@ -228,7 +228,15 @@ def _require_real(measured: MeasuredModes, collinearity: FloatArray) -> None:
 
 
 def _require_motion(measured: MeasuredModes, elastic: FloatArray) -> None:
-    if not elastic.size or elastic.any():
+    if not elastic.size:
+        raise InputError(
+            "no mode of the model but rigid ones lies in the range in which modes were sought; the highest measured "
+            f"one is at {measured.frequencies.max():.4g} Hz",
+            where=measured.path,
+            expected="modes of the same structure, in Hz",
+            fix="Are its frequencies in Hz? Is it the test of this structure? Else ask for more modes.",
+        )
+    if elastic.any():
         return
     count = len(measured.sensors)
     raise InputError(
@@ -247,15 +255,13 @@ def _direction(measured: MeasuredModes) -> str:
 def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray, doubts: tuple[str, ...]) -> None:
     if (partner >= 0).any():
         return
-    top = measured.frequencies.max()
-    best = f"the highest MAC is {matrix.max():.2f}" if matrix.size else f"the model has none up to {ABOVE * top:.4g} Hz"
     asked = "Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?"
-    unit = "" if matrix.size else f" Are its frequencies in Hz? The highest is {top:.4g}."
     raise InputError(
-        f"none of the {partner.size} measured modes has a partner among the model's: {best}",
+        f"none of the {partner.size} measured modes has a partner among the model's: the highest MAC is "
+        f"{matrix.max():.2f}",
         where=measured.path,
         expected="modes of the same structure, within an octave of the model's",
-        fix=" ".join(f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts) or asked + unit,
+        fix=" ".join(f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts) or asked,
     )
 
 
