@@ -141,8 +141,7 @@ def _reduced(
                 output.wrote(path)
         return reduced if path is None else with_modes_of_file(setup.band, reduced, path)
 
-    alone = setup.study.config.reference.model_copy(update={"run": "none"})
-    setup, reference, gaps, notes = ready(setup.with_tables(reference=alone), output.progress)
+    setup, reference, gaps, notes = ready(setup.unproven, output.progress)
     try:
         fresh = set[str]()
         if where.workers is not None or where.scheduler is not None:

@@ -26,10 +26,12 @@ KEPT = 4
 
 @contextmanager
 def opened(store: Path | None) -> Iterator[None]:
-    """The folder is there for what is kept, and gone again where nothing was, or where bad input made it in vain.
+    """The folder is there for what is kept; it and those above it that were made for it are gone again where nothing
+    was, or where bad input made them in vain.
 
     One that cannot be made keeps nothing.
     """
+    made = [] if store is None else [folder for folder in (store, *store.parents) if not folder.exists()]
     try:
         if store is not None:
             store.mkdir(parents=True)
@@ -44,8 +46,9 @@ def opened(store: Path | None) -> Iterator[None]:
         shutil.rmtree(store, ignore_errors=True)
         raise
     finally:
-        with suppress(OSError):  # not empty, or not there
-            store.rmdir()
+        for folder in made:
+            with suppress(OSError):  # not empty, or not there
+                folder.rmdir()
 
 
 def solved(

@@ -176,8 +176,7 @@ def gather(setup: Setup, progress: Progress, band: float | None = None) -> Facts
     c = setup.study.config
     setup = setup.with_tables(precheck=c.precheck.model_copy(update={"enabled": True}))
     excitation = excitation_of(setup.study.driving, setup.loads, c.verification.mac_f_max)
-    none = c.reference.model_copy(update={"run": "none"})
-    by_parts = setup.with_tables(reduction=_without_the_whole(c.reduction), reference=none)
+    by_parts = setup.with_tables(reduction=_without_the_whole(c.reduction)).unproven
     reference = reference_that_fits(by_parts.reduction, by_parts.takes_whole, progress)
     setup = setup if reference.of_parts is None else by_parts
     c, reduction, course = setup.study.config, setup.reduction, setup.study.course

@@ -117,9 +117,7 @@ def _in_equilibrium(setup: Setup, reference: ReferenceModel, change: Change, nam
 
 def checked_by_run(setup: Setup, ear: Ear | None, progress: Progress, place: Place, change: Change) -> Effect | str:
     """The effect in a run of the changed model, reduced anew; why there is none."""
-    setup = change.of_setup(setup.unstarted())
-    c = setup.study.config
-    setup = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
+    setup = change.of_setup(setup.unstarted()).unproven
     try:
         again = run_study(setup, progress)
     except CreakError as error:

@@ -187,6 +187,11 @@ class Setup:
         watch = replace(self.watch, lines=replace(self.watch.lines, static=None))
         return replace(self, contacts=contacts, connectors=connectors, static=None, watch=watch)
 
+    @property
+    def unproven(self) -> Setup:
+        """The same without runs of the unreduced model."""
+        return self.with_tables(reference=self.study.config.reference.model_copy(update={"run": "none"}))
+
     def with_tables(self, **tables: Table) -> Setup:
         """The same setup with other tables of its study, of those that setting up does not look at."""
         return replace(self, study=self.study.with_tables(**tables))

@@ -22,8 +22,7 @@ def with_band_of_run(setup: Setup, progress: Progress, store: Store) -> tuple[Se
     if not setup.band.auto or c.reduction.method in ("none", "guyan") or not c.time.exact:
         return setup, []
     progress(Sentence('f_max = "auto": the run of the study itself, to see how far its modes need to go'), 1, 1)
-    alone = setup.with_tables(reference=c.reference.model_copy(update={"run": "none"}))
-    found = run_study(alone, progress, store, settle=partial(settle, store=store)).band
+    found = run_study(setup.unproven, progress, store, settle=partial(settle, store=store)).band
     if found is None:
         return setup, []
     setup = replace(setup, raised=found.reduction.band.raised)

@@ -45,6 +45,7 @@ from creak.studies.robust.shared_model import (
     record_width,
     shared_model,
 )
+from creak.studies.solved import opened
 from creak.studies.tasks.queue import Runner
 from creak.studies.warned import Warned
 from creak.version import edition
@@ -128,46 +129,47 @@ def run_draws(
     wanted = {*range(design.total), *_further_numbers(further, design)}
     marched: Iterator[tuple[int, FloatArray]] = iter(())
     store = Store(store_of(setup.study.path)) if out is None else Store(out / "superelements", "all")
-    if not wanted <= found.keys():
-        setup, said = with_band_of_run(setup, progress, store)
-        notes += said
-    if again and not wanted <= found.keys():
-        missing = wanted - found.keys()
-        models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
-        who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
-        anew = f"it is set up {len(models)} times for these draws, and the parts that change are reduced as often"
-        notes.append(Warned(f"{who} the model: {anew}"))
-        progress(f"{len(models)} models, as {who} it", 0, 1)
-        marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner, store)
-    elif not wanted <= found.keys():
-        every, more = beyond or (drawn, None)
-        made = shared_model(setup, drawn, progress, store, every)
-        notes.extend(made.notes)
-        if more is not None and further is None:
-            further = told_of(made, channels, design, more)
-            wanted.update(_further_numbers(further, design))
-            if further is not None and out is not None:
-                keep(further, out, made_from)
-        missing = wanted - found.keys()
+    with opened(store.folder if store.keep == "all" else None):
+        if not wanted <= found.keys():
+            setup, said = with_band_of_run(setup, progress, store)
+            notes += said
+        if again and not wanted <= found.keys():
+            missing = wanted - found.keys()
+            models = _models(setup.study, [drawn.draw(k) for k in range(design.total)], missing, again)
+            who = f"{' and '.join(again)} change{'s' if len(again) == 1 else ''}"
+            anew = f"it is set up {len(models)} times for these draws, and the parts that change are reduced as often"
+            notes.append(Warned(f"{who} the model: {anew}"))
+            progress(f"{len(models)} models, as {who} it", 0, 1)
+            marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner, store)
+        elif not wanted <= found.keys():
+            every, more = beyond or (drawn, None)
+            made = shared_model(setup, drawn, progress, store, every)
+            notes.extend(made.notes)
+            if more is not None and further is None:
+                further = told_of(made, channels, design, more)
+                wanted.update(_further_numbers(further, design))
+                if further is not None and out is not None:
+                    keep(further, out, made_from)
+            missing = wanted - found.keys()
 
-        def march(left: list[Draw]) -> Iterator[tuple[int, FloatArray]]:
-            if runner is None:
-                return _marched(made, channels, left, threads)
-            return (
-                march_batches(runner, batches(setup.study, setup.raised, left, made.lowest, store))
-                if left
-                else iter(())
-            )
+            def march(left: list[Draw]) -> Iterator[tuple[int, FloatArray]]:
+                if runner is None:
+                    return _marched(made, channels, left, threads)
+                return (
+                    march_batches(runner, batches(setup.study, setup.raised, left, made.lowest, store))
+                    if left
+                    else iter(())
+                )
 
-        marched = _on_one_model(made, every, design.total, missing, channels, march, progress)
-    if path is None:
-        found.update(marched)
-    elif not wanted <= found.keys():
-        with record_log(path, made_from, width, used) as log:
-            for number, record in marched:
-                log.add(number, record)
-                found[number] = record
-                progress("draws", len(found), len(wanted))
+            marched = _on_one_model(made, every, design.total, missing, channels, march, progress)
+        if path is None:
+            found.update(marched)
+        elif not wanted <= found.keys():
+            with record_log(path, made_from, width, used) as log:
+                for number, record in marched:
+                    log.add(number, record)
+                    found[number] = record
+                    progress("draws", len(found), len(wanted))
     if further is not None:
         rows = np.array([found[k] for k in _further_numbers(further, design)]).reshape(-1, width)
         state, figures, _, _ = parts_of(rows, channels)
@@ -243,8 +245,7 @@ def _on_models_of_their_own(
     a folder of their own where none are kept.
     """
     last = store
-    if store.keep == "all" and store.folder is not None:
-        store.folder.mkdir(parents=True, exist_ok=True)
+    if store.keep == "all":
         last = replace(store, keep="last")
     if runner is not None:
         every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, last)]

@@ -19,8 +19,9 @@ from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
 from creak.studies.file.changes import with_changes
+from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import reduce_model
-from creak.studies.models.reference import ReferenceModel, build_reference
+from creak.studies.models.reference import ReferenceModel
 from creak.studies.models.saved import NO_STORE, Store
 from creak.studies.prepare.setup import Setup
 from creak.studies.prepare.varied import changed_gaps
@@ -40,7 +41,7 @@ from creak.studies.robust.linear import (
     pressed,
 )
 from creak.studies.run.integrate import flowing
-from creak.studies.run.precheck import with_linear_gaps
+from creak.studies.run.precheck import WITHOUT_WHOLE, with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
 from creak.verify.events import counted_instants, events_in, find_events
@@ -156,14 +157,14 @@ def shared_model(
     Parameters
     ----------
     draws : all of them, or (m,) `lowest_of` them.
-    store : of superelements.
+    store : of superelements, beside which what was solved is kept.
     further : `draws` and, behind them, more that are foretold alone; they count where all of them are `Plain`.
 
     Raises
     ------
     InputError : a study whose reduced model is not marched by exact flow. NumericalError : the reduction failed.
     """
-    c, reference = setup.study.config, build_reference(setup.structure, setup.band, progress)
+    c = setup.study.config
     if not c.time.exact or c.reduction.method == "none":
         raise InputError(
             "draws are marched by exact flow on the reduced model",
@@ -171,13 +172,14 @@ def shared_model(
             expected="[time] without step, integrator, alpha or substeps, and a [reduction] method",
             fix="Leave them out.",
         )
+    reference = reference_that_fits(setup.reduction, setup.unproven.takes_whole, progress, store.folder)
     before, setup = setup, started(setup, reference, progress)
     reference = with_linear_gaps(c.precheck, setup.reduction, setup.marching, reference, progress)
     plain = plain_of(partial(at_start, before, reference), further or draws) if isinstance(draws, Drawn) else None
     if isinstance(draws, Drawn):
         draws = [draws.draw(k) for k in range(draws.total)] if plain is None else []
     lowest = draws if isinstance(draws, np.ndarray) else lowest_of(before, reference, plain or draws)
-    kept, notes = setup.contacts, list[str]()
+    kept, notes = setup.contacts, [] if reference.of_parts is None else [WITHOUT_WHOLE]
     if reference.linear_gaps is not None:
         enough = c.precheck.near(setup.contacts.gap0 + lowest)
         left = reference.linear_gaps + lowest

@@ -21,10 +21,12 @@ from creak.dynamics.flow.march import simulate_flow
 from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.formats.stored.record_log import read_records, record_log
+from creak.linalg.modes import modes
 from creak.reduction import craig_bampton
 from creak.report.tables import robust as rows
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
+from creak.studies.models import of_parts
 from creak.studies.models.reference import build_reference
 from creak.studies.models.saved import NO_STORE
 from creak.studies.prepare.setup import set_up
@@ -36,7 +38,7 @@ from creak.studies.robust.changes import TABLES, at_start, drawn_setup
 from creak.studies.robust.draws import Draw, field_shapes
 from creak.studies.robust.linear import FACTORS, Linear, closes, multiple, plain_of
 from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model, variant_of
-from creak.studies.run.precheck import with_linear_gaps
+from creak.studies.run.precheck import WITHOUT_WHOLE, with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.verify.odds import Index, odds
 from helpers_cli import say
@@ -345,7 +347,11 @@ def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypat
         made.append(inside.name)
         return craig_bampton.fixed_interface_basis(inside, *rest, **options)
 
+    solved = []
     monkeypatch.setattr("creak.studies.models.superelements.fixed_interface_basis", basis)
+    monkeypatch.setattr(
+        "creak.studies.models.reference.modes", lambda *given, **options: solved.append(1) or modes(*given, **options)
+    )
     vary = (
         f'[section.UPPER]\nthickness = 1.0\n[scatter.vary]\n"{key}" = {{ type = "uniform", low = 1.0, high = 1.001 }}\n'
     )
@@ -354,6 +360,21 @@ def test_parts_that_draws_leave_as_they_are_are_reduced_once(tmp_path, monkeypat
     draws = creak.robust(path, 4, out=out, indices=False, threads=1, runner=runner).draws
     assert draws.reduced_again == (key,)
     assert sorted(made) == ["LOWER"] + changed * ["UPPER"]
+    assert len(solved) == changed  # the unreduced model's
+
+
+def test_draws_of_a_model_whose_whole_memory_does_not_hold(tmp_path, monkeypatch):
+    """They are those of the whole, but for modes that are cut off where its parts are joined."""
+    vary = '[scatter.vary]\n"contact.tip.clearance" = { type = "uniform", low = 0.1, high = 0.3 }\n'
+    path = write_strips(tmp_path, study=STUDY.replace("step = 5e-4", "").replace("periods = 2", "end = 0.05") + vary)
+    whole = creak.robust(path, 4, indices=False, threads=1).draws
+    monkeypatch.setattr(of_parts, "only_parts_fit", lambda *_: True)
+    monkeypatch.setattr(of_parts, "joined_reference", lambda *_: pytest.fail("the whole"))
+    parts = creak.robust(path, 4, indices=False, threads=1).draws
+    assert WITHOUT_WHOLE in parts.notes
+    assert parts.marched > 0
+    np.testing.assert_allclose(parts.impulse, whole.impulse, rtol=1e-6, atol=1e-9 * whole.impulse.max())
+    assert whole.impulse.max() > 0.0
 
 
 def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
@@ -365,6 +386,25 @@ def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
     assert run.found.setup.raised > 0
     assert robustness.draws.setup.raised == run.found.setup.raised
     assert any('where f_max = "auto" ends in the run of the study itself' in note for note in robustness.notes)
+
+
+def test_the_run_of_the_study_and_its_draws_share_the_unreduced_model(tmp_path, monkeypatch):
+    solved = []
+    monkeypatch.setattr(
+        "creak.studies.models.reference.modes", lambda *given, **options: solved.append(1) or modes(*given, **options)
+    )
+    given = re.sub(r"f_max = \S+", 'f_max = "auto"', STOPPED[STOPPED.index("[reduction]") :], count=1)
+    before = re.sub(r"modal = \S+", "rayleigh = { alpha = 10.0, beta = 1e-6 }", STOPPED[: STOPPED.index("[reduction]")])
+    study = stopped(tmp_path, before + given)
+    assert creak.robust(study, 4, out=tmp_path / "out", indices=False, threads=1).draws.setup.raised > 0
+    assert len(solved) == 1
+
+
+def test_bad_input_leaves_no_folder(tmp_path):
+    text = re.sub(r"f_max = \S+", 'method = "none"', STOPPED)
+    with pytest.raises(InputError, match="draws are marched by exact flow on the reduced model"):
+        creak.robust(stopped(tmp_path, text), 4, out=tmp_path / "made" / "out", indices=False, threads=1)
+    assert not (tmp_path / "made").exists()
 
 
 def test_modes_of_a_run_that_touches_nothing_are_told_of(tmp_path, monkeypatch):
