@@ -15,7 +15,7 @@ COMPILE    := "from creak.dynamics.flow.ahead import compile_flow; compile_flow(
 # Else each process would compile all modules of all packages anew: half of what a short command takes.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: demo test check licences lint kernels docs evidence verification bench dist clean \
+.PHONY: demo test check licences lint kernels collect docs evidence verification bench dist clean \
   $(foreach step,test install demo unit,$(step)-newest $(step)-lowest)
 .DELETE_ON_ERROR:
 
@@ -90,6 +90,11 @@ licences: $(VENV)/dev.stamp
 # The kernels of the default run, for both processes of the tests.
 kernels: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -c $(COMPILE)
+
+# Else each process of the tests would compile all of their files; build/tests.txt lists them.
+collect: $(VENV)/dev.stamp
+	mkdir -p build
+	$(ONE_THREAD) $(BIN)/python -m pytest --collect-only > build/tests.txt
 
 lint: $(VENV)/dev.stamp
 	$(BIN)/ruff check .

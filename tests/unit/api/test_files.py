@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import inspect
 import math
+from functools import cache
 
 import numpy as np
 import pytest
@@ -53,13 +54,20 @@ TONE = 0.02 * np.sin(2.0 * np.pi * 1000.0 * np.arange(RATE // 10) / RATE)
 MASS = creak.system_from_matrices([[1e4]], [[100.0]], velocity=[1.0])
 STOP = creak.gap_channels([[-1.0]], 0.0, 1e6)
 LOADS = creak.make_loads(MASS, time_axis(0.01, 2e-3))
-HISTORY = creak.simulate(MASS, STOP, LOADS)
 DRIVEN = creak.couple(creak.system_from_matrices(np.eye(2), np.eye(2)), driven={"b": [0]})
 SINE = creak.Sine(20.0, 1.0)
-EVENTS = creak.find_events(HISTORY, STOP)
 UNEVEN = [[1.0], [2.0, 3.0]]
 DECK = {"model": {"deck": "d.inp"}}
 KINDS = (np.float32, np.float64, np.array, lambda x: np.array(x, dtype=np.float32))
+
+
+@cache
+def history() -> creak.History:
+    return creak.simulate(MASS, STOP, LOADS)
+
+
+def events() -> list[creak.Event]:
+    return creak.find_events(history(), STOP)
 
 
 def test_the_field_of_a_loudness_may_be_the_third_argument():
@@ -107,11 +115,11 @@ WRONG = {
     "four frictions": (lambda: rubs(friction=(0.1, 0.1, 0.1, 0.1)), "friction of 4 numbers; .* decay speed"),
     "one in a list": (lambda: rubs(friction=[0.1]), "friction of 1 numbers"),
     "a word": (lambda: rubs(friction="much"), "friction = 'much'; expected a number"),
-    "f_max 0": (lambda: creak.find_events(HISTORY, STOP, f_max=0), "f_max = 0; expected a positive number"),
-    "f_max -1": (lambda: creak.find_events(HISTORY, STOP, f_max=-1.0), "f_max = -1; expected a positive number"),
-    "f_max nan": (lambda: creak.find_events(HISTORY, STOP, f_max=np.nan), "f_max = nan; expected a positive number"),
-    "merge": (lambda: creak.find_events(HISTORY, STOP, merge=-1e-3), "merge = -0.001; expected seconds"),
-    "slips": (lambda: creak.find_slips(HISTORY, STOP, f_max=0), "f_max = 0; expected a positive number"),
+    "f_max 0": (lambda: creak.find_events(history(), STOP, f_max=0), "f_max = 0; expected a positive number"),
+    "f_max -1": (lambda: creak.find_events(history(), STOP, f_max=-1.0), "f_max = -1; expected a positive number"),
+    "f_max nan": (lambda: creak.find_events(history(), STOP, f_max=np.nan), "f_max = nan; expected a positive number"),
+    "merge": (lambda: creak.find_events(history(), STOP, merge=-1e-3), "merge = -0.001; expected seconds"),
+    "slips": (lambda: creak.find_slips(history(), STOP, f_max=0), "f_max = 0; expected a positive number"),
     "no draws": (lambda: creak.robust("none.toml", 0), "n = 0; expected a whole number, 4 to 1,000,000"),
     "fewer": (lambda: creak.robust("none.toml", n=-5), "n = -5; expected a whole number, 4 to"),
     "half a draw": (lambda: creak.robust("none.toml", n=2.5), "n = 2.5; expected a whole number, 4 to"),
@@ -170,13 +178,13 @@ WRONG = {
         lambda: creak.Multisine(1.0, 0.5, 1.0),
         "a multisine without a line from 1 to 0.5 Hz",
     ),
-    "events the wrong way round": (lambda: creak.find_events(STOP, HISTORY), "history is of type GapOperator"),
+    "events the wrong way round": (lambda: creak.find_events(STOP, history()), "history is of type GapOperator"),
     "events of other gaps": (
-        lambda: creak.find_events(HISTORY, creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
+        lambda: creak.find_events(history(), creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
         "a history of 1 channels and gaps with 2",
     ),
     "slips of other gaps": (
-        lambda: creak.find_slips(HISTORY, creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
+        lambda: creak.find_slips(history(), creak.gap_channels([[-1.0], [-1.0]], 0.0, 1e6)),
         "a history of 1 channels and gaps with 2",
     ),
     "a sine in words": (lambda: creak.Sine("a", 1), "Sine: frequency = 'a'; expected a number"),
@@ -219,19 +227,19 @@ WRONG = {
     "such channels": (lambda: creak.gap_channels(UNEVEN, 0.0, 1.0), "G is no matrix"),
     "a matrix of nothing": (lambda: creak.gap_channels([None], 0.0, 1.0), "G is no matrix: it holds objects"),
     "events of none": (
-        lambda: creak.match_events(None, EVENTS, 1e-3, (0.0, 1.0)),
+        lambda: creak.match_events(None, events(), 1e-3, (0.0, 1.0)),
         "reference is None; expected a list",
     ),
-    "events in words": (lambda: creak.match_events(EVENTS, "ab", 1e-3, (0.0, 1.0)), "one of reduced is of type str"),
+    "events in words": (lambda: creak.match_events(events(), "ab", 1e-3, (0.0, 1.0)), "one of reduced is of type str"),
     "below no tolerance": (
-        lambda: creak.match_events(EVENTS, EVENTS, -1.0, (0.0, 1.0)),
+        lambda: creak.match_events(events(), events(), -1.0, (0.0, 1.0)),
         "tolerance = -1; expected sec",
     ),
     "a window of one": (
-        lambda: creak.match_events(EVENTS, EVENTS, 1.0, (0.0,)),
+        lambda: creak.match_events(events(), events(), 1.0, (0.0,)),
         r"window = \(0.0,\); expected \(begin, end",
     ),
-    "a window backwards": (lambda: creak.match_events(EVENTS, EVENTS, 1.0, (1.0, 0.0)), "expected .begin, end., s"),
+    "a window backwards": (lambda: creak.match_events(events(), events(), 1.0, (1.0, 0.0)), "expected .begin, end., s"),
     "spectra of nothing": (lambda: creak.nrmse_fit([], []), "reference is empty; expected one number"),
     "spectra of nan": (
         lambda: creak.nrmse_fit([1.0, np.nan], [1.0, 2.0]),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import pytest
 
@@ -169,7 +170,9 @@ def test_a_mark_is_what_its_rule_says_of_the_data(start, expected, data):
     assert mark(start, data()) == expected
 
 
-RECORD = study_record(duration=8.0, rate=8000.0)
+@cache
+def record() -> RecordStudy:
+    return study_record(duration=8.0, rate=8000.0)
 
 
 @pytest.mark.parametrize(
@@ -177,18 +180,18 @@ RECORD = study_record(duration=8.0, rate=8000.0)
     [({}, "same"), ({"drift": 0.5}, "differs"), ({"mean": 0.1}, "differs"), ({"error_max": 0.4}, "differs")],
 )
 def test_the_mark_of_the_record(change, expected):
-    assert mark("Integrated twice", ALIKE, replace(RECORD, **change)) == expected
+    assert mark("Integrated twice", ALIKE, replace(record(), **change)) == expected
 
 
 def test_every_finding_has_a_rule_that_was_broken():
     """No finding without data that makes it differ."""
     broken = {start for start, expected, _ in RULES if expected == "differs"} | {"Integrated twice"}
-    for found in findings(Facts(20.0, ALIKE), RECORD):
+    for found in findings(Facts(20.0, ALIKE), record()):
         assert any(found.thesis.startswith(start) for start in broken), found.thesis
         assert found.rule.startswith(("Same:", "Explained:", "Plain Newton. Same:", "D90 over D8. Same:"))
 
 
 def test_data_like_the_thesis_is_the_same_throughout():
-    made = findings(Facts(20.0, plain(sized(ALIKE, "X50", 100), "M2", 0.6)), RECORD)
+    made = findings(Facts(20.0, plain(sized(ALIKE, "X50", 100), "M2", 0.6)), record())
     assert {f.thesis for f in made if f.mark != "same"} == {f.thesis for f in made if f.section == "generalised"}
     assert {f.mark for f in made} == {"same", "explained"}
