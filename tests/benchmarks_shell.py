@@ -9,8 +9,9 @@ from helpers_fem import Mesh, dof, frequencies, grid, rectangle, shell_section, 
 STRAIGHT = {"extension": 3.0e-5, "in-plane": 0.1081, "out-of-plane": 0.4321, "twist": 0.0341}
 CURVED = {"in-plane": 0.08734, "out-of-plane": 0.5022}
 TWISTED = {"in-plane": 0.0054245, "out-of-plane": 0.0017532}
-ROOF, HEMISPHERE, CYLINDER = 0.3024, 0.0940, 1.8248e-5
-"""Deflections under the load, from the publications; twist is St Venant's angle."""
+ROOF, HEMISPHERE, CYLINDER, HOOK = 0.3024, 0.0940, 1.8248e-5, 4.963
+"""Deflections under the load, from the publications; twist is St Venant's angle, the hook's that of 48 x 1 x 8 C3D20 in
+CalculiX 2.20."""
 FV12 = np.array([1.6217, 2.3595, 2.9223, 4.1902, 4.1902, 7.3560, 7.3560, 7.6682])
 FV16 = np.array([0.4179, 1.0242, 2.5628, 3.2749, 3.7273, 6.5244])
 FV32 = np.array([44.618, 130.013, 162.690, 245.990, 379.720, 391.408])
@@ -78,6 +79,27 @@ def twisted_beam(load: str, kind: str = "quad", n: int = 12, m: int = 2, thickne
     held = dof(root, 1, 2, 3, 4, 5, 6)
     u = solve(mesh.stiffness(shell_section(thickness, 29e6, 0.22), held), force, held)
     return float(u[dof(tip, at)] @ share / reference)
+
+
+def raasch_hook(n: int, m: int, kind: str = "quad") -> float:
+    """Arcs of 60 and 150 degrees that bend to either side, radii 14 and 46, 20 wide and 2 thick; 1 across the tip."""
+
+    def shape(xi: np.ndarray, eta: np.ndarray) -> np.ndarray:
+        turn, back = np.pi / 3, np.pi / 6 * 5
+        first = np.minimum(xi * (14.0 * turn + 46.0 * back) / 14.0, turn)
+        second = (xi * (14.0 * turn + 46.0 * back) - 14.0 * first) / 46.0
+        x = 14.0 - 60.0 * np.cos(first) + 46.0 * np.cos(first - second)
+        y = 60.0 * np.sin(first) - 46.0 * np.sin(first - second)
+        return np.column_stack([x, y, 20.0 * eta])
+
+    mesh = grid(n, m, shape, kind)
+    tip = np.arange(len(mesh.coords) - m - 1, len(mesh.coords))
+    share = np.array([0.5, *(m - 1) * [1.0], 0.5]) / m
+    force = np.zeros(mesh.n_dof)
+    force[dof(tip, 3)] = share
+    held = dof(np.arange(m + 1), 1, 2, 3, 4, 5, 6)
+    u = solve(mesh.stiffness(shell_section(2.0, 3300.0, 0.35), held), force, held)
+    return float(u[dof(tip, 3)] @ share / HOOK)
 
 
 def scordelis_lo(n: int, kind: str = "quad") -> float:
