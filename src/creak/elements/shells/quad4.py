@@ -35,7 +35,8 @@ Neighbours on a radius R meet at an angle h/R, and their twisting moments M diff
 drilling rotations carry: with a share s they give way by (t/R)^2/(6 s) of the twist, and stiffen a curved element by 12
 s h^4/(R t)^2 of it. Both now fall with h^2, however thin the shell. With `DRILLING` alone Raasch's hook (t/R = 1/7) is
 24 % too soft at last, and softer with every finer mesh. The mean turns with the membrane in plane bending, which the
-rotations at the corners do not. 0.03 is nearest to MSC Nastran's frequencies of a thick cylinder; 0.02 to 1 do nearly as well."""
+rotations at the corners do not. 0.03 is nearest to MSC Nastran's frequencies of a thick cylinder; 0.02 to 1 do nearly
+as well."""
 
 DILATION = np.array([1.0, 1.0, 0.0])
 """e11, e22, 2 e12 of a growth by the same share in all directions."""
