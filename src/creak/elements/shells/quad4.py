@@ -213,10 +213,10 @@ def drilling(surface: Surface, stiff: Rigidity, shapes: FloatArray, slopes: Floa
     operator = np.empty((n, n_point, 1, k, 6))
     operator[:, :, 0, :, :3] = 0.5 * (slope[:, :, 1, :, None] * e1 - slope[:, :, 0, :, None] * e2)
     operator[:, :, 0, :, 3:] = shapes[:, :, None] * normal
-    operator = operator.reshape(n, n_point, 1, 6 * k)
+    flat = operator.reshape(n, n_point, 1, 6 * k)
     area = surface.weights.sum(axis=1, keepdims=True)
-    mean = weighted_sum(operator, np.ones((1, 1, 1)), surface.weights / area)[:, None, None]
+    mean = weighted_sum(flat, np.ones((1, 1, 1)), surface.weights / area)[:, None, None]
     thickness = 12.0 * np.trace(stiff.neutral, axis1=-2, axis2=-1) / np.trace(stiff.A, axis1=-2, axis2=-1)
     turn = TURN * np.minimum(thickness / area, 1.0)[..., None, None] * stiff.drilling
-    each = weighted_gram(operator, DRILLING * stiff.drilling * np.eye(1), surface.weights)
+    each = weighted_gram(flat, DRILLING * stiff.drilling * np.eye(1), surface.weights)
     return each + weighted_gram(mean, turn.mean(axis=1, keepdims=True), area)
