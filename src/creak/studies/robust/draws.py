@@ -28,6 +28,8 @@ FURTHER = 1
 """Stream of the seed for draws that are foretold alone."""
 LIMITS = ("lower", "upper")
 """Of a connector or clip: each is a stop of its own."""
+OF_RUN = ("time", "verification", "scatter")
+"""Tables of how long and how a run is looked at: all draws are counted in the one window of the study."""
 BLOCK = 4_000_000
 """Numbers worked on at a time."""
 ROUND_OFF = 1e-9
@@ -275,6 +277,13 @@ def make_causes(
 def _check_key(key: str, data: Any, where: str) -> None:
     """Raise InputError where a table of the study knows no such key, or has no such name."""
     words = key.split(".")
+    if words[0] in OF_RUN:
+        raise InputError(
+            f"{key} says how a run is made, not what a car is: all draws are counted in one window",
+            where=where,
+            expected="a number of the model, its contacts or its loads",
+            fix="Compare other values with `creak run --set` or `creak sweep`.",
+        )
     for depth, word in enumerate(words):
         if isinstance(data, Mapping) and word not in data:
             of_deck = words[0] in ("material", "section") and len(words) > 2 and depth < len(words) - 1
@@ -288,12 +297,13 @@ def _check_key(key: str, data: Any, where: str) -> None:
 
 
 def _check_limit(key: str, data: Any, where: str) -> None:
-    """Raise InputError for a limit of a connector or clip that the study does not give."""
+    """Raise InputError for a limit or a friction of a connector or clip that the study does not give."""
     row, _, word = key.rpartition(".")
-    of_place = row.startswith(("connector.", "clip.")) and word in LIMITS
-    if of_place and value_at(data, row) is not None and value_at(data, key) is None:
+    lost, absent = ("nothing rubs there", (None, 0.0)) if word == "friction" else ("there is no such stop", (None,))
+    of_place = row.startswith(("connector.", "clip.")) and word in (*LIMITS, "friction")
+    if of_place and value_at(data, row) is not None and value_at(data, key) in absent:
         raise InputError(
-            f"{key} is not given in the study: without it there is no such stop",
+            f"{key} is not given in the study: without it {lost}",
             where=where,
             expected="a number there, about which it scatters or which a draw replaces",
             fix="Give it there.",

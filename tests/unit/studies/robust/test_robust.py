@@ -444,6 +444,11 @@ REFUSED = {
         '"section.BEAM.thickness" = { type = "normal", sigma = 1, mean = 9 }',
         r"Give the deck's value in the study, in \[section.BEAM\]",
     ),
+    "of a run": ('"time.end" = { type = "uniform", low = 0.1, high = 1 }', "time.end says how a run is made"),
+    "no friction there": (
+        '"connector.0.friction" = { type = "uniform", low = 0.1, high = 0.2 }',
+        "connector.0.friction is not given in the study: without it nothing rubs there",
+    ),
     "unknown type": ('"connector.0.upper" = { type = "gauss", sigma = 1 }', "scatter.vary.connector.0.upper.type"),
     "no sigma": ('"connector.0.upper" = { type = "normal" }', "give either sigma or tolerance"),
     "low above high": ('"connector.0.upper" = { type = "uniform", low = 2, high = 1 }', "low = 2 is not below high"),
