@@ -30,8 +30,8 @@ class CrossSection:
     centroid: tuple[float, float] = (0.0, 0.0)
     """From the node, along axes 1 and 2."""
     shear_centre: tuple[float, float] = (0.0, 0.0)
-    shear_factor: float = 0.0
-    """Shear area over area, along both axes; 0: rigid in shear."""
+    shear_factors: tuple[float, float] = (0.0, 0.0)
+    """Shear area over area, along axes 1 and 2; 0: rigid in shear."""
     radius: float = 0.0
     """From the axis to the surface, for contact; 0: not known."""
 
@@ -57,25 +57,25 @@ def rectangle(a: float, b: float, torsion: float, shear_factor: float) -> CrossS
     """a along axis 1, b along axis 2."""
     radius = 0.5 * min(a, b)
     i11, i22 = a * b * b * b / 12.0, b * a * a * a / 12.0
-    return CrossSection(a * b, i11, i22, 0.0, torsion, shear_factor=shear_factor, radius=radius)
+    return CrossSection(a * b, i11, i22, 0.0, torsion, shear_factors=2 * (shear_factor,), radius=radius)
 
 
 def tube(outer: float, inner: float, shear_factor: float) -> CrossSection:
     """Between two radii; `inner` 0: a rod."""
     area = math.pi * (outer * outer - inner * inner)
     second = math.pi * (outer * outer * outer * outer - inner * inner * inner * inner) / 4.0
-    return CrossSection(area, second, second, 0.0, 2.0 * second, shear_factor=shear_factor, radius=outer)
+    return CrossSection(area, second, second, 0.0, 2.0 * second, shear_factors=2 * (shear_factor,), radius=outer)
 
 
 def composed(
     parts: Sequence[Rectangle],
     torsion: float | None = None,
-    shear_factor: float = 0.0,
+    shear_factor: float | None = None,
     shear_centre: tuple[float, float] | None = None,
     radius: float = 0.0,
 ) -> CrossSection:
-    """From rectangles; torsion of the thin open section, sum l t^3 / 3, and the shear centre at the centroid, when not
-    given."""
+    """From rectangles; if not given, torsion of the thin open section, sum l t^3 / 3, the shear centre at the
+    centroid, shear areas 5/6 of the walls that lie along (20 % short in the web of a thin I)."""
     area = sum(w * h for _, _, w, h in parts)
     x = sum(w * h * cx for cx, _, w, h in parts) / area
     y = sum(w * h * cy for _, cy, w, h in parts) / area
@@ -85,6 +85,8 @@ def composed(
     if torsion is None:
         torsion = sum(max(w, h) * min(w, h) ** 3 for _, _, w, h in parts) / 3.0
     at = (x, y) if shear_centre is None else shear_centre
+    along = sum(w * h for _, _, w, h in parts if w > h) / area
+    shear = (5.0 / 6.0 * along, 5.0 / 6.0 * (1.0 - along)) if shear_factor is None else 2 * (shear_factor,)
     return CrossSection(
         area=area,
         i11=i11,
@@ -93,13 +95,13 @@ def composed(
         torsion=torsion,
         centroid=(x, y),
         shear_centre=at,
-        shear_factor=shear_factor,
+        shear_factors=shear,
         radius=radius,
     )
 
 
 def box(
-    a: float, b: float, walls: tuple[float, float, float, float], shear_factor: float = 0.0, radius: float = 0.0
+    a: float, b: float, walls: tuple[float, float, float, float], shear_factor: float | None = None, radius: float = 0.0
 ) -> CrossSection:
     """a along axis 1, b along axis 2; walls right, top, left, bottom. Torsion of the thin closed cell (Bredt):
 
@@ -127,7 +129,9 @@ def hexagon(radius: float, wall: float, shear_factor: float) -> CrossSection:
     second = 5.0 * root / 16.0 * (radius**4 - inner**4)
     torsion = 4.0 * (1.5 * root * middle * middle) ** 2 * wall / (6.0 * middle)
     area = 1.5 * root * (radius * radius - inner * inner)
-    return CrossSection(area, second, second, 0.0, torsion, shear_factor=shear_factor, radius=0.5 * root * radius)
+    return CrossSection(
+        area, second, second, 0.0, torsion, shear_factors=2 * (shear_factor,), radius=0.5 * root * radius
+    )
 
 
 def trapezoid(bottom: float, height: float, top: float, below: float, shear_factor: float) -> CrossSection:
@@ -147,7 +151,7 @@ def trapezoid(bottom: float, height: float, top: float, below: float, shear_fact
         torsion=torsion,
         centroid=centre,
         shear_centre=centre,
-        shear_factor=shear_factor,
+        shear_factors=2 * (shear_factor,),
         radius=radius,
     )
 

@@ -97,7 +97,7 @@ def test_second_moments_in_axes_that_are_not_principal(tmp_path, i12):
     )
     bulk = (
         "GRID,1,,0.,0.,0.\nGRID,2,,50.,0.,0.\nGRID,9,,0.,50.,0.\nCBEAM,1,1,1,2,9\nCONM2,5,9,,1.-6\n"
-        f"PBEAM,1,1,10.,30.,20.,{i12},40.\nMAT1,1,210000.,,.3,7.85-9\n"
+        f"PBEAM,1,1,10.,30.,20.,{i12},40.\n,\n,0.,0.\nMAT1,1,210000.,,.3,7.85-9\n"
     )
     (tmp_path / "deck.k").write_text(deck)
     expected = 50.0**3 / (3.0 * 210000.0) * np.linalg.inv([[30.0, i12], [i12, 20.0]])

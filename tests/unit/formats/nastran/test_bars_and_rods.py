@@ -64,11 +64,42 @@ def test_shear(tmp_path):
     assert motion(model, {(2, 2): 1.0})[1, 1] == pytest.approx(L**3 / (3 * E * I1) + L / (A * G), rel=EXACT)
 
 
+EXACT_SHEAR = {
+    "I": ("100.,60.,60.,4.,6.,6.", 0.343, 0.568),
+    "BOX": ("60.,100.,3.,2.", 0.491, 0.321),
+    "T": ("14.,20.,2.,3.", 0.600, 0.361),
+    "H": ("10.,4.,20.,3.", 0.655, 0.280),
+    "CROSS": ("12.,3.,20.,2.5", 0.597, None),
+    "CHAN": ("40.,100.,3.,4.", 0.436, None),
+}
+"""Dimensions and shear areas over area along y and z, by finite elements over the section (sectionproperties 3.10)."""
+
+
+@pytest.mark.parametrize("kind", EXACT_SHEAR)
+@pytest.mark.parametrize("form", ["PBARL", "PBEAML"])
+def test_shear_of_shapes(tmp_path, kind, form):
+    """Nastran computes shear factors from the shape: P L/(K A G) on top of bending, within a third of the exact one."""
+    dims, *exact = EXACT_SHEAR[kind]
+    model = cantilever(tmp_path, f"C{form[1:-1]},1,1,1,2,0.,1.,0.", f"{form},1,1,,{kind}\n,{dims}\n")
+    section = model.blocks[0].section
+    for dof, factor, inertia in zip((2, 3), exact, (section.i22, section.i11), strict=True):
+        shear = motion(model, {(2, dof): 1.0})[1, dof - 1] - L**3 / (3 * E * inertia)
+        assert factor is None or shear == pytest.approx(L / (factor * section.area * G), rel=1 / 3)
+
+
 def test_product_of_inertia(tmp_path):
     """Unsymmetric bending: (u_y, u_z) = P L^3/(3 E) [I1 I12; I12 I2]^-1 e_y, I12 = integral of y z."""
     i12 = 120.0
     u = motion(cantilever(tmp_path, bar=PBAR.strip() + f",\n,\n,,,{i12}\n"), {(2, 2): 1.0})
     wanted = L**3 / (3 * E) * np.linalg.solve([[I1, i12], [i12, I2]], [1.0, 0.0])
+    np.testing.assert_allclose(u[1, 1:3], wanted, rtol=EXACT)
+
+
+def test_a_beam_with_a_product_of_inertia_keeps_its_shear(tmp_path):
+    """K1, K2 of a PBAR are left out beside I12, those of a PBEAM (default 1) are not: P L/(K A G) on top of bending."""
+    beam = f"PBEAM,1,1,{A},{I1},{I2},120.,{J}\n"
+    u = motion(cantilever(tmp_path, "CBEAM,1,1,1,2,0.,1.,0.", beam), {(2, 2): 1.0})
+    wanted = L**3 / (3 * E) * np.linalg.solve([[I1, 120.0], [120.0, I2]], [1.0, 0.0]) + [L / (A * G), 0.0]
     np.testing.assert_allclose(u[1, 1:3], wanted, rtol=EXACT)
 
 

@@ -182,7 +182,7 @@ def thin_walled(points: Sequence[tuple[float, float]], walls: Sequence[float], s
         torsion,
         (float(centre[0]), float(centre[1])),
         (float(e[0]), float(e[1])),
-        shear_factor,
+        shear_factors=2 * (shear_factor,),
     )
 
 

@@ -123,7 +123,7 @@ def _shear_areas(block: Block, shape: CrossSection, material: Material) -> tuple
             k23 = positive(fields[0] if fields else "", where, "shear stiffness K23")
             k13 = positive(fields[1], where, "shear stiffness K13") if len(fields) > 1 and fields[1] else k23
             return k13 / material.shear_modulus, k23 / material.shear_modulus
-    return shape.shear_factor * shape.area, shape.shear_factor * shape.area
+    return shape.shear_factors[0] * shape.area, shape.shear_factors[1] * shape.area
 
 
 def _point(block: Block, keyword: str, default: tuple[float, float]) -> tuple[float, float]:
@@ -235,4 +235,4 @@ def _general(block: Block, rows: Rows) -> tuple[CrossSection, Rows, Given]:
                 fix=f"Give {names}.",
             )
     size = (area, i11, i12, i22, torsion)
-    return CrossSection(area, i11, i22, i12, torsion, shear_factor=1.0), rows, ("GENERAL", size)
+    return CrossSection(area, i11, i22, i12, torsion, shear_factors=(1.0, 1.0)), rows, ("GENERAL", size)

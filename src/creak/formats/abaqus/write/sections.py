@@ -205,7 +205,7 @@ def _beam(section: BeamSection, elset: str, materials: Materials) -> list[str]:
         head = f"*BEAM SECTION, ELSET={elset}, MATERIAL={material}, SECTION={section.profile}"
         lines = [head, *_size_lines(section.profile, section.dimensions), numbers(section.axis1)]
         lines += ["*BEAM SECTION OFFSET", numbers(offset)] if any(offset) else []
-        return lines + _beam_shear(section, shape.shear_factor * shape.area)
+        return lines + _beam_shear(section, shape.shear_factors[0] * shape.area)
     if section.angle and not section.dimensions:
         raise unwritable(f"beam section {section.name!r}", "its second moments in axes 1 and 2 are not known")
     return _beam_by_moments(section, elset)
@@ -245,7 +245,7 @@ def _beam_by_moments(section: BeamSection, elset: str) -> list[str]:
         lines += ["*CENTROID", numbers(section.centroid)]
     if any(section.shear_centre) or shape is not None:
         lines += ["*SHEAR CENTER", numbers(section.shear_centre)]
-    factor = 1.0 if shape is None else shape.shear_factor
+    factor = 1.0 if shape is None else shape.shear_factors[0]
     return lines + _beam_shear(section, factor * section.area)
 
 

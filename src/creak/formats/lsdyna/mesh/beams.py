@@ -100,8 +100,8 @@ def _section(cards: tuple[Card, ...], part: PartCard, properties: Properties) ->
         shape.i22,
         shape.torsion,
         radius=shape.radius,
-        shear_area1=shape.shear_factor * shape.area,
-        shear_area2=shape.shear_factor * shape.area,
+        shear_area1=shape.shear_factors[0] * shape.area,
+        shear_area2=shape.shear_factors[1] * shape.area,
         line_mass=added,
     )
 

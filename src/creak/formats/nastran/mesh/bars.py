@@ -72,8 +72,8 @@ def _beam(
     nsm: float,
     k: tuple[float, float],
 ) -> BeamSection:
-    """I1 is bending in plane 1 (about axis 2), so i22. With I12 the axes turn to the principal ones, and K1, K2 are
-    left out as Nastran does. Nastran's CBEAM has inertia about its axis, its CBAR and CROD have none."""
+    """I1 is bending in plane 1 (about axis 2), so i22. With I12 the axes turn to the principal ones; of K1, K2 a CBAR
+    has none then, as in Nastran, a CBEAM the mean. Nastran's CBEAM has inertia about its axis, its CBAR none."""
     material, factor = materials.isotropic(card.integer(1), card)
     if min(of.area, of.i22, of.i11, of.torsion) < 0.0 or of.i22 * of.i11 < of.i12**2:
         raise card.error(
@@ -83,7 +83,7 @@ def _beam(
     i11, i22, angle = principal(of.i11, of.i22, of.i12)
     turned = (of.area, of.i11, of.i12, of.i22, of.torsion * factor) if angle else ()
     if angle:
-        k = (0.0, 0.0)
+        k = (0.0, 0.0) if card.name.startswith("PBAR") else (0.5 * sum(k), 0.5 * sum(k))
     return BeamSection(
         f"{card.name} {card.integer(0)}",
         material,
@@ -112,7 +112,7 @@ def _pbar(deck: Deck, card: Card, materials: Materials) -> BeamSection:
 def _shaped(deck: Deck, card: Card, materials: Materials) -> BeamSection | Profile:
     shape, nsm = read_shape(card, 8)
     kind = card.text(3).upper()
-    k = (shape.shear_factor, shape.shear_factor)
+    k = shape.shear_factors
     if card.name == "PBEAML":
         along = pbeaml_dimensions(card)
         if any(is_off_centre(kind, dims) for _, (*dims, _) in along):
