@@ -270,7 +270,9 @@ class _Stage:
     told: float
     """When its last plain line came."""
     begun: int = 0
-    """Of its steps, done before: by a run that this one goes on from."""
+    """Of its steps, done before: by a run that this one goes on from, and with the first word of more than these."""
+    counted: float | None = None
+    """When that word came: what comes before it waits for compilers and factors, and is no measure of a step."""
     done: int = 0
     total: int = 0
     finished: bool = False
@@ -316,6 +318,8 @@ class ProgressBars:
             return
         if known is None or (known.finished and (done < known.done or total != known.total)):
             known = self._stages[stage] = self._started(stage, done, now, known)
+        if known.counted is None and done > known.begun:
+            known.begun, known.counted = done, now
         known.done, known.total, known.finished = done, total, done >= total
         if self._plain:
             self._tell(stage, known, done, total, now)
@@ -358,7 +362,7 @@ class ProgressBars:
                 self._console.print(f"{stage}: {took:.1f} s")
         elif now - known.told >= EVERY:
             known.told = now
-            rest = took * (total - done) / max(done - known.begun, 1)
+            rest = (now - (known.counted or now)) * (total - done) / max(done - known.begun, 1)
             left = f", about {duration(rest)} left" if done > known.begun and total >= ALIKE and rest >= 1.0 else ""
             share = f"{100 * done // max(total, 1)} % after " if total > 1 else ""
             self._console.print(f"{stage}: {share}{duration(took)}{left}")

@@ -19,7 +19,7 @@ from creak.dynamics.state import LinearTerms
 from creak.linalg.threads import one_blas_thread
 from creak.studies.prepare.marching import Marching, Observed, output_every
 from creak.studies.run.elines import line_steps
-from creak.studies.run.integrate import flowing
+from creak.studies.run.integrate import flowing, linear_gaps
 from creak.verify.elines import measure
 from creak.words import duration
 
@@ -59,12 +59,15 @@ def foretold(
 
     Parameters
     ----------
-    observed : what is looked at in the run. closed : as for `run_s`.
+    observed : what is looked at in the run. closed : as for `run_s`; None: there was no linear run, so that the gaps of
+        this model without contact tell it.
     """
     table = marching.table
     modal = flowing(system)[0] if table.exact and gaps.presses else None
     if modal is None:
         return ""
+    if closed is None:
+        closed = closed_in(linear_gaps(marching, gaps, modal).at)
     began = time.process_time()
     seconds = run_s(modal, gaps, marching.loads, marching.resolution, closed)
     seconds += time.process_time() - began  # what the run sets up was set up for this, too
@@ -72,13 +75,12 @@ def foretold(
     return words(seconds, table.accuracy != "quick", closed)
 
 
-def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, closed: FloatArray | None) -> float:
+def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolution, closed: FloatArray) -> float:
     """Seconds of a run by exact flow here, from a step that is timed and from where the linear run closes gaps.
 
     Parameters
     ----------
-    system : with the modes that it is marched in. closed : (2,) of the linear run (`closed_in`); None where there is
-        none: only contact holds the structure, which presses all the time.
+    system : with the modes that it is marched in. closed : (2,) of a run without contact (`closed_in`).
 
     Of the march alone, in processor time: neither what it keeps (`kept_s`) nor the making of the model, and no share
     of the machine that others take.
@@ -88,7 +90,7 @@ def run_s(system: System, gaps: GapOperator, loads: Loads, resolution: Resolutio
     """
     form = form_of(system, channel_matrices(system, gaps), LinearTerms(system, loads), gaps)
     n, levels = loads.n_step // SAMPLES, flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution).levels
-    share, rows = (1.0, float(gaps.m)) if closed is None else closed.tolist()
+    share, rows = closed.tolist()
     looked = math.ceil(min(rows, LOOKED * gaps.m))
     step = step_s(system.n, looked) if form.pairs is None else step_s(2 * system.n, 2 * looked)
     return n * (step + share**2 * 2.0**levels * (step + (solve_s(3 * looked) if gaps.rubbing else 0.0)))
@@ -107,7 +109,7 @@ def kept_s(marching: Marching, observed: Observed, gaps: GapOperator, n: int) ->
     return whole + points * median_s(lambda: measure(swing, observed.lines.percentile))
 
 
-def words(seconds: float, repeated: bool, closed: FloatArray | None) -> str:
+def words(seconds: float, repeated: bool, closed: FloatArray) -> str:
     """What is told of a run of so many seconds, and of its repeats; empty where both are short."""
     whole = (REPEATS if repeated else 1.0) * seconds
     if whole < TOLD:
@@ -119,10 +121,9 @@ def words(seconds: float, repeated: bool, closed: FloatArray | None) -> str:
             "adds modes; models and the check against the unreduced one come on top; a first look, creak run --quick, "
             f"about {duration(QUICK * seconds)}"
         )
-    if closed is None or closed[0] >= LASTS:
-        share = 1.0 if closed is None else float(closed[0])
+    if closed[0] >= LASTS:
         said += (
-            f". Without contact parts would overlap in some {100 * share:.0f} % of the time, and contact is what "
+            f". Without contact parts would overlap in some {100 * closed[0]:.0f} % of the time, and contact is what "
             "costs: a joint that never opens is cheaper tied, and parts that are not to touch at rest want a clearance"
         )
     return said

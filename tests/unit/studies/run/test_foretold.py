@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+import creak
 from creak.cli.console import Terminal
 from creak.cli.output import ProgressBars
 from creak.contact.laws.parameters import Friction
@@ -25,6 +26,7 @@ from creak.studies.prepare.elines import NO_ELINES
 from creak.studies.prepare.marching import Observed
 from creak.studies.run.foretold import REPEATS, TOLD, closed_in, kept_s, run_s, words
 from helpers_core import channels, system_of
+from helpers_decks import STOP, stop_study, write_study
 
 
 def test_share_of_time_and_channels_that_are_closed():
@@ -110,3 +112,21 @@ def test_a_sentence_is_told_at_once_and_is_no_phase():
     quiet = io.StringIO()
     ProgressBars(Terminal(file=quiet), quiet=True)(Sentence("nobody asked"), 1, 1)
     assert quiet.getvalue() == ""
+
+
+@pytest.mark.parametrize(("upper", "told"), [(1.6, None), (0.4, "in some 37 % of the time")])
+def test_a_stop_is_closed_where_the_motion_without_contact_has_it_closed(tmp_path, monkeypatch, upper, told):
+    """No pre-check looks at stops. A weight on a spring, pulled far below its resonance, moves as sin(w t): it is beyond
+    .4 for the share 1/2 - asin(.4) / pi of the time, .369, and never beyond 1.6."""
+    monkeypatch.setattr("creak.studies.run.foretold.TOLD", 0.0)
+    text = (
+        stop_study(0.1, 40.0, "craig-bampton").replace("step = 0.1\n", "").replace("alpha = 0.0", "")
+        + '[excitation.pull]\nnode_set = "TIP"\ndof = "x"\nkind = "force"\n'
+        + 'signal = { type = "sine", frequency = 0.05, amplitude = 1e4 }\n'
+    )
+    deck = STOP.partition("*INITIAL")[0]
+    path = write_study(tmp_path, text.replace("upper = 0.0", f"upper = {upper}"), {"strips.inp": deck})
+    said: list[str] = []
+    creak.run(path, progress=lambda stage, done, total: said.append(stage) if isinstance(stage, Sentence) else None)
+    assert said[0].startswith("the reduced run will take about")
+    assert (told in said[0]) if told else ("of the time" not in said[0])
