@@ -170,6 +170,16 @@ MODES = {
         [233.643, 349.632, 1457.57, 2168.68, 4051.99],
         0.01,
     ),
+    "round cantilever, B32R": (
+        lambda: clamped(straight_beam(24), "B32R", BEAM.replace("RECT\n6., 4.", "CIRC\n6., 6.")),
+        [305.561, 305.561, 1899.68, 1899.68, 5252.89, 5252.89],
+        0.02,
+    ),
+    "elliptic cantilever, B32R": (
+        lambda: clamped(straight_beam(24), "B32R", BEAM.replace("RECT\n6., 4.", "CIRC\n6., 4.")),
+        [203.641, 306.787, 1271.61, 1907.38, 3540.19, 5274.49],
+        0.02,
+    ),
     "brick, C3D20": (
         lambda: clamped(brick("hex20"), "C3D20", SOLID, "1, 3"),
         [5136.82, 6040.48, 18595.3, 26182.4, 28924.1, 32802.4],

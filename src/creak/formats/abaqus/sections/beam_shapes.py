@@ -43,6 +43,15 @@ def _circ(size: Sequence[float]) -> CrossSection:
     return tube(size[0], 0.0, 0.89)
 
 
+def ellipse(a: float, b: float) -> CrossSection:
+    """CIRC of CalculiX: diameters along axes 1 and 2. J = pi a^3 b^3 / (16 (a^2 + b^2)) (Timoshenko, Goodier, Theory of
+    Elasticity, art. 104)."""
+    quarter = 0.25 * math.pi * a * b
+    torsion, radius = 0.25 * quarter * a * a * b * b / (a * a + b * b), 0.5 * min(a, b)
+    i11, i22 = quarter * b * b / 16.0, quarter * a * a / 16.0
+    return CrossSection(quarter, i11, i22, 0.0, torsion, shear_factors=(0.89, 0.89), radius=radius)
+
+
 def _pipe(size: Sequence[float]) -> CrossSection:
     outer, wall = size
     if wall > outer:

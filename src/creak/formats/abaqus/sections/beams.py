@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from creak.errors import InputError, suggest
-from creak.formats.abaqus.sections.beam_shapes import OF_NODE, SHAPES, WALL, WIDTHS, arbitrary
+from creak.formats.abaqus.sections.beam_shapes import OF_NODE, SHAPES, WALL, WIDTHS, arbitrary, ellipse
 from creak.formats.abaqus.sections.materials import RawMaterial, check_poisson, find_material
 from creak.formats.abaqus.text.fields import floats, positive, to_float
 from creak.formats.abaqus.text.lexer import Block
@@ -182,6 +182,11 @@ def _shape(block: Block, name: str, rows: Rows) -> tuple[CrossSection, Rows, Giv
         )
     count, made = SHAPES[name]
     fields, where = rows[0] if rows else ([], block.where)
+    if name == "CIRC" and any(fields[1:2]):  # of CalculiX
+        a, b = (positive(field, where, "diameter of the CIRC section") for field in fields[:2])
+        found = ellipse(a, b)
+        general = ("GENERAL", (found.area, found.i11, 0.0, found.i22, found.torsion))
+        return found, rows, ("CIRC", (0.5 * a,)) if a == b else general
     size = []
     for i, field in enumerate([*fields, *[""] * count][:count]):
         if i == OF_NODE.get(name):
