@@ -129,6 +129,14 @@ def count_steps(course: Course, parts: int) -> int:
     """
     table, end = course.time, course.end
     steps = end / table.step
+    if table.exact and parts * steps > MOST_STEPS:
+        raise InputError(
+            f"a run of {end:g} s takes {steps:.3g} flight steps of {table.step:.3g} s, by the highest frequency that "
+            "its excitations, [verification] f_max or [output] interval ask for",
+            where=course.places.where("time"),
+            expected=f"at most {MOST_STEPS // parts:,}",
+            fix="Are frequencies in Hz and times in s? Lower what is too high, or end the run earlier.",
+        )
     if not steps > 1.5 or parts * steps > MOST_STEPS:
         raise InputError(
             f"a run of {end:g} s has {steps:.6g} step(s) of {table.step:g} s",

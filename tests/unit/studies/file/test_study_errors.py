@@ -446,6 +446,11 @@ def test_outputs_too_rare_for_the_spectra_are_told(tmp_path):
         ('type = "psd", unit = "g2/Hz", values = [[5, -1], [50, 1]]', "acceleration", "a density of -1 at 5 Hz"),
         ('type = "psd", unit = "g2/Hz", values = [[50, 1], [5, 1]]', "acceleration", "5 Hz does not come after 50 Hz"),
         ('type = "psd", unit = "g2/Hz", values = [[5, 1], [50, 1]]', "displacement", 'give kind = "acceleration"'),
+        (
+            'type = "psd", unit = "g2/Hz", values = [[5.2, 1], [5.8, 1]], duration = 1',
+            "acceleration",
+            "multiples of 1 Hz, none of them between 5.2 and 5.8 Hz",
+        ),
         ('type = "psd", values = [[5, 1], [50, 1]]', "acceleration", "signal.unit"),
         ('type = "psd", unit = "g2/Hz"', "acceleration", "give either file or values"),
         ('type = "half-sine", amplitude = 1, duration = 0.01', "displacement", "has kinks"),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import creak
+from creak.errors import InputError
 from creak.studies.file.changes import with_changes
 from creak.studies.prepare.flight_steps import _between_points
 from creak.studies.prepare.setup import set_up
@@ -147,3 +148,11 @@ def test_a_sine_far_above_what_is_compared_is_followed(tmp_path):
     study = with_changes(creak.read_study(tmp_path / "study.toml"), {"verification.f_max": 500.0})
     x = creak.run(study, converge=False).runs["reduced"].history.displacement[:, 0]
     assert np.abs(x).max() == pytest.approx(1e3 / (0.01 * OMEGA * 2.0 * np.pi * 1.1e5), rel=0.01)
+
+
+def test_more_steps_than_fit_are_told_of_the_frequency_that_was_given(tmp_path):
+    (tmp_path / "mass.inp").write_text(DECK)
+    text = STUDY.replace('type = "{}", values = {}', 'type = "sine", frequency = 2e8, amplitude = 1e3')
+    (tmp_path / "study.toml").write_text(text.replace("{{", "{").replace("}}", "}"))
+    with pytest.raises(InputError, match=r"\[time\]: .* flight steps .* the highest frequency that its excitations"):
+        set_up(creak.read_study(tmp_path / "study.toml"))

@@ -68,9 +68,14 @@ PER_FLANK = 5.0
 
 
 def check_lines(f_min: float, f_max: float, period: float, most: int) -> None:
-    """Raise ValueError for more lines than a signal may have."""
+    """Raise ValueError for more lines than a signal may have, or none: they are whole multiples of 1 / period."""
     if (lines := (f_max - f_min) * period) > most:
         raise ValueError(
             f"{lines:.3g} lines, 1 / {period:g} s apart from {f_min:g} to {f_max:g} Hz: a signal has at most {most:,}; "
             "shorten what it repeats after, or the band"
+        )
+    if np.floor(f_max * period + 1e-9) < max(1.0, np.ceil(f_min * period - 1e-9)):
+        raise ValueError(
+            f"what repeats after {period:g} s has lines at whole multiples of {1.0 / period:g} Hz, none of them "
+            f"between {f_min:g} and {f_max:g} Hz"
         )
