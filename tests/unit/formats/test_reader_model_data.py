@@ -97,9 +97,12 @@ def test_orientation_of_shells_projects_the_axis_after_the_one_named(read: Reade
         ("1, 0.", (0.0, 1.0, 0.0)),
         ("2", (0.0, 0.0, 1.0)),
     ):
-        own = read(PLATE + text.format(line)).blocks[0].own
+        model = read(PLATE + text.format(line))
+        own = model.blocks[0].own
         assert own.axis1 is not None
         assert_allclose(own.axis1[0], expected, atol=1e-15)
+        told = [u.why for u in model.unread if u.keyword == "*ORIENTATION, NAME=O"]
+        assert len(told) == (line[0] != "3")  # CalculiX projects axis 1
 
 
 def test_only_orientations_in_use_must_be_right(read: Reader) -> None:

@@ -47,6 +47,10 @@ def own_data(
         centres = at.centres(elements, rows)
         if isinstance(section, GeneralShell):
             own = Own(axis1=orientation.shell_axis1(rows, centres))
+            if orientation.about != 3:
+                why = f"shells have axis {orientation.about % 3 + 1} of it, projected, as direction 1, as in Abaqus"
+                why += "; CalculiX projects axis 1: for that end *ORIENTATION with the line 3, 0."
+                deck.note(block, why, changes=False, what=f"*ORIENTATION, NAME={block.get('ORIENTATION')}")
         else:
             axes = orientation.of_elements(rows, centres)
             own = Own(axis1=axes[:, 0], axis2=axes[:, 1])
