@@ -83,7 +83,7 @@ def test_two_systems_of_units_are_refused(creak, tmp_path, deck, study, words):
     ("modulus", "density", "words"),
     [
         ("210.", "7.85e-6", "give SECOND E = 210000 and density = 7.85e-09"),
-        ("3.05e7", "7.35e-4", "is in in-lbf-s"),
+        ("2.1e8", "7.85e-6", "is in mm-kg-s"),
     ],
 )
 def test_units_that_no_study_can_name_are_warned_of(creak, tmp_path, modulus, density, words):

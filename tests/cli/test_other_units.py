@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("no_page")
 @pytest.mark.parametrize(
     ("changes", "name"),
     [
-        ((("210000., 0.3", "3.05e7, 0.3"), ("7.85e-9", "7.35e-4")), "in-lbf-s"),
+        ((("210000., 0.3", "2.1e8, 0.3"), ("7.85e-9", "7.85e-6")), "mm-kg-s"),
         ((("210000., 0.3", "210., 0.3"), ("7.85e-9", "7.85e-6")), "mm-kg-ms"),
     ],
 )

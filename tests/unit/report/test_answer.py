@@ -19,6 +19,7 @@ def summary(places=(), *, verdict="settled", limits=(), sound=None, unanswered="
     run = {"places": list(places), "end": 2.0, "verdict": verdict, "reasons": list(reasons)}
     return {
         "runs": {"reduced": run},
+        "units": "mm-t-s",
         "sound": sound,
         "limits": list(limits),
         "unanswered": unanswered,
@@ -75,7 +76,7 @@ def test_the_light(told, light):
 
 def test_figures_in_other_units_are_told_first_and_judge_nothing():
     """A force of 2 in a deck in inches is 8.9 N: neither word nor colour may go by it."""
-    odd = "the deck looks to be in in-lbf-s, not in mm-t-s as the study says"
+    odd = "the deck looks to be in mm-kg-ms, not in mm-t-s as the study says"
     for force in (0.05, 2.0, 50.0):
         told = summary([place(force=force)]) | {"other_units": odd}
         assert answer(told).light == AMBER
@@ -84,7 +85,7 @@ def test_figures_in_other_units_are_told_first_and_judge_nothing():
             == f"T{odd[1:]}, so no figure is in the unit beside it. 1 place rattles; worst is rib 1"
         )
         first = " ".join(answer_lines(told)[:2])
-        assert first.startswith("AMBER: The deck looks to be in in-lbf-s")
+        assert first.startswith("AMBER: The deck looks to be in mm-kg-ms")
         assert not any(word in first for word in ("soft", "moderate", "hard", "sone", " N"))
         assert odd in answer(told).why
     failed = summary([place()], limits=[limit([("rib 1", 7.0)])]) | {"other_units": odd}

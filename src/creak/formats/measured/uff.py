@@ -42,8 +42,8 @@ ORDER = {
     "pyramid5": [0, 1, 2, 3, 4, 4, 4, 4],
 }
 """Parabolic elements go round: corner, mid-side, corner, ...; solids so below, mid-sides between, then the top."""
-CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)")}
-"""Units code and its name; force is N in both."""
+CODES = {"mm-t-s": (10, "mm (newton)"), "m-kg-s": (1, "Meter (newton)"), "in-lbf-s": (7, "Inch (pound f)")}
+"""Units code and its name."""
 SEGMENTS = 80
 """Two-node elements in one trace line."""
 
@@ -153,7 +153,7 @@ def _data_set(file: TextIO, number: int, lines: Iterable[str]) -> None:
 def _units(units: UnitsName) -> Iterator[str]:
     code, name = CODES[units]
     yield f"{code:10d}{name:<20}{2:10d}"
-    yield "".join(_d25(v) for v in (UNITS[units].per_metre, 1.0, 1.0))
+    yield "".join(_d25(v) for v in (UNITS[units].per_metre, 1.0 / UNITS[units].newton, 1.0))
     yield _d25(273.15)
 
 

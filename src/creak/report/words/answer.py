@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from creak.report.words.text import number, plural
+from creak.report.words.text import force_unit, number, plural
 from creak.studies.converge.settled import SETTLED, STATISTICS
 from creak.studies.findings.elines import YES
 from creak.studies.findings.limits import limit_words
@@ -46,7 +46,8 @@ class Place:
     squeak: float | None
     """Slips a second from the first to the last one; None: it does not squeak, or has too few."""
     force: float
-    """N"""
+    unit: str
+    """Of the force."""
     n5: float | None
     """sone; beside a background what it adds to that; infinite beyond ISO 532-1; None: it was not heard."""
     n_max: float
@@ -104,7 +105,7 @@ def answer(summary: Mapping[str, Any]) -> Answer:
     seconds = _seconds(summary, run)
     start = (summary["verification"].get("window") or (0.0,))[0]
     events = [e for e in run.get("events", ()) if e["t_end"] > start]
-    places = tuple(_place(p, events, seconds, beside) for p in run["places"] if _does(p))
+    places = tuple(_place(p, events, seconds, beside, force_unit(summary)) for p in run["places"] if _does(p))
     light, why = _light(summary, run, places)
     band = sound.get("band")
     return Answer(
@@ -139,7 +140,7 @@ def earlier(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     hardest = max((e["force_place"] for e in events), default=0.0)
     if hardest <= LOUDER * max((p["force"] for p in run["places"]), default=0.0):
         return ""
-    return f"before that {plural(len(events), 'event')}, the hardest {number(hardest, 3)} N"
+    return f"before that {plural(len(events), 'event')}, the hardest {number(hardest, 3)} {force_unit(summary)}"
 
 
 def _lately(summary: Mapping[str, Any], run: Mapping[str, Any]) -> bool:
@@ -170,7 +171,7 @@ def _does(p: Mapping[str, Any]) -> str:
     return " and ".join(told)
 
 
-def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: float, beside: bool) -> Place:
+def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: float, beside: bool, unit: str) -> Place:
     cause, own = p["cause"] or {}, [e for e in events if e.get("node") in p.get("nodes", ())]
     hit = max(own, key=lambda e: float(e["force_place"]), default=None)
     label = "" if hit is None else str(hit["node"])
@@ -182,6 +183,7 @@ def _place(p: Mapping[str, Any], events: Sequence[Mapping[str, Any]], seconds: f
         rate=(p["events"] + (p["slips"] or 0)) / seconds if seconds > 0.0 else 0.0,
         squeak=p.get("slip_rate") if p["friction"] == STICK_SLIP else None,
         force=p["force"],
+        unit=unit,
         n5=_n5(p, beside),
         n_max=_n_max(p, beside),
         hit="" if hit is None else f"node {named}, {number(hit['t_start'], 4)}\u00a0s",
@@ -245,7 +247,7 @@ def _said(summary: Mapping[str, Any], places: Sequence[Place], seconds: float, b
     kinds = [k for k in ("rattle", "squeak", "slide", "slip") if any(k in p.does for p in places)]
     heard = _how_loud(worst.n5, worst.n_max) if worst.n5 is not None else ""
     heard += ADDED * bool(heard and (summary["sound"] or {}).get("beside_background"))
-    how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} N"
+    how = heard or f"{word_of(worst.force, PRESSED)}, {number(worst.force, 2)} {worst.unit}"
     what = f"{plural(len(places), 'place')} {_joined(kinds, len(places))}"
     last = "" if summary.get("other_units") else f": {how}"
     return f"{what[:1].upper()}{what[1:]}; worst is {worst.name}{last}"
@@ -293,7 +295,7 @@ def _light(summary: Mapping[str, Any], run: Mapping[str, Any], places: Sequence[
         if text := next((text for text, one in zip(said, limits, strict=True) if one[wrong]), ""):
             return light, text
     if odd := summary.get("other_units"):
-        return AMBER, f"nothing in N or sone: {odd}"
+        return AMBER, f"nothing in {force_unit(summary)} or sone: {odd}"
     if not places and good == GREEN and _lately(summary, run):
         return AMBER, "something hits shortly before what is counted: a longer run tells whether it comes back"
     if not places and (told := _let_by_tolerances(summary)):
@@ -319,7 +321,7 @@ def _still(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
     if not resting:
         return "nothing touches"
     forces = [p["force_mean"] for p in resting]
-    force = "" if None in forces else f" with {number(sum(forces), 3)} N"
+    force = "" if None in forces else f" with {number(sum(forces), 3)} {force_unit(summary)}"
     what = "1 patch rests" if len(resting) == 1 else f"{number(len(resting))} patches rest"
     return f"nothing hits or slips ({what}{force})"
 
@@ -351,7 +353,7 @@ def tiles(found: Answer, trust: str) -> list[Tile]:
         Tile(
             "worst place",
             worst.name if worst else "none" if found.reached else UNKNOWN,
-            f"{worst.does}; {number(worst.force, 3)} N{f' at {worst.hit}' if worst.hit else ''}"
+            f"{worst.does}; {number(worst.force, 3)} {worst.unit}{f' at {worst.hit}' if worst.hit else ''}"
             if worst
             else found.still,
         ),

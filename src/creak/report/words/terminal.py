@@ -184,7 +184,7 @@ def _place_lines(places: Sequence[Place], beside: bool) -> list[str]:
     for p in shown:
         heard = "" if p.n5 is None else f", {n_max} {sones(p.n_max)}" if p.is_rare else f", {n5} {sones(p.n5)}"
         often = f"{number(p.rate, 2)} a second" + (f" ({number(p.squeak, 2)} slips in a squeak)" if p.squeak else "")
-        texts.append(f" {p.does}, {often}, {number(p.force, 3)} N{heard}")
+        texts.append(f" {p.does}, {often}, {number(p.force, 3)} {p.unit}{heard}")
     names = [p.name for p in shown]
     if len(shown) > 1:
         names = told_apart(names, [WIDTH - 2 - len(told) for told in texts])

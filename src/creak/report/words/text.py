@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import Any
+
+from creak.model.units import UNITS
 
 MINUS = "\N{MINUS SIGN}"
 NONE = "\N{EN DASH}"
@@ -33,6 +36,11 @@ def number(value: float | int | None, digits: int = 4) -> str:
         return f"{mantissa}e{int(power)}".replace("-", MINUS)
     text = f"{value:,.{max(digits - 1 - exponent, 0)}f}"
     return text.replace(",", THIN).replace("-", MINUS)
+
+
+def force_unit(summary: Mapping[str, Any]) -> str:
+    """Of the forces of a result."""
+    return UNITS[summary["units"]].force
 
 
 def tidy(value: float) -> str:

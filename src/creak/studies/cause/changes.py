@@ -43,8 +43,8 @@ DAMPING = 2.0
 """Of all modes."""
 MASS = 0.01
 """Of the model's mass, at the place."""
-FASTENER = {"mm-t-s": 100.0, "m-kg-s": 1e5}
-"""Stiffness of an added fastener in x, y and z, force / length."""
+FASTENER = {"mm-t-s": 100.0, "m-kg-s": 1e5, "in-lbf-s": 500.0}
+"""Stiffness of an added fastener in x, y and z, force / length; of one size in all units."""
 Damped = Callable[[System], System]
 """Gives a reduced System the modal damping of the study."""
 APART = 0.1

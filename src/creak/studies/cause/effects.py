@@ -36,7 +36,6 @@ MOST_PLACES = 3
 """Places, the loudest, for which changes are looked for."""
 KEPT = 3
 """Changes that are told of each."""
-IMPULSE = "N s"
 MODES = 8
 """Modes told one by one."""
 TOLD = 3
@@ -166,8 +165,8 @@ def causes_of(
             return {}, []
         text = f"no cause is told of the places: {causes}"
         return {}, [Warned(text) if changes != "none" else text]
-    length = UNITS[setup.study.config.model.units].length
-    out = {cause.place: cause_dict(cause, setup.loads, run.gaps, length) for cause in causes}
+    units = UNITS[setup.study.config.model.units]
+    out = {cause.place: cause_dict(cause, setup.loads, run.gaps, units.length) for cause in causes}
     if changes == "none":
         return out, []
     ear = replace(sound.ear, beyond=None, statistics=None) if isinstance(sound, Sound) else None  # not known of changes
@@ -175,7 +174,7 @@ def causes_of(
     told_of = [p for p in places if p.number in out]
     every = find_changes(told_of, causes, tried, check if changes == "checked" else None, progress)
     for number, some in every.items():
-        out[number] |= {"changes": some, "changes_words": change_words(some, IMPULSE)}
+        out[number] |= {"changes": some, "changes_words": change_words(some, units.impulse)}
     if isinstance(sound, Sound) and sound.band.high > (told := min(sound.band.modes, sound.band.computed)):
         return out, [f"what changes do to N5 is told of what the modes tell, up to {told:.0f} Hz"]
     return out, []

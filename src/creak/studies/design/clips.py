@@ -112,8 +112,8 @@ def _completed(table: ClipTable, known: dict[str, dict[str, Any]], where: str) -
 def _library(path: Path, units: UnitsName) -> dict[str, dict[str, Any]]:
     """Name -> values in the units of the study."""
     found = _read(path, OwnFile if path == OWN else ClipFile)
-    by = METRES[found.units] / METRES[units]
-    return {name: _in_units(values.model_dump(exclude_unset=True), by) for name, values in found.clip.items()}
+    by, force = METRES[found.units] / METRES[units], UNITS[found.units].newton / UNITS[units].newton
+    return {name: _in_units(values.model_dump(exclude_unset=True), by, force) for name, values in found.clip.items()}
 
 
 def _read(path: Path, kind: type[F]) -> F:
@@ -124,21 +124,22 @@ def _read(path: Path, kind: type[F]) -> F:
         raise explain(path, text, error, kind) from error
 
 
-def _in_units(values: dict[str, Any], by: float) -> dict[str, Any]:
-    """Values of a clip where lengths are `by` as large as numbers; forces are newtons in both systems."""
-    return {key: value if value is None else _one_in_units(key, value, by) for key, value in values.items()}
+def _in_units(values: dict[str, Any], by: float, force: float) -> dict[str, Any]:
+    """Values of a clip where lengths are `by` and forces `force` as large as numbers."""
+    return {key: value if value is None else _one_in_units(key, value, by, force) for key, value in values.items()}
 
 
-def _one_in_units(key: str, value: Any, by: float) -> Any:
+def _one_in_units(key: str, value: Any, by: float, force: float) -> Any:
     if key in ("lower", "upper", "gap"):
         return value * by
     if key == "table":
-        return [(x * by, y) for x, y in value]
+        return [(x * by, y * force) for x, y in value]
     if key not in ("stiffness", "damping"):
         return value
     if not isinstance(value, list):
-        return value / by
-    return [x / by for x in value[:3]] + [x * by for x in value[3:]]  # force/length, then moment/rad
+        return value * force / by
+    # force/length, then moment/rad
+    return [x * force / by for x in value[:3]] + [x * force * by for x in value[3:]]
 
 
 ENDS = ("first", "second")

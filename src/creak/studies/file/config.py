@@ -38,8 +38,8 @@ class ModelTable(Table):
     deck: str
     """Abaqus .inp, Nastran .bdf, .dat, .nas, .fem or LS-DYNA .k, .key, .dyn, relative to the study file."""
     units: UnitsName = "mm-t-s"
-    """Units of the deck and the study: length, mass, time. They label results; nothing is converted. Materials in
-    the other of the two are refused."""
+    """Units of the deck and the study: length, mass (of in-lbf-s: force) and time. They label results; nothing is
+    converted. Materials in another of them are refused."""
 
 
 class RayleighTable(Table):

@@ -12,9 +12,9 @@ from pydantic import BeforeValidator
 from creak.model import units
 from creak.model.units import METRES
 
-LENGTHS = {name: units.LENGTHS[name] for name in ("um", "mm", "cm", "m")}
+LENGTHS = {name: units.LENGTHS[name] for name in ("um", "mm", "cm", "m", "in")}
 """m"""
-FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3}
+FORCES = {"mN": 1e-3, "N": 1.0, "kN": 1e3, "lbf": units.POUND}
 """N"""
 SONES = {"sone": 1.0}
 LEVELS = {"dB(A)": 1.0}

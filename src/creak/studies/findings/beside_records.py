@@ -259,7 +259,7 @@ def _measured(channel: Channel, c: _Computed, h: Histories, path: Path) -> tuple
         return Course(channel.time, values), False
     order, size = MOTIONS.get(unit, (BARE.get(unit), 1.0 / UNITS[h.units].per_metre))
     if c.kind == "force" and unit in NEWTONS:
-        return Course(channel.time, NEWTONS[unit] * values), False
+        return Course(channel.time, NEWTONS[unit] / UNITS[h.units].newton * values), False
     if c.kind != "force" and order == RECEPTANCE:
         return Course(channel.time, size * UNITS[h.units].per_metre * values), False
     if c.kind == "motion" and order == ACCELERANCE:

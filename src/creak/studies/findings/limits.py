@@ -16,9 +16,9 @@ from creak.studies.run.compared import main_of
 
 OF_PLACES = {
     **{"n5": "sone", "n_max": "sone", "n10": "sone", "level": "dB(A)", "sharpness": "acum", "sharp_time": "s"},
-    **{"roughness": "asper", "prominence": "", "impulse_adjustment": "dB", "force": "N"},
+    **{"roughness": "asper", "prominence": "", "impulse_adjustment": "dB", "force": ""},
 }
-"""Limit of each place -> unit."""
+"""Limit of each place -> unit; a force has that of the study."""
 Named = Mapping[str, str]
 """What exceeds a limit, as `failed` names it."""
 ADDED = {"n5": "n5_added", "n_max": "n_max_added"}
@@ -69,19 +69,19 @@ def _heard(sound: Mapping[str, Any] | None) -> tuple[list[tuple[Named, Mapping[s
 
 
 def _of_places(limit: LimitTable, summary: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
-    places = main_of(summary).get("places", [])
+    places, units = main_of(summary).get("places", []), UNITS[summary["units"]]
     sound = summary["sound"]
     heard, unheard = _heard(sound)
     for name, unit in OF_PLACES.items():
         text = getattr(limit, name)
         if text is None:
             continue
-        key, why, every = name, unheard, heard
+        key, why, every, allowed = name, unheard, heard, in_base(text) if isinstance(text, str) else float(text)
         if name == "force":
             why, every = None, [({"name": p["name"]}, p) for p in places]
+            unit, allowed = units.force, allowed / units.newton
         elif sound is not None and sound.get("beside_background") and name in ADDED:
             key = ADDED[name]
-        allowed = in_base(text) if isinstance(text, str) else float(text)
         over, unknown = [], ""
         for named, p in every:
             reason = p["figures_missing"].get(name) if name in FIGURES and p[key] is None else None

@@ -16,7 +16,7 @@ from creak.formats.measured.unit_words import MOMENTS, MOTIONS, NEWTONS, PASCALS
 from creak.model.constraints import held_labels
 from creak.model.dofs import dofs_of
 from creak.model.mesh import Model
-from creak.model.units import GRAVITY
+from creak.model.units import GRAVITY, UNITS
 from creak.signals import faults
 from creak.signals.sources import Record
 from creak.studies.file.case import Driving, Touching
@@ -223,12 +223,12 @@ def _file_unit(driving: Driving, name: str) -> Iterator[str]:
 
 def _counted(kind: str, turning: bool, system: UnitSystem) -> tuple[str, str, dict[str, float]]:
     """What an excitation is, the label of its unit in a system, and labels of units -> what they are in that."""
-    length = system.words[0]
+    length, force = UNITS[system.name].length, UNITS[system.name].force
     if kind == "force" and turning:
         own = system.force * system.length
-        return "a moment", f"N {length}", {word: size / own for word, size in MOMENTS.items()}
+        return "a moment", f"{force} {length}", {word: size / own for word, size in MOMENTS.items()}
     if kind == "force":
-        return "a force", "N", {word: size / system.force for word, size in NEWTONS.items()}
+        return "a force", force, {word: size / system.force for word, size in NEWTONS.items()}
     order, own = ORDERS[kind], 1.0 if turning else system.length
     sizes = {word: size / own for word, (of, size) in (TURNS if turning else MOTIONS).items() if of == order}
     what = f"an angular {kind}" if turning else f"an {kind}" if kind == "acceleration" else f"a {kind}"

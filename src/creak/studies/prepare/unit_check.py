@@ -22,7 +22,7 @@ from creak.model.materials import (
     ShellSection,
 )
 from creak.model.mesh import Model
-from creak.model.units import LENGTHS, METRES, UNITS, UnitsName
+from creak.model.units import METRES, UNITS, UnitsName
 from creak.studies.file.places import Places
 from creak.words import listed, percent
 
@@ -83,7 +83,7 @@ class UnitSystem:
 
 SYSTEMS = {
     name: UnitSystem(
-        name, METRES[name], u.per_metre**2, u.to_kg * u.per_metre**3, (u.length, u.stress, u.density, u.mass)
+        name, METRES[name], u.newton * u.per_metre**2, u.to_kg * u.per_metre**3, (u.length, u.stress, u.density, u.mass)
     )
     for name, u in UNITS.items()
 }
@@ -92,7 +92,6 @@ OTHERS = (
     UnitSystem("mm-kg-ms", 1e-3, 1e9, 1e9, ("mm", "GPa", "kg/mm^3", "kg")),
     UnitSystem("mm-g-ms", 1e-3, 1e6, 1e6, ("mm", "MPa", "g/mm^3", "g")),
     UnitSystem("mm-kg-s", 1e-3, 1e3, 1e9, ("mm", "kPa", "kg/mm^3", "kg")),
-    UnitSystem("in-lbf-s", LENGTHS["in"], 6894.757, 1.068688e7, ("in", "psi", "lbf s^2/in^4", "lbf s^2/in")),
 )
 """What else decks are written in."""
 
@@ -118,7 +117,7 @@ def unit_warnings(model: Model, units: str, *, mass: float | None = None, freque
 
     Parameters
     ----------
-    units : "mm-t-s" or "m-kg-s", as the study says.
+    units : as the study says.
     mass : of the whole model, in its units; frequency : the first that is not zero, Hz. None: not looked at.
     """
     declared = SYSTEMS[units]
@@ -174,11 +173,13 @@ def other_units(model: Model, units: str) -> str | None:
 
 
 def guessed_units(model: Model) -> list[UnitSystem]:
-    """Systems in which materials and size are plausible, the ones a study can name first; empty without materials."""
+    """Systems in which materials and size are plausible, those first in which a material is a structural one, then
+    those that a study can name; empty without materials."""
     known = materials(model)
     if not known:
         return []
-    return [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
+    fits = [s for s in (*SYSTEMS.values(), *OTHERS) if all(_fits(m, s) for m in known) and not _size(model, s)]
+    return sorted(fits, key=lambda s: not any(_structural(m, s) for m in known))
 
 
 def likely_units(model: Model, units: str) -> UnitSystem:
@@ -188,9 +189,9 @@ def likely_units(model: Model, units: str) -> UnitSystem:
 
 
 def units_of_study(model: Model) -> UnitsName:
-    """The first system that a study can name in which materials and size are plausible; mm-t-s where there is none."""
-    fits = [s.name for s in guessed_units(model)]
-    return next((name for name in get_args(UnitsName) if name in fits), "mm-t-s")
+    """The likeliest system (`guessed_units`) where a study can name it, else mm-t-s."""
+    likeliest = [s.name for s in guessed_units(model)[:1]]
+    return next((name for name in get_args(UnitsName) if name in likeliest), "mm-t-s")
 
 
 def named_systems(names: Iterable[str]) -> list[UnitSystem]:
@@ -314,10 +315,13 @@ def _system_of(stuff: Stuff, declared: UnitSystem) -> UnitSystem | None:
     if _fits(stuff, declared):
         return None
     for system in (*SYSTEMS.values(), *OTHERS):
-        speed = _sound(stuff, system) or 0.0
-        if _fits(stuff, system) and stuff.density * system.density >= STRUCTURAL[0] and speed >= STRUCTURAL[1]:
+        if _fits(stuff, system) and _structural(stuff, system):
             return system
     return None
+
+
+def _structural(stuff: Stuff, system: UnitSystem) -> bool:
+    return stuff.density * system.density >= STRUCTURAL[0] and (_sound(stuff, system) or 0.0) >= STRUCTURAL[1]
 
 
 def _remedy(model: Model, stuff: Stuff, other: UnitSystem, declared: UnitSystem, *, most: bool) -> str:

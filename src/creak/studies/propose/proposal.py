@@ -170,11 +170,10 @@ def _units(model: Model, units: str | None) -> tuple[UnitSystem, str]:
     if units is not None:
         return SYSTEMS[units], "as told by --units"
     fits = guessed_units(model)
-    known = [s for s in fits if s.name in SYSTEMS]
-    if known:
-        others = [s.name for s in fits if s is not known[0]]
+    if fits and fits[0].name in SYSTEMS:
+        others = [s.name for s in fits[1:]]
         also = f"; {', '.join(others)} would fit as well" if others else ""
-        return known[0], f"guessed: materials and size fit{also}"
+        return fits[0], f"guessed: materials and size fit{also}"
     if fits:
         return SYSTEMS["mm-t-s"], f"the deck seems to be in {fits[0].name}, which creak has no labels for: convert it"
     tried = ", ".join([*SYSTEMS, *(s.name for s in OTHERS)])

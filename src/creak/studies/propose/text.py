@@ -6,6 +6,7 @@ from pathlib import PurePath
 
 from creak.assembly.damping import is_damped, undamped_words
 from creak.model.mesh import Model
+from creak.model.units import UNITS
 from creak.studies.file.schema import SCHEMA_FILE
 from creak.studies.file.toml_text import toml_value
 from creak.studies.prepare.deck_step import connector_table
@@ -162,8 +163,9 @@ def _excitation(found: Proposal) -> list[str]:
             f'# signal = {{ type = "multisine", f_min = 1, f_max = {F_MAX:g}, amplitude = '
             f"{AMPLITUDE / found.units.length:g} }}",
         ]
-    d, unit = found.drive, found.units.words[0]
+    d, units = found.drive, UNITS[found.units.name]
     force = d.kind == "force"
+    unit = units.force if force else units.length
     amplitude = FORCE if force else AMPLITUDE / found.units.length
     return [
         f"# Excitation: {d.node_set}, because {d.why}.",
@@ -179,7 +181,11 @@ def _excitation(found: Proposal) -> list[str]:
         key_line("type", "multisine", "sines of equal amplitude and random phase: a rough road"),
         key_line("f_min", 1.0, "Hz"),
         key_line("f_max", F_MAX, "Hz"),
-        key_line("amplitude", amplitude, f"{'N' if force else unit}, of each sine: raise it until the parts touch"),
+        key_line(
+            "amplitude",
+            amplitude,
+            f"{unit}, of each sine: raise it until the parts touch",
+        ),
         key_line("period", 1.0, "s"),
         key_line("seed", 1, "of the phases"),
     ]

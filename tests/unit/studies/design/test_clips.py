@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import qmc
 
 from creak.errors import InputError
-from creak.studies.design.clips import clips_of
+from creak.studies.design.clips import _library, clips_of
 from creak.studies.file.config import StudyConfig
 from creak.studies.file.reader import read_study
 from creak.studies.file.scatter_tables import Distribution
@@ -131,6 +131,12 @@ def test_values_come_from_libraries_in_the_units_of_the_study(tmp_path):
     assert setup.connectors.stiffness == pytest.approx([5e3])
     assert setup.connectors.damping == pytest.approx([300.0])
     assert np.diag(setup.model.blocks[-1].section.stiffness) == pytest.approx([1e3, 2e3, 2e3, 4e-3, 5e-3, 5e-3])
+    inch, pound = 25.4, 4.4482216152605
+    found = _library(tmp_path / "my.toml", "in-lbf-s")
+    assert found["mine"]["lower"] == pytest.approx(-2.0 / inch)
+    assert np.array(found["mine"]["table"])[1] == pytest.approx([1.0 / inch, 5.0 / pound])
+    turning = np.array([4.0, 5.0, 5.0]) / (pound * inch)
+    assert found["stiff"]["stiffness"] == pytest.approx([inch / pound, *[2.0 * inch / pound] * 2, *turning])
     own = clipped(tmp_path, use + "stiffness = 7.0\n", top).connectors
     assert own.stiffness.tolist() == [7.0]
     assert own.curves is None
