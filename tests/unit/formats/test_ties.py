@@ -275,3 +275,12 @@ def test_the_default_tolerance_is_of_whole_faces(tmp_path, kind):
     closed, at = (abaqus(tmp_path, kind, 0.0, "*TIE, NAME=T", gap).constraints for gap in (0.07, 0.0))
     tied, met = ({c.node_idx if isinstance(c, Tie) else int(c.nodes_idx[0]) for c in found} for found in (closed, at))
     assert tied == met != set()
+
+
+@pytest.mark.parametrize(
+    ("option", "told"), [("", "*TIE without TYPE"), (", TYPE=SURFACE TO SURFACE", "*TIE, TYPE=SURFACE TO SURFACE")]
+)
+def test_what_is_listed_of_a_tie_is_what_the_deck_says(read: Reader, option: str, told: str) -> None:
+    model = read(cut_plate((3, 4), (3, 6), f"*TIE, NAME=SEAM{option}\nRIGHT_X0, LEFT_X1\n"))
+    (found,) = model.unread
+    assert (found.keyword, found.changes_answer) == (told, False)

@@ -125,6 +125,13 @@ def test_whose_velocity_it_is(tmp_path, start, expected):
         assert found[node - 1] == pytest.approx([*given, *[0] * (6 - len(given))])
 
 
+def test_a_velocity_after_dynamic_relaxation_is_one_at_the_start_and_says_so(tmp_path):
+    model = read(tmp_path, "*INITIAL_VELOCITY_GENERATION\n4,3,,1.\n,,,,,,1\n")
+    assert speeds(model)[2] == pytest.approx([1, 0, 0, 0, 0, 0])
+    (found,) = model.unread
+    assert (found.changes_answer, "after dynamic relaxation" in found.why) == (False, True)
+
+
 def test_nodes_without_a_velocity_rest_where_they_are_tied_to_moving_ones(tmp_path):
     """v = 9 (1 - x/30) on the first half of a rigid plate: V = 9/4 at its middle, slope -2700 / J, J = 5 (60^2 + t^2)."""
     body = "*SET_NODE_LIST\n7\n1,2,3,4,5,6\n*CONSTRAINED_NODAL_RIGID_BODY\n1,,7\n*SET_NODE_LIST\n8\n1,4\n"

@@ -96,7 +96,8 @@ def read_ties(
             )
         if block.name == "TIE" and block.option("TYPE") != "NODE TO SURFACE":
             why = "creak ties each secondary node to the nearest point of the main surface (NODE TO SURFACE)"
-            deck.note(block, why, changes=False, what=f"*TIE, TYPE={block.option('TYPE', 'SURFACE TO SURFACE')}")
+            what = f"*TIE, TYPE={block.option('TYPE')}" if block.has("TYPE") else "*TIE without TYPE"
+            deck.note(block, why, changes=False, what=what)
         for fields, where in rows:
             ties += _tie_pair(source, scope, block, fields, where)
     return ties

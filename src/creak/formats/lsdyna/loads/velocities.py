@@ -89,6 +89,9 @@ def _generated(deck: Deck, sets: Sets, systems: Systems, given: Velocities) -> b
             if not _stays(deck, card):
                 continue
             following |= card.integer(6) != 0
+            if axis.integer(6):
+                why = "PHASE 1 gives the velocity after dynamic relaxation; creak has none, and gives it at the start"
+                deck.note(axis.where, f"*{GENERATED}, PHASE", why, changes=False)
             frame, omega = _axes(card, 7, systems), np.zeros(3)
             if card.real(2):
                 omega = card.real(2) * _direction(deck, axis, frame)
