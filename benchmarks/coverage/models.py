@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 UNITS = {"mm-t-s": (1e-3, 1e3), "m-kg-s": (1.0, 1.0), "in-lbf-s": (0.0254, 175.126835)}
-"""m and kg in the units of length and mass; a study has labels for the first two alone."""
+"""m and kg in the units of length and mass."""
 MATERIALS = {
     "STEEL": (210e9, 0.3, 7850.0),
     "ALUMINIUM": (70e9, 0.33, 2700.0),
@@ -236,7 +236,7 @@ def write_case(seed: int, folder: Path, amplitude: float = 1.0, stiffness: float
         signal["amplitude"] *= unit * amplitude
     tables: dict[str, Any] = {
         "title": f"Random model {seed}",
-        "model": {"deck": "deck.inp", "units": d["units"] if d["units"] != "in-lbf-s" else "mm-t-s"},
+        "model": {"deck": "deck.inp", "units": d["units"]},
         "damping": damping_of(d, lowest),
         "excitation": {"drive": {"node_set": node_set, "dof": "z", "kind": kind, "signal": signal}},
         "reduction": {"f_max": "auto"},
