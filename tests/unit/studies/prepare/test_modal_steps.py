@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from creak.errors import InputError
+from creak.formats.abaqus.reader import read_deck_run
 from creak.progress import silent
 from creak.studies.prepare.deck_step import set_up_deck
 from creak.studies.run.job import run_study
@@ -81,6 +82,14 @@ def test_the_base_moves(motion):
     base = 4.0 * (t / 12.0 - np.sin(12.0 * t) / 144.0)
     np.testing.assert_allclose(u, base + under_sine(t, -4.0), atol=1e-7 * np.abs(base).max())
     assert "in space (TU of Abaqus)" in said
+
+
+@pytest.mark.parametrize("kind", ["", ", TYPE=ACCELERATION"])
+def test_a_base_motion_without_type_is_told_to_be_an_acceleration(deck, kind):
+    """In CalculiX it is a displacement."""
+    model, _ = read_deck_run(deck(MODES + step(f"*BASE MOTION, DOF=3, AMPLITUDE=SINE{kind}\n")))
+    told = [u.why for u in model.unread if u.keyword == "*BASE MOTION"]
+    assert ("acceleration, as in Abaqus" in " ".join(told)) == (not kind)
 
 
 @pytest.mark.parametrize(

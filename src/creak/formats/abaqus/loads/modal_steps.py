@@ -163,6 +163,9 @@ def moved_bases(
             continue
         if kind not in KINDS:
             raise block.error(f"*BASE MOTION has TYPE={kind}", expected=", ".join(KINDS), fix="Correct it.")
+        if not block.has("TYPE"):
+            why = "its amplitude is an acceleration, as in Abaqus; in CalculiX it is a displacement (TYPE=DISPLACEMENT)"
+            deck.note(block, why, changes=False)
         held = [one.nodes_idx for one in fixed if dof in one.dofs]
         if not held:
             raise block.error(
