@@ -117,6 +117,26 @@ def test_a_cell_and_a_slit_tube_of_thin_walls():
     assert tube.torsion == pytest.approx(2 * np.pi * 1e-6 / 3, rel=1e-4)
 
 
+@pytest.mark.parametrize(
+    ("element", "numbers", "radius", "told"),
+    [
+        ("B32R", "6.", 6.0, True),
+        ("B32R", "6., 6.", 3.0, False),
+        ("B32", "6.", 6.0, False),
+        ("B32", "6., 6.", 3.0, False),
+    ],
+)
+def test_circ_is_a_radius_in_abaqus_and_diameters_in_calculix(tmp_path, element, numbers, radius, told):
+    """CalculiX, to which alone B32R belongs, takes one number for the diameter as well."""
+    path = tmp_path / "deck.inp"
+    text = f"*NODE\n1, 0.\n2, 5.\n3, 10.\n*ELEMENT, TYPE={element}, ELSET=B\n1, 1, 2, 3\n"
+    text += "*MATERIAL, NAME=M\n*ELASTIC\n2.E5, .3\n*DENSITY\n1.\n"
+    path.write_text(f"{text}*BEAM SECTION, ELSET=B, MATERIAL=M, SECTION=CIRC\n{numbers}\n0., 1., 0.\n")
+    model = read_deck(path)
+    assert model.blocks[0].section.area == pytest.approx(np.pi * radius**2)
+    assert any(u.changes_answer for u in model.unread) == told
+
+
 @pytest.mark.parametrize(("shape", "factor"), [("HEX", 0.53), ("TRAPEZOID", 0.822), ("ARBITRARY", 1.0)])
 def test_a_cantilever_bends_as_timoshenko_says(tmp_path, shape, factor):
     """Force along axis 2 (global z) through the shear centre: F L^3/3 E I11 + F L/k G A, no twist."""

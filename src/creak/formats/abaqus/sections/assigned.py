@@ -90,6 +90,8 @@ def read_sections(
         _check_types(block, rows, elements)
         found.check_free(block, rows)
         section = _reader(block, rows, elements)(scope, block, materials)
+        if isinstance(section, BeamSection) and section.profile == "CIRC":
+            _radius_or_diameter(deck, block, elements.of(int(rows[0])).name)
         frame = constant_axes(deck, scope, block, geometry.orientations, EACH) if isinstance(section, Spring) else None
         if isinstance(section, NodalMatrices) or (isinstance(section, PointMass) and block.get("ORIENTATION")):
             turn = constant_axes(deck, scope, block, geometry.orientations, EACH)
@@ -103,6 +105,15 @@ def read_sections(
         found.add(made.block, made.rows, made.section, made.own)
     found.check_all()
     return Assigned(tuple(found.sections), found.section_idx, found.own, connectors.rigid)
+
+
+def _radius_or_diameter(deck: Outline, block: Block, element: str) -> None:
+    """CIRC of one number is a radius in Abaqus and a diameter in CalculiX, which alone has B32R."""
+    fields, _ = next(iter(block.rows()))
+    if element == "B32R" and not any(fields[1:]):
+        why = "creak takes the one number of CIRC for the radius, as Abaqus does; CalculiX, which alone has B32R, "
+        why += "takes it for the diameter: give that twice"
+        deck.note(block, why, changes=True, what=f"*{block.name}, CIRC")
 
 
 def _kinds(
