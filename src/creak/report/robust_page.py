@@ -17,6 +17,7 @@ from creak.report.tables.run import Table
 from creak.report.templates import page_templates
 from creak.studies.robust.findings import Robustness
 from creak.studies.robust.linear import FACTORS
+from creak.studies.warned import plain_notes, warnings_of
 from creak.version import version
 
 FILES = Path(__file__).parent
@@ -41,7 +42,8 @@ def write_robust(found: Robustness, path: Path) -> None:
             version=version(),
             title=d.setup.study.config.title or d.setup.study.path.name,
             sentence=sentence(found) + ".",
-            notes=found.notes,
+            notes=plain_notes(found.notes),
+            warnings=warnings_of(found.notes),
             places=Table(places[0], places[1:]),
             causes=Table(causes[0], causes[1:]) if causes else None,
             drawn=Table(["number", "distribution", ""], rows, text_columns=3),

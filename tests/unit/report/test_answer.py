@@ -161,6 +161,15 @@ def test_what_rests_touches(forces, told):
     assert answer_lines(still)[-1] == f"why GREEN: {told}"
 
 
+def test_what_touched_before_the_window_is_not_denied():
+    earlier = summary()
+    earlier["verification"]["window"] = [1.0, 1.5]
+    earlier["runs"]["reduced"]["events"] = [{"t_start": 0.1, "t_end": 0.2, "force_place": 2.2}]
+    found = answer(earlier)
+    assert "before that 1 event" in found.headline
+    assert found.why == tiles(found, "Settled.")[0].detail == "nothing touches from 1.00 s on"
+
+
 @pytest.mark.parametrize("count", [0, 1, 3, 40])
 def test_eight_lines_of_eighty_columns(count):
     cause = {"words": "mode 3 at 44 Hz of the panel, " * 9, "changes_words": ["a clip at node 17, " * 9]}

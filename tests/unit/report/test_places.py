@@ -10,7 +10,7 @@ from creak.api.result import Result
 from creak.model.units import UNITS
 from creak.report.figures.scene import animations, node_impulses
 from creak.report.tables.events import event_csv, event_table, slips_in
-from creak.report.tables.places import place_parts
+from creak.report.tables.places import _settled, place_parts
 from creak.report.words.terminal import run_rows, verification_rows
 from creak.report.words.text import number
 from creak.report.words.verdict import sentence
@@ -197,3 +197,10 @@ def test_a_chain_of_slips_is_shown_where_one_of_them_begins_in_the_window():
     chain = SlipEvent("trim", "trim:1", 0, 0.1, 0.7, 0.2, 1.0, 1.0, ((0.1, 0.2), (0.6, 0.7)))
     assert slips_in((chain,), (0.5, 1.0)) == [chain]
     assert slips_in((chain,), (0.25, 0.5)) == []
+
+
+@pytest.mark.parametrize(
+    ("to", "told"), [(0.013, "within 1.3\u202f%"), (1e-9, "below 0.001\u202f%"), (2.0, "not settled"), (None, "")]
+)
+def test_how_far_a_figure_has_settled_is_said_in_words_that_fit(to, told):
+    assert _settled({"slips": 86, "settled_to": {"slips": to}}, "slips") == told

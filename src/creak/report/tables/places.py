@@ -133,7 +133,10 @@ def _row(
 
 def _settled(told: dict[str, Any], figure: str) -> str:
     to = (told.get("settled_to") or {}).get(figure)
-    return "" if to is None or not told[figure] else f"within {share(to)}" if to < 1.0 else "not settled"
+    if to is None or not told[figure]:
+        return ""
+    said = share(to)
+    return "not settled" if to >= 1.0 else said if said.startswith("below") else f"within {said}"
 
 
 def _added(told: dict[str, Any]) -> str:

@@ -319,7 +319,8 @@ def _still(summary: Mapping[str, Any], run: Mapping[str, Any]) -> str:
         return "the run stopped before what is counted"
     resting = run.get("resting") or []
     if not resting:
-        return "nothing touches"
+        start = (summary["verification"].get("window") or (0.0,))[0]
+        return f"nothing touches from {number(start, 3)} s on" if earlier(summary, run) else "nothing touches"
     forces = [p["force_mean"] for p in resting]
     force = "" if None in forces else f" with {number(sum(forces), 3)} {force_unit(summary)}"
     what = "1 patch rests" if len(resting) == 1 else f"{number(len(resting))} patches rest"

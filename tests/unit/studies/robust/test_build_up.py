@@ -10,6 +10,7 @@ from scipy.signal import lsim
 from scipy.stats import norm
 
 import creak
+from creak.report.robust_page import write_robust
 from creak.report.tables.robust import place_rows
 from creak.studies.robust.findings import _built_up
 from creak.verify.odds import odds
@@ -101,6 +102,9 @@ def test_hits_of_the_build_up_are_told(tmp_path):
     share = f"{100.0 * place.before.p:.0f} %"
     assert told.startswith(f"stop is hit before 0.15 s, as the motion builds up, in {share} of all draws, in {share}")
     assert found.as_dict()["places"][0]["before_alone"]["hits"] == place.before.hits
+    write_robust(found, tmp_path / "page.html")
+    page = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert 0 < page.index("as the motion builds up") < page.index('id="places"')
     inside = replace(place, rattle=odds(30, 32), before_alone=odds(0, 32))
     few = replace(place, rattle=odds(30, 32), before_alone=odds(1, 32))
     assert _built_up([inside, few], found.draws) == []
