@@ -59,6 +59,18 @@ def test_tables_and_files(creak, deck, tmp_path):
         assert np.abs(motion[:, 3:]).max() > 0.0
 
 
+@pytest.mark.parametrize(
+    ("modulus", "density", "told"),
+    [("210.", "7.85e-6", True), ("2.1e8", "7.85e-6", False), ("2.1e5", "7.85e-9", False)],
+)
+def test_frequencies_of_decks_in_milliseconds_are_told_to_be_in_khz(creak, tmp_path, modulus, density, told):
+    """mm-kg-ms of LS-DYNA, mm-kg-s, mm-t-s: what counts is the unit of time."""
+    path = tmp_path / "strips.inp"
+    path.write_text(two_strips().replace("210000., 0.3", f"{modulus}, 0.3").replace("7.85e-9", density))
+    said = creak("modes", path, "--count", 2).done()
+    assert ("fit mm-kg-ms, with times in ms" in " ".join(said.err.split())) == told
+
+
 def test_modes_of_a_study(creak, tmp_path):
     """A quarter of the modulus halves all frequencies, and the root that it shakes is held."""
     study = write_strips(tmp_path, study=f"{STUDY}[material.STEEL]\nyoungs_modulus = 52500.0\n")

@@ -199,6 +199,13 @@ def _units(found: DeckModes) -> tuple[str, str]:
 
 
 def _print_checks(output: Output, found: DeckModes) -> None:
+    from creak.studies.prepare.unit_check import guessed_units
+
+    fast = next((s.name for s in guessed_units(found.model) if s.name.endswith("-ms")), "")
+    if fast:
+        output.warn(
+            f"materials and size fit {fast}, with times in ms: what is said in Hz, as of --f-max, is in kHz then"
+        )
     list_unread(output, tuple(u for u in found.model.unread if u.used))
     if found.prestress is not None:
         output.say(f"with the linear stress of {found.prestress.keyword} ({found.prestress.where})")
