@@ -16,7 +16,7 @@ import creak as api
 from creak.errors import InputError
 from creak.formats.measured.histories import read_histories
 from creak.model.units import UNITS
-from creak.report.tables.comparison import _places
+from creak.report.tables.comparison import _flat, _places
 from helpers_cli import empty_reports, say
 from helpers_decks import STUDY, write_strips
 from helpers_docs import ROOT
@@ -114,6 +114,13 @@ def test_the_page_is_one_file_with_both(folder, creak, tmp_path):
     assert "<svg" in text
     assert "contact.tip.clearance" in text
     assert not re.search(r'(src|href)="https?:', text)
+
+
+def test_rows_of_clips_are_compared_number_by_number():
+    """By the keys that --set takes; points of a table are one value."""
+    study = {"clip": [{"gap": 0.4, "table": [[0, 0], [1, 2]]}, {"gap": 0.6}], "static": [], "end": 2.0}
+    values = {"clip.0.gap": 0.4, "clip.0.table": [[0, 0], [1, 2]], "clip.1.gap": 0.6, "end": 2.0}
+    assert dict(_flat(study)) == values
 
 
 def test_a_changed_study_is_run_and_compared(folder, creak, no_page, tmp_path):

@@ -164,8 +164,9 @@ def _settings(a: Findings, b: Findings) -> Iterator[Setting]:
 
 
 def _flat(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
-    if isinstance(value, Mapping) and value:
-        for name, inner in value.items():
+    rows = isinstance(value, list) and all(isinstance(row, Mapping) for row in value)  # as [[clip]]
+    if rows or (isinstance(value, Mapping) and value):
+        for name, inner in enumerate(value) if rows else value.items():
             yield from _flat(inner, f"{key}.{name}" if key else str(name))
     else:
         yield key, value
