@@ -26,6 +26,13 @@ def test_a_bar_needs_e_and_g_only(tmp_path):
         read(tmp_path, f"{GRIDS}{BAR}{shell}MAT1,1,{E},{G}\n")
 
 
+@pytest.mark.parametrize(("card", "told"), [(f"{E}", True), (f",{G}", True), (f"{E},,.3", False), (f"{E},{G}", False)])
+def test_one_modulus_without_nu_is_told(tmp_path, card, told):
+    """Nastran takes NU and the other modulus for 0 then, so that such a bar does not twist."""
+    model = read(tmp_path, f"{GRIDS}{BAR}MAT1,1,{card}\n")
+    assert unread(model).get("MAT1 of one modulus alone") == (False if told else None)
+
+
 def test_a_material_that_nothing_uses_may_be_anything(tmp_path):
     model = read(tmp_path, f"{GRIDS}{BAR}MAT1,1,{E},,.3\nMAT1,2,,,.3,1.\nMAT8,3,0.,0.,.3,0.\n")
     assert not any(unread(model).values())

@@ -385,6 +385,12 @@ REFUSED = {
     "pressure": (BULK + constant("DAREA,6,1,3,1.\nPLOAD4,6,1,1.\n"), "DLOAD = 7\n", "109", "PLOAD4"),
     "motion without SPCD": (BULK + constant(kind="DISP"), "DLOAD = 7\n", "109", "forces"),
     "delay card": (BULK + constant().replace("TLOAD1,7,6,,", "TLOAD1,7,6,3,"), "DLOAD = 7\n", "109", "DELAY"),
+    "start of a function": (
+        BULK + "TLOAD2,7,6,,DISP,0.,9.,2.\n,,,.1\nSPCD,6,2,3,1.\n",
+        "DLOAD = 7\n",
+        "109",
+        "TLOAD2 7 has initial values",
+    ),
     "rising friction": (BULK + GAP.replace("1.+6", "1.+6,,,.3,.4"), "", "109", "MU1 = 0.3 and MU2 = 0.4"),
     "friction by side": (BULK + GAP.replace("1.+6", "1.+6,,,.3,.2\n,-1."), "", "109", "TMAX below 0"),
     "preload": (BULK + GAP.replace(",.02,,", ",.02,5.,"), "", "109", "preload"),

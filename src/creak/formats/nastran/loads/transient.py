@@ -47,13 +47,13 @@ def amplitude_of(deck: Deck, card: Card, dt: float, count: int, kind: str) -> Am
     if card.is_integer(2) and card.integer(2):
         raise card.error(f"{card.title} has a DELAY card", expected="a time in its field DELAY", fix="Shift its table.")
     delay = 0.0 if card.is_integer(2) else card.real(2, 0.0)
+    if any(card.real(i, 0.0) for i in ((5, 6) if card.name == "TLOAD1" else (10, 11))):
+        raise card.error(
+            f"{card.title} has initial values US0, VS0",
+            expected="blank or 0",
+            fix="creak starts from the undeformed place.",
+        )
     if card.name == "TLOAD1":
-        if any(card.real(i, 0.0) for i in (5, 6)):
-            raise card.error(
-                f"TLOAD1 {card.text(0)} has initial values US0, VS0",
-                expected="blank or 0",
-                fix="creak starts from the undeformed place.",
-            )
         if card.text(4) and not card.is_integer(4):
             return _tabular(card, np.array([[0.0, card.real(4)], [dt * count, card.real(4)]]))
         tables = unique_cards(deck.cards(*TABLES, "TABLED4"), "table")

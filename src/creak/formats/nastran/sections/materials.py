@@ -129,6 +129,11 @@ def _mat1(deck: Deck, card: Card) -> Elastic:
     E, G, nu = (card.real(i) if card.text(i) else None for i in (1, 2, 3))
     if E is None and G is None:
         raise card.error(f"{name} has neither E nor G", expected="two of E, G and NU")
+    if nu is None and (E is None or G is None):
+        why = (
+            "creak takes NU = 0 and the other modulus that follows; Nastran takes NU = 0 and that modulus for 0 as well"
+        )
+        deck.note(card, why, changes=False, what="MAT1 of one modulus alone")
     if E is None and G is not None:
         nu = nu or 0.0
         E = 2.0 * (1.0 + nu) * G
