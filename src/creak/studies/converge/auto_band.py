@@ -53,9 +53,10 @@ BUDGET = 4.0
 PATIENCE = 40.0
 """s that all stages together may take in any case. Both are reckoned from counts (`_reckoned`), not from a clock: the
 same study ends at the same f_max, however busy the machine is."""
-SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S, STEP_S = 1.4e-7, 5e-10, 5e-6, 1e-9, 3e-4
+SOLVE_S, DIAGONAL_S, INSTANT_S, PRODUCT_S, RUB_S, STEP_S = 1.4e-7, 5e-10, 5e-6, 1e-9, 1.5e-6, 3e-4
 """s for a dof of a back-substitution, for a cube of the dense eigenproblem, for a kept instant, for a mode of a channel
-in it, and for what a contact step of the unreduced model takes beside its solution: one core (door at 40 mm)."""
+in it, for a channel that may rub in one with contact, and for what a contact step of the unreduced model takes beside
+its solution: one core (door at 40 mm; strips that lie on each other)."""
 SMALL = 10.0
 """s (`_reckoned`) that all modes of a small model may take."""
 WORTH = 1.0
@@ -154,9 +155,9 @@ def settle(
 
 
 def _of_all_modes(reference: ReferenceModel, run: Run) -> float:
-    """s that all modes take, and the run with them, which has shorter steps near contact."""
+    """s that all modes take, and the run with them, which has shorter steps near contact where that does not rub."""
     modes = SOLUTIONS * DIAGONAL_S * float(reference.free_dof) ** 3
-    return modes + SHORTER * _marched(run, reference.free_dof)
+    return modes + SHORTER * _flown(run, reference.free_dof) + _rubbed(run)
 
 
 def _with_all_modes(
@@ -209,12 +210,17 @@ def _reckoned(
     """
     solves = share * (reduced.solves - (0 if known is None else known.solves))
     n = float(reduced.system.n)
-    return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + _marched(run, n)
+    return SOLVE_S * solves * reference.free_dof + DIAGONAL_S * n**3 + _flown(run, n) + _rubbed(run)
 
 
-def _marched(run: Run, n: float) -> float:
-    """s that the run of n modes takes."""
+def _flown(run: Run, n: float) -> float:
+    """s that the run of n modes takes for its motion and its contact."""
     return run.history.time.size * (INSTANT_S + PRODUCT_S * n * run.history.gap.shape[1])
+
+
+def _rubbed(run: Run) -> float:
+    """s that it takes for friction."""
+    return RUB_S * run.history.contact_steps * run.gaps.rubbing
 
 
 def _too_much(f_max: float, more: ReducedModel, reckoned: list[float], takes: float) -> str:

@@ -340,19 +340,27 @@ def test_samples_are_compared_only_where_single_events_are_lost(monkeypatch, los
 
 
 MEASURED = [
-    ("door, 40 mm", 14_859, 10_881, 2886, 21_398, 23, 17.5),
-    ("door, 40 mm", 14_859, 15_652, 4090, 24_196, 23, 50.0),
-    ("door, 20 mm", 55_881, 7_536, 1039, 65_325, 31, 15.1),
-    ("door, 20 mm", 55_881, 9_594, 2177, 65_380, 31, 22.6),
-    ("cockpit, 10 mm", 27_052, 2_826, 338, 137_452, 9, 3.1),
-    ("cockpit, 10 mm", 27_052, 7_501, 1786, 202_275, 9, 12.2),
+    ("door, 40 mm", 14_859, 10_881, 2886, 21_398, 23, 0, 0, 17.5),
+    ("door, 40 mm", 14_859, 15_652, 4090, 24_196, 23, 0, 0, 50.0),
+    ("door, 20 mm", 55_881, 7_536, 1039, 65_325, 31, 0, 0, 15.1),
+    ("door, 20 mm", 55_881, 9_594, 2177, 65_380, 31, 0, 0, 22.6),
+    ("cockpit, 10 mm", 27_052, 2_826, 338, 137_452, 9, 0, 0, 3.1),
+    ("cockpit, 10 mm", 27_052, 7_501, 1786, 202_275, 9, 0, 0, 12.2),
+    ("two strips, friction", 468, 90, 90, 311_843, 12, 227_902, 12, 8.4),
+    ("beam on block, friction", 144, 144, 150, 211_549, 9, 204_387, 7, 1.8),
 ]
-"""Dofs, back-substitutions, unknowns, instants and channels of a stage, and the s of CPU that it took on one core."""
+"""Dofs, back-substitutions, unknowns, instants and channels of a stage, its instants with contact and channels that may
+rub where some do, and the s of CPU that it took on one core."""
 
 
-@pytest.mark.parametrize(("name", "dofs", "solves", "n", "instants", "channels", "took"), MEASURED)
-def test_what_a_stage_takes_is_told_to_a_factor_of_two(name, dofs, solves, n, instants, channels, took):
+@pytest.mark.parametrize(
+    ("name", "dofs", "solves", "n", "instants", "channels", "contact", "rubbing", "took"), MEASURED
+)
+def test_what_a_stage_takes_is_told_to_a_factor_of_two(
+    name, dofs, solves, n, instants, channels, contact, rubbing, took
+):
     unreduced, reduced = SimpleNamespace(free_dof=dofs), SimpleNamespace(solves=solves, system=SimpleNamespace(n=n))
-    run = SimpleNamespace(history=SimpleNamespace(time=np.zeros(instants), gap=np.zeros((1, channels))))
+    history = SimpleNamespace(time=np.zeros(instants), gap=np.zeros((1, channels)), contact_steps=contact)
+    run = SimpleNamespace(history=history, gaps=SimpleNamespace(rubbing=rubbing))
     told = auto_band._reckoned(unreduced, reduced, run, share=auto_band.BLOCKED)
     assert 0.5 * took < told < 2.0 * took, name
