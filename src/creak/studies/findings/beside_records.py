@@ -25,6 +25,8 @@ from creak.words import first_few
 
 SAME_COURSE = 0.95
 """Correlation from which a difference in level is looked for a reason."""
+STILL = 1e-3
+"""Share of a step between outputs below which a shift in time is round-off."""
 ALIKE = 0.5
 """Correlation below which the shift in time means little."""
 SLOW = 3.0
@@ -160,7 +162,9 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
             notes.append(f"{c.name} is an acceleration: both are compared as displacement above {lowest:.3g} Hz")
     known = [p.fit.correlation for p in pairs if np.isfinite(p.fit.correlation)]
     alike = float(np.mean(known)) if known else 0.0
-    notes.insert(0, f"{shift:+.6g} s are added to the times of the test, where the mean correlation is {alike:.2f}")
+    still = abs(shift) <= STILL * float(np.diff(histories.time).mean())
+    moved = "the test's times are the run's" if still else f"{shift:+.6g} s are added to the times of the test"
+    notes.insert(0, f"{moved}, where the mean correlation is {alike:.2f}")
     notes += [text for p in pairs for text in _level_question(p)]
     if alike < ALIKE:
         notes.insert(1, "test and run are hardly alike: the shift in time means little")
@@ -168,8 +172,10 @@ def fit_records(histories: Histories, channels: Sequence[Channel], test: Path, f
 
 
 def _level_question(p: RecordPair) -> Iterator[Warned]:
-    """Which units may be mixed up where two courses are one but for a factor."""
+    """Which units may be mixed up, or what turned round, where two courses are one but for a factor."""
     test, model = float(p.fit.test.std()), float(p.fit.model.std())
+    if p.fit.correlation <= -SAME_COURSE:
+        yield Warned(f"{p.name} of the test is that of the run with the other sign: is its sensor turned round?")
     if abs(p.fit.correlation) >= SAME_COURSE and test > 0.0:
         for factor, what in mixed_up(model / test):
             times = f"{factor:g}" if model > test else f"1/{factor:g}"

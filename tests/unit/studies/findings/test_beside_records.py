@@ -105,6 +105,16 @@ def test_a_level_that_units_make_is_asked_about(results, run, tmp_path, factor, 
     assert [f"Z of the run is {words} that of the test" in note for note in told] == ([True] if words else [])
 
 
+def test_a_sensor_that_is_turned_round_is_asked_about_and_no_shift_is_told_as_none(results, run, tmp_path):
+    turned = {k: -v if " Z" in k else v for k, v in columns(run).items()}
+    found = creak.compare_records(results, table(tmp_path / "test.csv", run.time, **turned))
+    assert found.pairs[0].fit.correlation == pytest.approx(-1.0)
+    assert [note for note in found.notes if "turned round" in note] == [
+        f"{run.node_names[0]} Z of the test is that of the run with the other sign: is its sensor turned round?"
+    ]
+    assert found.notes[0].startswith("the test's times are the run's, where the mean correlation is")
+
+
 @pytest.mark.parametrize("unit", ["", "mm/s^2"])
 def test_the_kind_of_a_function_tells_what_it_is(results, run, tmp_path, unit):
     """An acceleration without a unit is one in lengths of the run; a velocity is told, and so is a kind against its unit."""
