@@ -166,7 +166,7 @@ def _excitation(found: Proposal) -> list[str]:
     d, units = found.drive, UNITS[found.units.name]
     force = d.kind == "force"
     unit = units.force if force else units.length
-    amplitude = FORCE if force else AMPLITUDE / found.units.length
+    amplitude = FORCE if force else float(f"{AMPLITUDE / found.units.length:.2g}")
     return [
         f"# Excitation: {d.node_set}, because {d.why}.",
         *([f"# As well: {', '.join(d.others)}{', by a force' if d.freed else ''}."] if d.others else []),
