@@ -160,8 +160,10 @@ def evaluate(
 
 
 def _stages_that_ended(band: ReducedRun | None) -> int:
-    """Stages of f_max = "auto" that the answer ended and not their cost; 0: none did."""
-    return 0 if band is None or band.why or band.run.stopped is not None else len(band.stages)
+    """Stages of f_max = "auto" that the answer ended and not their cost; 0: none did, or no mode would change it."""
+    if band is None or band.why or band.run.stopped is not None:
+        return 0
+    return 0 if band.reduced.every_mode or band.reduced.thinned else len(band.stages)
 
 
 def _hand_over(found: StudyResult, first: Callable[[Evaluation], object]) -> None:

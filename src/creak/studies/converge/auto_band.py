@@ -97,14 +97,16 @@ def settle(
     ----------
     first : of the first f_max.
     march : makes the run of a model.
-    prove : lets the unreduced model march through events of a run; None: it is not asked.
+    prove : lets the unreduced model march through events of a run; None: it is not asked. Nor is it where the study
+        thins interfaces: what these lack no mode brings back.
     store : as `reduce_model`.
     least : stages that are known not to be enough.
     """
     v, at = first.scope.verification, first
+    prove = None if first.reduced.thinned else prove
     stages = [_stage(first.reduction.band.f_max, first.reduced, first.run, first.reduced.wall_s)]
     reckoned, moved, tried = [_reckoned(reference, first.reduced, first.run)], False, False
-    while not at.reduced.complete and at.run.stopped is None:
+    while not at.reduced.every_mode and at.run.stopped is None:
         spent = sum(reckoned) if len(stages) > 1 else 0.0
         if not tried and _of_all_modes(reference, at.run) <= max(SMALL, WORTH * spent):
             tried, before = True, at
@@ -121,13 +123,13 @@ def settle(
             return replace(at, stages=tuple(stages), why=f"more modes do not fit: {error}")
         following = _raised(at.reduction)
         f_max = following.band.f_max
-        upto = "all modes that there are" if more.complete else f"modes up to {f_max:,.0f} Hz"
+        upto = "all modes that there are" if more.every_mode else f"modes up to {f_max:,.0f} Hz"
         said = f'f_max = "auto", stage {len(stages) + 1}: the run again with {upto}, until more change nothing'
         progress(Sentence(said), 1, 1)
         again = march(more)
         agree = again.stopped is None and tell_the_same(v, at.scope.window, at.run, again)
         stage = _stage(f_max, more, again, more.wall_s - at.reduced.wall_s)
-        moved = moved or more.complete or is_moved(stages[-1].impulse, stage.impulse)
+        moved = moved or more.every_mode or is_moved(stages[-1].impulse, stage.impulse)
         structure = None
         if agree and moved and prove is not None and len(stages) > least:
             structure = prove(at, reference, progress)
@@ -143,7 +145,7 @@ def settle(
         if not (enough or why) and again.stopped is None:
             try:
                 reduced = more
-                if not more.complete:
+                if not more.every_mode:
                     reduced = raised_model(following, reference, at.gaps, more, progress, store)
             except OutOfMemory as error:
                 why = f"f_max {BAND * f_max:,.0f} Hz does not fit: {error}"
@@ -165,12 +167,12 @@ def _with_all_modes(
 ) -> ReducedRun:
     """The run with all modes, f_max raised past the highest of them; the first one where they cannot be had."""
     how, reduced = first.reduction, first.reduced
-    while not reduced.complete:
+    while not reduced.every_mode:
         more = _more_modes(how, reference, first, reduced, progress, store)
-        if more.modes == reduced.modes and not more.complete:
+        if more.modes == reduced.modes and not more.every_mode:
             return first
         how = _raised(how)
-        reduced = more if more.complete else raised_model(how, reference, first.gaps, more, progress, store)
+        reduced = more if more.every_mode else raised_model(how, reference, first.gaps, more, progress, store)
     return first if reduced is first.reduced else replace(first, reduction=how, reduced=reduced, run=march(reduced))
 
 
@@ -225,7 +227,7 @@ def _rubbed(run: Run) -> float:
 
 def _too_much(f_max: float, more: ReducedModel, reckoned: list[float], takes: float) -> str:
     """Why no further stage is made, and the seconds that it would take; empty: it is."""
-    if more.complete:
+    if more.every_mode:
         return ""
     to = f"f_max {BAND * f_max:,.0f} Hz"
     n = more.system.n + int(HALF_AGAIN * more.modes)

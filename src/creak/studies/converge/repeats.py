@@ -55,9 +55,6 @@ UNEXCITED = (
     "the reduced model has no modes, and the first {} are not excited, so they say nothing of those above: raise "
     "[reduction] f_max"
 )
-SHAPES = ("interpolation", "characteristic", "coarse-mesh")
-"""Interfaces that move in fewer shapes than they have dofs; the others make inner dofs of those that they leave out, or
-cut them free where parts meet (`ReducedModel.freed`)."""
 GROWING = 2.0
 """Times of a run's histories that it holds while they are put together."""
 HALVED = 2.0
@@ -115,7 +112,7 @@ def converge(
         more, said = with_modes(first, c.reduction, result.reduced)
         repeats, notes = [*repeats, *more], [*notes, *said]
         outcomes |= _outcomes(ready, repeats, places, _side_by_side(result.reduced, base), progress)
-    if repeats and result.reduced is not None and result.reduced.complete:
+    if repeats and result.reduced is not None and result.reduced.every_mode:
         same = replace(first, name=MORE_MODES, family="modes")
         outcomes[MORE_MODES] = replace(outcomes[BASE], repeat=same, steps=0, wall_s=0.0)
     unlooked = not_looked_at(c.reduction, result.reduced)
@@ -180,7 +177,9 @@ def with_modes(base: Repeat, table: ReductionTable, reduced: ReducedModel | None
         return [], [COMPLETE]
     full = [r.system.name for r in reduced.superelements if r.complete]
     notes = [f"complete, with all modes that there are: {listed(full)}"] if full else []
-    return [replace(base, name=MORE_MODES, family="modes")] if table.method != "guyan" else [], notes
+    if table.method == "guyan" or reduced.every_mode:
+        return [], notes
+    return [replace(base, name=MORE_MODES, family="modes")], notes
 
 
 def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[str, ...]:
@@ -190,7 +189,7 @@ def not_looked_at(table: ReductionTable, reduced: ReducedModel | None) -> tuple[
     said = list[str]()
     if table.method == "guyan":
         said.append("a Guyan reduction keeps no modes: what it leaves out was not looked at (craig-bampton keeps some)")
-    if table.interface.type in SHAPES:
+    if reduced.fewer:
         said.append(
             f'what interface = "{table.interface.type}" leaves out was not looked at ("full" leaves out nothing)'
         )

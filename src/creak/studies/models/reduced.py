@@ -23,15 +23,12 @@ from creak.model.mesh import Model
 from creak.progress import Progress, silent
 from creak.reduction.diagonal import Split, all_modes, diagonalise
 from creak.reduction.gap_modes import gap_modes
-from creak.reduction.interface.characteristic import second_level
 from creak.reduction.modal import ModalDamping, support_motion, without_modal_damping
-from creak.studies.file.config import InterfaceTable
-from creak.studies.file.places import Places
 from creak.studies.models.health import require_no_softer
 from creak.studies.models.part_jobs import reduce_elsewhere
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.saved import NO_STORE, Store
-from creak.studies.models.substructures import UNREDUCED, Partition, partition
+from creak.studies.models.substructures import UNREDUCED, Partition, own_interface, partition, shared_interface
 from creak.studies.models.superelements import (
     KEPT,
     Reduced,
@@ -54,6 +51,10 @@ BLOCKED = 0.2
 1.15 million."""
 OF_A_MODE = 13
 """The same of a fixed-interface mode, measured (docs/benchmarks_modes.md)."""
+NO_INTERFACE = (
+    'interface = "characteristic" reduces nothing: no part meets unreduced elements ([reduction] keep_out), another '
+    "substructure, or another part by links"
+)
 WHOLE = "gap-modes"
 """The method that reduces the assembly as a whole."""
 
@@ -78,15 +79,25 @@ class ReducedModel:
     """Modes of the assembly, further ones too, where it was reduced as a whole."""
     freed: int = 0
     """Dofs that parts share and are not joined at, as the study thins their interface."""
+    fewer: bool = False
+    """Interfaces move in fewer shapes than they have dofs, as the study thins them."""
+
+    @property
+    def every_mode(self) -> bool:
+        """Whether it has all modes that there are."""
+        if self.found is not None:
+            return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
+        return all(r.every_mode for r in self.superelements)
+
+    @property
+    def thinned(self) -> bool:
+        """Whether its interfaces lack what no mode brings back."""
+        return self.fewer or self.freed > 0
 
     @property
     def complete(self) -> bool:
-        """Whether it has all modes that there are: nothing is left out, and no joint is cut."""
-        if self.freed:
-            return False
-        if self.found is not None:
-            return self.found.next_omega2 == np.inf and self.modes == self.found.omega2.size
-        return all(r.complete for r in self.superelements)
+        """Whether it leaves nothing out: it has all modes, and interfaces have all of their shapes and joints."""
+        return self.every_mode and not self.thinned
 
     @property
     def solves(self) -> int:
@@ -151,6 +162,8 @@ def reduce_model(
         return _with_times(_whole(reduction, reference, gaps, found, band.kept_modes(found.omega2)), wall, cpu)
     cut, superelements, failed = partition(reduction, reference, gaps), [], []
     notes = reduce_elsewhere(reduction, reference, gaps, store, progress)
+    if reduction.table.interface.type == "characteristic" and not any(sub.line.size for sub in cut.substructures):
+        notes.append(NO_INTERFACE)
     for sub in cut.substructures:
         if sub.stays:
             continue
@@ -232,11 +245,15 @@ def _together(
         return kept["omega2"], kept["Phi"], kept["N"]
 
     progress("couple and diagonalise", 0, 1)
-    structure, reduced, interface = reduction.structure, iter(superelements), reduction.table.interface
-    own = partial(_own_interface, interface, reduction.driving.places, cut)
-    systems = [sub.part if sub.stays else own(next(reduced)) for sub in cut.substructures]
+    structure, interface = reduction.structure, reduction.table.interface
+    own = partial(own_interface, interface, reduction.driving.places, cut)
+    thinned = [own(r.substructure, r.system) for r in superelements]
+    reduced = iter(thinned)
+    systems = [sub.part if sub.stays else next(reduced) for sub in cut.substructures]
     coupled = structure.joined(systems, loose, cut.model)
-    coupled = _shared_interface(interface, cut, coupled)
+    joined, coupled = coupled.n, shared_interface(interface, cut, coupled)
+    own_fewer = any(s.n < r.system.n for s, r in zip(thinned, superelements, strict=True))
+    fewer = own_fewer or coupled.n < joined or any(sub.shape is not None for sub in cut.substructures)
     system = diagonalise(coupled, modes_of) if coupled.n <= DIAGONAL_LIMIT else coupled
     system = with_damping(structure.modal, reduction.band, system)
     progress("couple and diagonalise", 1, 1)
@@ -254,6 +271,7 @@ def _together(
         notes=[],
         coupled=coupled,
         freed=freed,
+        fewer=fewer,
     )
 
 
@@ -335,37 +353,6 @@ def _check_modes(reduction: Reduction, superelements: list[Reduced]) -> None:
         expected=f"more than {first:.4g} Hz",
         fix='Raise f_max, or use method = "guyan" for a static reduction.',
     )
-
-
-def _own_interface(table: InterfaceTable, places: Places, cut: Partition, reduced: Reduced) -> System:
-    """The superelement with characteristic modes of its own interface, where the study asks for them."""
-    sub, system = reduced.substructure, reduced.system
-    if table.type != "characteristic" or table.level != "local" or not sub.line.size:
-        return system
-    others = [s.part.labels for s in cut.substructures if s is not sub and not s.stays]
-    if others and np.isin(sub.line, np.concatenate(others)).any():
-        raise InputError(
-            f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
-            where=places.where("reduction", "interface"),
-            fix='Use level = "system".',
-        )
-    columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
-    return second_level(system, columns, count=_count(table, columns.size))
-
-
-def _shared_interface(table: InterfaceTable, cut: Partition, coupled: System) -> System:
-    """The assembly with characteristic modes of all interfaces together, where the study asks for them."""
-    if table.type != "characteristic" or table.level != "system":
-        return coupled
-    lines = [s.line for s in cut.substructures]
-    columns = np.flatnonzero(np.isin(coupled.coordinates, np.concatenate(lines)))
-    if not columns.size:
-        return coupled
-    return second_level(coupled, columns, count=_count(table, columns.size))
-
-
-def _count(table: InterfaceTable, size: int) -> int:
-    return min(int(table.n or size), size)
 
 
 def with_damping(zeta: ModalDamping | None, band: Band, system: System) -> System:

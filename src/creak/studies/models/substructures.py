@@ -18,6 +18,7 @@ from creak.errors import InputError
 from creak.given import indices_of, of_kind, positive
 from creak.model.dofs import node_dofs, nodes_of
 from creak.model.mesh import Model
+from creak.reduction.interface.characteristic import second_level
 from creak.studies.file.config import InterfaceTable
 from creak.studies.file.places import Places
 from creak.studies.models.interface import Line, thinned
@@ -294,3 +295,33 @@ def _shaped(part: System, fixed: IntArray, line: IntArray, shape: Matrix) -> Sub
     )
     empty = np.zeros(0, dtype=np.int64)
     return Substructure(part, boundary, P, empty, False)
+
+
+def own_interface(table: InterfaceTable, places: Places, cut: Partition, sub: Substructure, system: System) -> System:
+    """The superelement with characteristic modes of its own interface, where the study asks for them."""
+    if table.type != "characteristic" or table.level != "local" or not sub.line.size:
+        return system
+    others = [s.part.labels for s in cut.substructures if s.part.name != sub.part.name and not s.stays]
+    if others and np.isin(sub.line, np.concatenate(others)).any():
+        raise InputError(
+            f"substructure {system.name} meets another one: local characteristic modes of the two do not fit together",
+            where=places.where("reduction", "interface"),
+            fix='Use level = "system".',
+        )
+    columns = np.flatnonzero(np.isin(system.coordinates, sub.line))
+    return second_level(system, columns, count=_count(table, columns.size))
+
+
+def shared_interface(table: InterfaceTable, cut: Partition, coupled: System) -> System:
+    """The assembly with characteristic modes of all interfaces together, where the study asks for them."""
+    if table.type != "characteristic" or table.level != "system":
+        return coupled
+    lines = [s.line for s in cut.substructures]
+    columns = np.flatnonzero(np.isin(coupled.coordinates, np.concatenate(lines)))
+    if not columns.size:
+        return coupled
+    return second_level(coupled, columns, count=_count(table, columns.size))
+
+
+def _count(table: InterfaceTable, size: int) -> int:
+    return min(int(table.n or size), size)

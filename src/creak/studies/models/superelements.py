@@ -67,10 +67,15 @@ class Reduced:
     reused: bool
 
     @property
+    def every_mode(self) -> bool:
+        """Whether it has all modes that there are."""
+        fixed = self.basis.fixed
+        return bool(fixed.next_omega2 == np.inf and self.system.stats.modes == fixed.omega2.size)
+
+    @property
     def complete(self) -> bool:
         """Whether it has all modes that there are, and every shape of its boundary: it leaves nothing out."""
-        every = self.basis.fixed.next_omega2 == np.inf and self.system.stats.modes == self.basis.fixed.omega2.size
-        return bool(every) and self.substructure.shape is None
+        return self.every_mode and self.substructure.shape is None
 
 
 def reduce_substructure(

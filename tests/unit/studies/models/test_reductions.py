@@ -12,7 +12,10 @@ from types import SimpleNamespace
 import h5py
 import numpy as np
 import pytest
+import scipy.linalg as sla
 
+import creak
+from creak.arrays import to_dense
 from creak.errors import InputError
 from creak.linalg.factor import SingularMatrixError
 from creak.model.dofs import node_dofs
@@ -136,6 +139,36 @@ def test_dofs_at_which_joined_parts_are_left_free_are_told(tmp_path):
     known = full.reference.modes.frequencies
     assert reduced_modes(spaced.reduced.system, known[-1]).frequencies[0] < (1.0 - 1e-4) * known[0]
     assert reduced_modes(full.reduced.system, known[-1]).frequencies[0] > (1.0 - 1e-6) * known[0]
+
+
+@pytest.mark.parametrize("level", ["system", "local"])
+def test_an_interface_in_fewer_shapes_leaves_something_out_though_all_modes_are_kept(level, tmp_path):
+    """A small model gets all modes. With one shape of each border it is none the less far from the unreduced one."""
+    interface = f'interface = {{ type = "characteristic", n = 1, level = "{level}" }}'
+    deck = two_strips().replace("*SURFACE, NAME=UNDER", TIPS + "*SURFACE, NAME=UNDER")
+    study = STUDY.replace('"UNDER"', '"TIPS"').replace("f_max = 3000", f"keep_out = 15\n{interface}")
+    path = write_strips(tmp_path, deck, study.replace("step = 5e-4\nperiods = 2", "end = 0.07"))
+    found = creak.run(path, record=False)
+    reduced, reference = found.found.reduced, found.found.reference.system
+    K, M = (to_dense(A) for A in (reference.K, reference.M))
+    exact = np.sqrt(sla.eigh(K, M, eigvals_only=True)[:4]) / (2.0 * np.pi)
+    off = reduced_modes(reduced.system, 1e9).frequencies[:4] / exact - 1.0
+    assert off.max() > 0.01  # it lacks shapes
+    assert reduced.every_mode
+    assert not reduced.complete
+    told = found.summary["runs"]["reduced"]
+    assert told["events"]
+    assert told["verdict"] == "unsettled"
+    assert told["reasons"][0].startswith('what interface = "characteristic" leaves out was not looked at')
+
+
+def test_characteristic_modes_of_no_interface_are_told(tmp_path):
+    """Parts that meet nothing but each other's contact have none: all is kept."""
+    reduction = '[reduction]\nf_max = 6000\ninterface = { type = "characteristic", n = 1 }\n'
+    found = run(tmp_path, reduction, *ALONE)
+    assert not found.reduced.fewer
+    assert [text for text in found.notes if "reduces nothing: no part meets unreduced elements" in text]
+    assert not not_looked_at(found.setup.study.config.reduction, found.reduced)
 
 
 def test_translations_alone_take_part_by_their_own_size():
