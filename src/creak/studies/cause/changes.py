@@ -106,12 +106,12 @@ def candidates(
     """
     name, structure, units = place.contact, reduction.structure, reduction.driving.units
     damp = partial(with_damping, structure.modal, reduction.band)
-    mine = gaps.of_groups({name})
-    clearance = float(at_rest.gap0[at_rest.of_groups({name})].mean())
-    if clearance > 0.0 and at_rest.preload is None:
+    mine, unloaded = gaps.of_groups({name}), at_rest.of_groups({name})
+    clearance = float(at_rest.gap0[unloaded].mean())
+    if clearance > 0.0 and (at_rest.preload is None or not at_rest.preload[unloaded].any()):
         yield _wider(name, GAP * clearance, UNITS[units].length)
     springs = mine & np.isfinite(gaps.stiffness) & (gaps.stiffness > 0.0)
-    if springs[place.channels].all() and gaps.curves is None:
+    if springs[place.channels].all() and (gaps.curves is None or (gaps.curves.of[place.channels] < 0).all()):
         yield _softer(name)
     if structure.modal is not None or structure.rayleigh != Rayleigh(0.0, 0.0):
         yield _more_damping(structure)

@@ -253,12 +253,13 @@ class _Seen:
         form = form_of(system, on, LinearTerms(system, loads), gaps)
         steps = flow_steps(form, gaps.laws, SAMPLES * loads.step, resolution)
         self.filter = steps.mollifier
-        self.rows = to_dense(on.rows) * self.filter
+        every = to_dense(on.rows)
+        self.rows = every * self.filter
         omega = np.sqrt(self.k / m)
         held = omega > np.minimum(ADRIFT, UNHELD * omega.max(initial=0.0))
         self.ride = np.zeros((omega.size, system.supports.count))
         self.ride[held] = -to_dense(system.supports.K_qs)[held] / self.k[held, None]
-        self.rows_s = on.G_s + self.rows[: gaps.m] @ self.ride
+        self.rows_s = on.G_s + every[: gaps.m] @ self.ride  # what is filtered is carried, too: `flow.model.filtered`
         self.frequencies = omega / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
             self.damping = np.where(omega > 0.0, form.damping / (2.0 * omega), np.nan)

@@ -12,7 +12,8 @@ from creak.studies.cause.decompose import CARRIED, EXCITATION, find_causes
 from creak.studies.cause.effects import cause_dict, try_changes
 from creak.studies.findings.sound import heard_places
 from helpers_contact_studies import blows, play, points, push, solved, switched
-from helpers_decks import write_study
+from helpers_decks import STUDY as STRIPS
+from helpers_decks import write_strips, write_study
 
 RECORDED = {"section": "verdicts"}
 
@@ -194,3 +195,13 @@ def test_changes_of_a_model_on_a_shaken_base(tmp_path, measured):
             rel=1e-3,
             source="exponentials of the full matrices",
         )
+
+
+def test_shares_sum_to_the_gap_where_soft_contact_does_not_see_the_fast_modes(tmp_path):
+    """Steps of a soft spring take the fastest modes off the gap, but not what these are carried along by the supports."""
+    soft = STRIPS.replace("step = 5e-4\nperiods = 2", "end = 0.2").replace('"OVER"', '"OVER"\nstiffness = 0.3')
+    soft = soft.replace("f_max = 3000", 'f_max = "auto"')  # all modes
+    run = creak.run(creak.read_study(write_strips(tmp_path, study=soft)), converge=False, record=False)
+    places = heard_places(run.found.scope, run.main, run.sound)
+    for cause in find_causes(run.found.setup.marching, run.found.setup.reduction, run.main, places):
+        assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-9)

@@ -13,6 +13,7 @@ from creak.dynamics.diagonal import is_modal
 from creak.dynamics.loads import Loads
 from creak.report.words.terminal import cause_lines
 from creak.studies.cause import decompose
+from creak.studies.cause.changes import candidates
 from creak.studies.cause.decompose import CONTACT, EXCITATION, REST, find_causes
 from creak.studies.cause.effects import cause_dict, causes_of, checked_by_run, driven_level, find_changes, try_changes
 from creak.studies.findings.sound import heard_places
@@ -144,6 +145,37 @@ def test_a_mode_coincides_with_the_line_that_drives_it():
     )
     assert level[0] > -1.0
     assert level[1] < -80.0
+
+
+CLIPS = """
+[[clip]]
+type = "foam"
+name = "foam"
+nodes = ["ROOT_LOWER", "ROOT_UPPER"]
+axis = [0, 0, -1]
+table = [[0, 0], [0.1, 0.02], [0.3, 0.2]]
+gap = 0.3
+[[clip]]
+type = "pull-out"
+name = "hook"
+nodes = ["ROOT_LOWER", "ROOT_UPPER"]
+axis = [0, 0, 1]
+stiffness = 2.0
+pull_out = 0.1
+"""
+
+
+def test_what_other_clips_are_takes_no_change_from_a_contact(tmp_path):
+    """Foam has a table and a hook presses at rest: the contact beside them can be softer and have more gap all the same."""
+    write_strips(tmp_path, study=BASE + CLIPS)
+    result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
+    found, every = result.found, heard_places(result.found.scope, result.main, result.sound)
+    kinds = {}
+    for place, cause in zip(every, causes_in(result, every), strict=True):
+        made = candidates(place, cause, found.setup.reduction, found.reference, found.reduced, found.gaps, found.gaps)
+        kinds[place.contact] = {change.kind for change in made}
+    assert {"gap", "stiffness"} <= kinds["tip"]
+    assert "gap" not in kinds["hook"]
 
 
 @pytest.mark.slow
