@@ -73,6 +73,12 @@ def test_what_cannot_be_read_ends_in_one_line_and_leaves_the_old_page(creak, fol
     assert sorted(p.name for p in folder.iterdir()) == ["report.html", "summary.json"]
 
 
+def test_a_file_in_place_of_its_folder_is_told_with_the_folder(creak, folder):
+    for command in ("report", "listen"):
+        said = creak(command, folder / "results.h5")
+        said.refuses(f"no such results: {folder / 'results.h5'}", f"Give the folder, {folder}.")
+
+
 def test_motion_becomes_a_series(creak, folder, tmp_path):
     said = creak("convert", folder / "results.h5", tmp_path / "motion.pvd", "--run", "reference").done()
     assert "11 instants of the reference run" in said.words

@@ -24,11 +24,14 @@ def report(
     from creak.api.extras import need_report
     from creak.api.saved import open_result
     from creak.formats.deck.command_files import will_read
+    from creak.formats.stored.results import reading
     from creak.formats.stored.run_identity import CONVERGENCE, RESULTS, SUMMARY
     from creak.studies.findings.save import save_convergence
     from creak.studies.findings.summary import unreliable_runs
 
     will_read(folder / RESULTS, folder / SUMMARY)
+    with reading(folder / SUMMARY):
+        pass  # before anything is said of the page beside it
     page = out if out is not None else folder / "report.html"
     streamed = writable_file(page, kept=True).stream
     need_report()

@@ -128,11 +128,11 @@ def reading(path: Path) -> Iterator[None]:
     try:
         plain_file(path)
     except OSError as error:
-        missing = isinstance(error, FileNotFoundError | NotADirectoryError)
+        missing, file = isinstance(error, FileNotFoundError | NotADirectoryError), path.parent.is_file()
         raise InputError(
-            f"no such results: {path}" if missing else f"cannot read {path}: {error.strerror}",
+            f"no such results: {path.parent if file else path}" if missing else f"cannot read {path}: {error.strerror}",
             expected="what creak run wrote: summary.json and results.h5 in one folder",
-            fix="Check the path.",
+            fix=f"Give the folder, {path.parent.parent}." if file else "Check the path.",
         ) from error
     try:
         yield
