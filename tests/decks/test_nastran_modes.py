@@ -61,10 +61,10 @@ def mac(shapes: np.ndarray, path: Path, stored: Path) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("deck", "free", "compared", "tolerance"),
-    [("plate_py.dat", 6, 4, 2e-3), ("dakota_cylinder.bdf", 6, 14, 2e-3), ("femap_exhaust.bdf", 0, 10, 1e-2)],
+    [("plate_py.dat", 6, 4, 1e-3), ("dakota_cylinder.bdf", 6, 14, 5e-3), ("femap_exhaust.bdf", 0, 10, 3e-3)],
 )
 def test_shells(deck, free, compared, tolerance, measured):
-    """The exhaust within 1 % as asked, the others nearer; the elements differ. Shapes MAC > .95; the modes come in the same order."""
+    """Within .5 %, where 1 % was asked; the elements differ. Shapes MAC > .95; the modes come in the same order."""
     path = DECKS / deck
     wanted = references(path.stem)
     model = read_nastran(path)

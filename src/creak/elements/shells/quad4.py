@@ -35,8 +35,8 @@ Neighbours on a radius R meet at an angle h/R, and their twisting moments M diff
 drilling rotations carry: with a share s they give way by (t/R)^2/(6 s) of the twist, and stiffen a curved element by 12
 s h^4/(R t)^2 of it. Both now fall with h^2, however thin the shell. With `DRILLING` alone Raasch's hook (t/R = 1/7) is
 24 % too soft at last, and softer with every finer mesh. The mean turns with the membrane in plane bending, which the
-rotations at the corners do not. 0.03 is nearest to MSC Nastran's frequencies of a thick cylinder; 0.02 to 1 do nearly
-as well."""
+rotations at the corners do not. 0.01 to 1 do nearly as well. MSC Nastran 70.7 had none: on a thick cylinder it is
+within 0.1 % of creak without, and 0.4 % below creak with it."""
 
 DILATION = np.array([1.0, 1.0, 0.0])
 """e11, e22, 2 e12 of a growth by the same share in all directions."""
@@ -73,7 +73,8 @@ def stiffness(
     of length h lacks the flexibility h^2/(12 D) of the bending that shear forces cause within it, an error of the order
     (k h)^2/12 in the stiffness of a wave of number k. That bending also takes Poisson's ratio times the bending across,
     see `varying_curvature`. Constant states are as exact. It goes with lumped and linear mass, as in decks made for it.
-    It is too soft in torsion of strips that are few elements wide, and by (k h)^2/7 in waves along the diagonal.
+    What varies of the shear over the element is not softened: strips few elements wide would have a sixth of their
+    stiffness in torsion.
     Source: MacNeal, Computers and Structures 8 (1978) 175.
 
     Nodes: counter-clockwise about the positive normal.
@@ -91,9 +92,7 @@ def stiffness(
             total = _coupled(piece, surface, replace(stiff, D=stiff.D - bending), bent)
         sides = sides_of(piece, surface, bending, stiff)
         bent, shear = varying_curvature(bent, surface, tied_shear(piece), sides, mine.free_sides, softened=softened)
-        sheared = shear.strains(surface)
-        if not softened:
-            sheared = layered_shear(sheared, surface, sides)
+        sheared = layered_shear(shear.strains(surface), surface, sides)
         total += weighted_gram(bent, bending, surface.weights)
         total += weighted_gram(sheared, stiff.S, surface.weights)
         total += drilling(surface, stiff, shape(surface.points), shape_derivatives(surface.points))

@@ -135,7 +135,7 @@ def varying_curvature(
     L > 3 W. Anticlastic bending of a strip settles within some W/3 of a clamped end, linear rotations spread that over
     all of L. The 3 and the 10 are a choice.
 
-    softened : T = D, 1/sigma = 1 + (12/S) D/L^2, and shear strain that varies keeps the share 1 - sigma of its energy.
+    softened : T = D, 1/sigma = 1 + (12/S) D/L^2.
     """
     sigma = _taken_share(sides, free, softened)
     back, lifted = np.linalg.inv(sides.frame), []
@@ -157,8 +157,7 @@ def varying_curvature(
     mixed = 0.75 * np.einsum("g,ngij->nij", np.sign(r * s)[:, 0, 0], operator)
     varying = r * lifted[0][:, None] + s * lifted[1][:, None] + r * s * mixed[:, None]
     curved = _mean(operator, surface) + varying - _mean(varying, surface)
-    slope = np.sqrt(1.0 - sigma)[:, :, None] * shear.slope if softened else shear.slope
-    return np.asarray(curved, dtype=np.float64), TiedShear(shear.mean - taken, slope)
+    return np.asarray(curved, dtype=np.float64), TiedShear(shear.mean - taken, shear.slope)
 
 
 def layered_shear(operator: FloatArray, surface: Surface, sides: Sides) -> FloatArray:
