@@ -83,7 +83,7 @@ class Cause:
     gap: float
     """Of the run, then."""
     frequencies: FloatArray
-    """(n,) of the modes, Hz."""
+    """(n,) of the modes, Hz; 0 of those that no support holds."""
     damping: FloatArray
     """(n,) share of critical; nan for rigid ones."""
     sources: tuple[Source, ...]
@@ -125,7 +125,10 @@ def find_causes(
     flights = loads.time[::SAMPLES]
     chosen = [_instant(run.history, gaps, place, flights) for place in places]
     if not any(chosen):
-        return "every contact was over within a flight step, and before it the gap was wider than at rest"
+        return (
+            "at no end of a flight step in a contact was its gap narrower than at rest: it was over within a step, or "
+            "pressed less than at rest"
+        )
     steps = np.unique([step for _, step in filter(None, chosen)])
     seen = _Seen(loads, marching.resolution, system, gaps)
     march = partial(marched, marching, steps=steps)
@@ -260,9 +263,9 @@ class _Seen:
         self.ride = np.zeros((omega.size, system.supports.count))
         self.ride[held] = -to_dense(system.supports.K_qs)[held] / self.k[held, None]
         self.rows_s = on.G_s + every[: gaps.m] @ self.ride  # what is filtered is carried, too: `flow.model.filtered`
-        self.frequencies = omega / (2.0 * np.pi)
+        self.frequencies = np.where(held, omega, 0.0) / (2.0 * np.pi)
         with np.errstate(divide="ignore", invalid="ignore"):
-            self.damping = np.where(omega > 0.0, form.damping / (2.0 * omega), np.nan)
+            self.damping = np.where(held, form.damping / (2.0 * omega), np.nan)
         self._pairs, self._mass, zero = form.pairs, m, np.zeros_like(m)
         single = [zero, zero + 1.0, -(omega**2), -form.damping]
         self.blocks = np.stack(single) if form.pairs is None else form.pairs.blocks

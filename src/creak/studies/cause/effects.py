@@ -223,9 +223,14 @@ def cause_words(cause: dict[str, Any], length: str) -> str:
     by = sorted((s for s in cause["sources"] if s["kind"] != REST), key=lambda s: -abs(s["closing"]))
     by = [s for s in by if abs(s["closing"]) >= NOTHING * abs(by[0]["closing"])]
     sources = ", ".join(f"{moved(s['closing'])} by {BY.get(s['kind'], s['kind'])} {s['name']}" for s in by[:4])
+    drifts = [m["closing"] for m in cause["modes"] if not m["frequency"]]
+    swings = [m for m in cause["modes"] if m["frequency"]][: TOLD - bool(drifts)]
     modes = ", ".join(
-        f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"
-        for m in cause["modes"][:TOLD]
+        [f"0 Hz ({moved(sum(drifts))}, rigid-body motion)"] * bool(drifts)
+        + [
+            f"{m['frequency']:.4g} Hz ({moved(m['closing'])}{', excited' if m['coincides'] else ', not excited'})"
+            for m in swings
+        ]
     )
     parts = ", ".join(f"{p['name']} {moved(p['closing'])}" for p in cause["parts"])
     carried, largest = cause["with_supports"], max(abs(m["closing"]) for m in cause["modes"])

@@ -205,3 +205,19 @@ def test_shares_sum_to_the_gap_where_soft_contact_does_not_see_the_fast_modes(tm
     places = heard_places(run.found.scope, run.main, run.sound)
     for cause in find_causes(run.found.setup.marching, run.found.setup.reduction, run.main, places):
         assert cause.total == pytest.approx(cause.gap - cause.gap0, abs=1e-9)
+
+
+def test_motion_that_nothing_holds_is_told_as_such(tmp_path):
+    """A body of two masses flies to and fro between stops: its way is that of a rigid body, and swings at one frequency.
+
+    omega^2 = k (1 / m_1 + 1 / m_2), elsewhere and in the deck.
+    """
+    deck = points([1.0, 0.5], between=[1e5])
+    tables = play("P1", 1e4, "lower = -1e-3\nupper = 1e-3")
+    found = solved(tmp_path, deck, tables + push("P1", 'type = "sine", frequency = 20, amplitude = 10'), 0.2)
+    (place,) = heard_places(found.scope, found.main, None)
+    (cause,) = find_causes(found.setup.marching, found.setup.reduction, found.main, [place])
+    assert cause.frequencies == pytest.approx([0.0, np.sqrt(1e5 * 3.0) / (2.0 * np.pi)], rel=1e-9)
+    told = cause_dict(cause, found.setup.loads, found.gaps, "m")
+    drift = next(m["closing"] for m in told["modes"] if not m["frequency"])
+    assert f"most through the modes at 0 Hz ({drift:.3g} m, rigid-body motion), 87.17 Hz" in told["words"]
