@@ -95,7 +95,7 @@ def pair_shapes(
     if has_twin.any():
         other = replace(sensors, nodes_idx=np.where(has_twin, sensors.twins_idx, sensors.nodes_idx))
         doubts += tuple(twin_doubts(found, _motion_at(system, measured, other, shapes) @ turn, sensors.choices))
-    _require_pairs(measured, matrix[:, freq > 0.0], partner, doubts)
+    _require_pairs(measured, matrix[:, freq > 0.0], freq[freq > 0.0], partner, doubts)
     return PairedShapes(test, model, matrix, partner, collinearity, turn, doubts)
 
 
@@ -252,13 +252,16 @@ def _direction(measured: MeasuredModes) -> str:
     return " ".join(f"{x:.3g}" for x in measured.directions[0].tolist())
 
 
-def _require_pairs(measured: MeasuredModes, matrix: FloatArray, partner: IntArray, doubts: tuple[str, ...]) -> None:
+def _require_pairs(
+    measured: MeasuredModes, matrix: FloatArray, freq: FloatArray, partner: IntArray, doubts: tuple[str, ...]
+) -> None:
     if (partner >= 0).any():
         return
+    k, j = np.unravel_index(matrix.argmax(), matrix.shape)
     asked = "Is it the test of this structure, with the same supports? Are the directions in the axes of the deck?"
     raise InputError(
         f"none of the {partner.size} measured modes has a partner among the model's: the highest MAC is "
-        f"{matrix.max():.2f}",
+        f"{matrix.max():.2f}, of {measured.frequencies[k]:.4g} Hz with the model's {freq[j]:.4g} Hz",
         where=measured.path,
         expected="modes of the same structure, within an octave of the model's",
         fix=" ".join(f"{doubt[0].upper()}{doubt[1:]}." for doubt in doubts) or asked,
