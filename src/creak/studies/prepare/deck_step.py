@@ -134,6 +134,10 @@ def _steps_note(run: DeckRun) -> list[str]:
         notes.append(f"steps before the {kind} step, which change nothing: {', '.join(run.before)}")
     if run.after:
         notes.append(f"steps after the first {kind} step were not run: {', '.join(run.after)}")
+    moved = [run.amplitudes[m.amplitude] for m in run.step.moved if m.amplitude and m.kind != "acceleration"]
+    if any(a.kind == "tabular" and a.rounding and len(a.points) > 2 for a in moved):
+        why = "(SMOOTH, 0.25 unless the deck says it), as in Abaqus; CalculiX has them sharp: for that give SMOOTH=0"
+        notes.append(f"corners of the tables that move supports are rounded {why}")
     return notes
 
 

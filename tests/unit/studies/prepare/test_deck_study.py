@@ -172,6 +172,16 @@ def test_smooth_step_moves_the_root(run):
     assert root == pytest.approx(0.01 * x**3 * (10.0 - 15.0 * x + 6.0 * x**2), abs=1e-15)
 
 
+@pytest.mark.parametrize(
+    ("words", "points", "told"), [("", 3, True), (", SMOOTH=0.1", 3, True), (", SMOOTH=0.", 3, False), ("", 2, False)]
+)
+def test_rounded_corners_of_a_motion_are_told(deck, words, points, told):
+    """CalculiX moves supports along the lines of the table themselves."""
+    curve = f"*AMPLITUDE, NAME=S{words}\n" + ", ".join(["0., 0.", "0.02, 1.", "0.05, 0."][:points]) + "\n"
+    setup = set_up_deck(deck(cantilever_deck(step("*BOUNDARY, AMPLITUDE=S\nROOT, 3, 3, 0.01\n"), curve)))
+    assert any("corners of the tables that move supports are rounded" in note for note in setup.notes) == told
+
+
 def test_zero_boundary_in_the_step_adds_a_support(run):
     _, found = run(cantilever_deck(step("*BOUNDARY\nTIP, 3\n*CLOAD\n5, 3, 100.\n"), held="ROOT, ENCASTRE\n"))
     assert np.array_equal(tip(found), np.zeros_like(tip(found)))
