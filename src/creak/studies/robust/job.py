@@ -244,9 +244,7 @@ def _on_models_of_their_own(
     Each takes the superelements of parts that its numbers do not change from those before it: the last ones stay, in
     a folder of their own where none are kept.
     """
-    last = store
-    if store.keep == "all":
-        last = replace(store, keep="last")
+    last = replace(store, keep="last") if store.keep == "all" else store
     if runner is not None:
         every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, last)]
         yield from march_batches(runner, every)
