@@ -47,6 +47,9 @@ OTHERS = [
     ("mm-t-s", "deg", "displacement", "rz", math.pi / 180.0, "rad"),
     ("mm-t-s", "rpm", "velocity", "rz", math.pi / 30.0, "rad/s"),
     ("m-kg-s", "degrees/s^2", "acceleration", "rz", math.pi / 180.0, "rad/s^2"),
+    ("in-lbf-s", "g", "acceleration", "z", 386.0886, "in/s^2"),
+    ("in-lbf-s", "N", "force", "z", 0.2248089, "lbf"),
+    ("in-lbf-s", "Nm", "force", "rx", 8.850746, "lbf in"),
 ]
 
 
@@ -74,6 +77,9 @@ def test_another_unit_is_refused_with_its_factor(tmp_path, units, unit, kind, do
         ("m-kg-s", "m/s/s", "acceleration", "z"),
         ("mm-t-s", "N", "force", "z"),
         ("mm-t-s", "rad", "displacement", "rz"),
+        ("in-lbf-s", "lbf", "force", "z"),
+        ("in-lbf-s", "in/s^2", "acceleration", "z"),
+        ("in-lbf-s", "in-lbf", "force", "ry"),
         ("mm-t-s", "", "acceleration", "z"),
         ("mm-t-s", "NONE", "acceleration", "z"),
     ],
