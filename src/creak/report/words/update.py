@@ -120,8 +120,8 @@ def _parameter_notes(found: ModelUpdate) -> Iterator[str]:
             yield f"the test does not determine {_names(found, rows)}: its 95 % interval is wider than a factor of 2"
         else:
             yield (
-                f"the test does not tell {_names(found, rows)} apart: it determines a combination of them only, and "
-                "these values are one choice of many that fit as well"
+                f"the test does not tell {_names(found, rows)} apart: it determines a combination of them only; of "
+                "another one the 95 % interval is wider than a factor of 2"
             )
     correlation = found.fit.correlation
     for i in range(len(found.estimates)):

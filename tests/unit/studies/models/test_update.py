@@ -11,6 +11,7 @@ import scipy.linalg as sla
 
 from creak.errors import InputError
 from creak.formats.decks import read_model
+from creak.report.words.update import update_notes
 from creak.studies.file.changes import with_changes
 from creak.studies.file.reader import read_study
 from creak.studies.models.trials import (
@@ -160,6 +161,8 @@ def test_modulus_and_density_of_a_free_hanging_part_are_not_told_apart(tmp_path)
         ["material.STEEL.youngs_modulus", "material.STEEL.density"],
     )
     assert [rows.tolist() for rows in found.fit.undetermined(math.log(2.0))] == [[0, 1]]
+    (told,) = (note for note in update_notes(found) if "apart" in note)
+    assert "it determines a combination of them only; of another one the 95 % interval is wider than" in told
     E, rho = (e.value / e.start for e in found.estimates)
     assert E / rho == pytest.approx(1.21, rel=1e-5)
 
