@@ -6,6 +6,7 @@ import pytest
 
 from creak.errors import InputError
 from creak.formats.abaqus.reader import read_deck
+from creak.model.comparison import difference
 
 CUBE = (
     "*NODE\n1,0,0,0\n2,1,0,0\n3,1,1,0\n4,0,1,0\n5,0,0,1\n6,1,0,1\n7,1,1,1\n8,0,1,1\n*NSET,NSET=ALL,GENERATE\n1,8\n"
@@ -141,3 +142,16 @@ def test_a_keyword_of_steps_is_no_misspelling(tmp_path):
     assert "is not a keyword" not in str(error.value)
     with pytest.raises(InputError, match=r"ELASTICC at .* is not a keyword that creak knows. Did you mean 'ELASTIC'"):
         model_of(tmp_path, "*ELASTICC\n2000., .3\n")
+
+
+@pytest.mark.parametrize(
+    ("short", "numbers"),
+    [
+        ("ISO", "100., .3"),
+        ("ORTHO", "100., 20., 100., 20., 20., 100., 40., 40.,\n40."),
+        ("ANISO", "100., 20., 100., 20., 20., 100., 0., 0.,\n0., 40., 0., 0., 0., 0., 40., 0.,\n0., 0., 0., 0., 40."),
+    ],
+)
+def test_words_of_calculix_are_short(tmp_path, short, numbers):
+    one, other = (model_of(tmp_path, f"*ELASTIC, TYPE={word}\n{numbers}\n") for word in (short, f"{short}TROPIC"))
+    assert difference(one, other) == ""

@@ -207,7 +207,7 @@ _MODULI = {"TRACTION": (0, 1, 2), "LAMINA": (0, 1, 3, 4, 5), "ENGINEERING CONSTA
 
 def _elastic(deck: Outline, name: str, option: Block) -> Elastic:
     kind = option.option("TYPE", "ISOTROPIC")
-    kind = {"ISO": "ISOTROPIC", "ORTHO": "ORTHOTROPIC", "UNCOUPLED TRACTION": TRACTION}.get(kind, kind)
+    kind = f"{kind}TROPIC" if kind in ("ISO", "ORTHO", "ANISO") else kind.removeprefix("UNCOUPLED ")
     if kind not in _COUNTS:
         raise option.error(
             f"*ELASTIC, TYPE={kind} in material {name!r}",
