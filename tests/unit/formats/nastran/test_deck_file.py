@@ -330,6 +330,12 @@ def test_parameters_in_the_case_control(tmp_path):
     assert read(tmp_path, BULK).mass_form == "lumped"
 
 
+@pytest.mark.parametrize("before", ["TITLE = bracket, left,", "subtitle = one,", "LABEL=a,", "SET 4 = 1,\n2"])
+def test_a_title_that_ends_with_a_comma_does_not_swallow_the_next_command(tmp_path, before):
+    """A SET goes on after a comma, a title does not: SPC = 1 took no effect."""
+    assert len(read(tmp_path, BULK + "SPC1,1,123456,1\n", f"{before}\nSPC = 1\n").fixed) == 1
+
+
 def test_equal_cards_count_once(tmp_path):
     assert read(tmp_path, BULK + "GRID,1,,0.\nMAT1,1,2.+5,,.3,1.-9\n").nodes.count == 2
 

@@ -13,6 +13,8 @@ from creak.model.mesh import Unread
 from creak.model.steps import EVERY_NODE
 
 _COMMAND = re.compile(r"\s*([A-Za-z][A-Za-z0-9]*)\s*(\([^)]*\))?\s*(?:=\s*|\s+|$)(.*)")
+_SENTENCES = ("TITL", "SUBT", "LABE")
+"""Commands whose text may end with a comma and does not go on in the next line."""
 _CHANGES = {
     *("K42GG", "K2PP", "M2PP", "B2PP", "TFL", "DEFORM", "AXISYMMETRIC", "A2GG", "MFLUID", "RGYRO", "BOLTLD"),
     *("STATSUB", "PRELOAD", "TSTRU"),
@@ -193,7 +195,7 @@ def _subcases(case: list[Line]) -> tuple[Commands, Subcases]:
     for line in case:
         text = line.text.split("$")[0].rstrip()
         found = None if go_on else _COMMAND.match(text)
-        go_on = text.endswith(",")
+        go_on = text.endswith(",") and not (found and found.group(1)[:4].upper() in _SENTENCES)
         if not found:
             continue
         key, value = _key(found.group(1)), found.group(3).strip()
