@@ -107,6 +107,7 @@ def test_no_modes_in_the_range(creak, deck):
         (["--about", "1,2,nan"], ["three numbers"]),
         (["--vtk", "shape.vtk"], [".vtu"]),
         (["--uff", "."], ["is a folder"]),
+        (["--json", "/proc/a.json"], ["cannot write to /proc", "Name another file."]),
         (["--uff", "out.unv", "--json", "./out.unv"], ["two outputs are written to out.unv"]),
         (["--count", "0"], ["count = 0; expected a whole number, 1 or more"]),
         (["--count", "3", "--f-max", "5"], ["one of them"]),

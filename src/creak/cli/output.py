@@ -52,8 +52,8 @@ ALIKE = 10
 """Steps of a phase from which on they are taken to last equally long, so that the time left is told."""
 
 
-def writable_folder(folder: Path) -> None:
-    """Check that results can be written into `folder`, without creating it.
+def writable_folder(folder: Path, fix: str = "Name another folder with --out.") -> None:
+    """Check that results can be written into `folder`, without creating it; `fix` is what to do where not.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def writable_folder(folder: Path) -> None:
             break
         existing = existing.parent
     if not existing.is_dir():
-        raise InputError(f"cannot write to {folder}: {existing} is a file", fix="Name another folder with --out.")
+        raise InputError(f"cannot write to {folder}: {existing} is a file", fix=fix)
     try:
         with tempfile.TemporaryFile(dir=existing):
             pass
@@ -74,7 +74,7 @@ def writable_folder(folder: Path) -> None:
         raise InputError(
             f"cannot write to {folder}: {reason.lower()} ({existing})",
             expected="a folder that can be written",
-            fix="Name another one with --out.",
+            fix=fix,
         ) from error
 
 
@@ -92,7 +92,7 @@ def writable_file(path: Path, *, stream: bool = True, kept: bool = False) -> Des
     """
     found = destination(path, stream=stream, kept=kept)
     if not found.stream:
-        writable_folder(found.path.parent)
+        writable_folder(found.path.parent, "Name another file.")
     return found
 
 
