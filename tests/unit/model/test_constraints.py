@@ -86,19 +86,19 @@ def test_the_elements_say_what_the_law_leaves_open():
         laid_over(ContactLaw(), np.ones(2))
 
 
-SIZES = {"mm": 1e-3, "m": 1.0, "t": 1000.0, "kg": 1.0, "mJ": 1e-3, "J": 1.0, "MPa": 1e6, "Pa": 1.0}
+SIZES = {"mm": 1e-3, "m": 1.0, "t": 1000.0, "kg": 1.0, "mJ": 1e-3, "J": 1.0, "MPa": 1e6, "Pa": 1.0, "N": 1.0}
+SIZES |= {"in": 0.0254, "lbf": 4.4482216152605, "lbf s^2/in": 175.126835246476, "in lbf": 0.1129848290276167}
+SIZES |= {"psi": 6894.757293168361, "t/mm^3": 1e12, "kg/m^3": 1.0, "lbf s^2/in^4": 10686895.178}
+"""In SI; the inch and the pound-force are exact."""
 
 
 @pytest.mark.parametrize("name", UNITS)
 def test_labels_are_those_of_the_sizes(name):
-    """force = mass length / time^2 is the newton in both; energy and stress follow from it."""
+    """force = mass length / time^2; energy and stress follow from it."""
     u = UNITS[name]
-    assert METRES[name] == SIZES[u.length]
-    assert u.to_kg == SIZES[u.mass]
-    assert u.to_kg * METRES[name] == 1.0
-    assert METRES[name] == SIZES[u.energy]
-    assert u.per_metre**2 == SIZES[u.stress]
-    assert u.density.split("/") == [u.mass, f"{u.length}^3"]
+    found = (METRES[name], u.to_kg, u.newton, u.newton * METRES[name], u.newton * u.per_metre**2)
+    wanted = [SIZES[label] for label in (u.length, u.mass, u.force, u.energy, u.stress)]
+    assert found == pytest.approx(wanted, rel=1e-13)
 
 
 def test_a_study_can_name_each_and_no_other():
@@ -106,7 +106,7 @@ def test_a_study_can_name_each_and_no_other():
 
 
 def test_checks_of_a_deck_use_the_same_sizes():
-    assert [(s.length, s.stress, s.density, s.mass) for s in SYSTEMS.values()] == [
-        (1e-3, 1e6, 1e12, pytest.approx(1000.0, rel=1e-15)),
-        (1.0, 1.0, 1.0, 1.0),
-    ]
+    for name, system in SYSTEMS.items():
+        u = UNITS[name]
+        wanted = [SIZES[label] for label in (u.length, u.stress, u.density, u.mass)]
+        assert (system.length, system.stress, system.density, system.mass) == pytest.approx(wanted, rel=1e-9)
