@@ -191,6 +191,17 @@ def test_a_long_text_goes_on_where_there_are_lines_left():
     assert not any("[...]" in line for line in lines)
 
 
+def test_a_text_that_does_not_fit_ends_with_a_clause():
+    """Not amid one: '-0.674 mm by [...]' says less than nothing."""
+    words = "at 0.537 s the gap of 0.396 mm had closed by 0.399 mm: -0.674 mm by excitation road_y, 0.442 mm by a clip"
+    places = [place(f"a rather long name of a contact pair {k}", cause={"words": words}, n5=1.0) for k in range(9)]
+    limits = [limit([(f"a rather long name {k}", 12.5) for k in range(9)])]
+    lines = answer_lines(summary(places, limits=limits))
+    assert "cause: at 0.537 s the gap of 0.396 mm had closed by 0.399 mm" in lines
+    assert not any("[...]" in line for line in lines if line.startswith(("cause", "limit")))
+    assert any(line.startswith("limit") and line.endswith(", ...") for line in lines)
+
+
 def test_the_first_screen_says_where_when_and_who_hears_it():
     """The hardest event of the window at a node of the place; the listener of the study, or the ear that creak took."""
     told = summary(

@@ -153,7 +153,7 @@ def _percent(value: float | None, form: str, most: float) -> str:
 def answer_lines(summary: Mapping[str, Any]) -> list[str]:
     """Lines of at most `WIDTH` columns for the end of the terminal: `LINES` at most, and one for each limit.
 
-    Long texts go on in further lines as long as there are such left; what does not fit is left out from a semicolon on.
+    Long texts go on in further lines as long as there are such left; what does not fit is left out from a clause on.
     """
     found = answer(summary)
     first = textwrap.wrap(f"{found.light.upper()}: {found.headline}", WIDTH, subsequent_indent="  ", max_lines=2)
@@ -168,11 +168,14 @@ def answer_lines(summary: Mapping[str, Any]) -> list[str]:
 
 
 def _fitting(text: str, most: int) -> list[str]:
-    clauses = text.split("; ")
-    for n in range(len(clauses), 0, -1):
-        lines = textwrap.wrap("; ".join(clauses[:n]), WIDTH, subsequent_indent="  ")
-        if len(lines) <= most:
-            return lines
+    """The text up to a semicolon that fits, else up to a comma, and then dots, else up to a colon."""
+    for mark, dots in (("; ", ""), (", ", ", ..."), (": ", "")):
+        clauses = text.split(mark)
+        for n in range(len(clauses), int(mark == ": "), -1):
+            told = mark.join(clauses[:n]) + (dots if n < len(clauses) else "")
+            lines = textwrap.wrap(told, WIDTH, subsequent_indent="  ")
+            if len(lines) <= most:
+                return lines
     return textwrap.wrap(text, WIDTH, subsequent_indent="  ", max_lines=most)
 
 
