@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from creak.report.words.answer import AMBER, GREEN, RED, answer, tiles
-from creak.report.words.terminal import answer_lines
+from creak.report.words.terminal import _fitting, answer_lines
 
 
 def place(name="rib 1", events=4, force=2.0, n5=None, **more):
@@ -193,13 +193,13 @@ def test_a_long_text_goes_on_where_there_are_lines_left():
 
 def test_a_text_that_does_not_fit_ends_with_a_clause():
     """Not amid one: '-0.674 mm by [...]' says less than nothing."""
-    words = "at 0.537 s the gap of 0.396 mm had closed by 0.399 mm: -0.674 mm by excitation road_y, 0.442 mm by a clip"
-    places = [place(f"a rather long name of a contact pair {k}", cause={"words": words}, n5=1.0) for k in range(9)]
-    limits = [limit([(f"a rather long name {k}", 12.5) for k in range(9)])]
-    lines = answer_lines(summary(places, limits=limits))
-    assert "cause: at 0.537 s the gap of 0.396 mm had closed by 0.399 mm" in lines
-    assert not any("[...]" in line for line in lines if line.startswith(("cause", "limit")))
-    assert any(line.startswith("limit") and line.endswith(", ...") for line in lines)
+    begin = "cause: at 0.537 s the gap of 0.396 mm had closed by 0.399 mm"
+    assert _fitting(f"{begin}: -0.674 mm by excitation road_y, 0.442 mm by a clip", 1) == [begin]
+    places = [f"a rather long name {k} (12.5 sone)" for k in range(3)]
+    assert _fitting(f"limit fails at {', '.join(places)}", 1) == [f"limit fails at {places[0]}, ..."]
+    assert _fitting("; ".join(places), 1) == ["; ".join(places[:2])]
+    (cut,) = _fitting("one word after another " * 9, 1)
+    assert cut.endswith("[...]")
 
 
 def test_the_first_screen_says_where_when_and_who_hears_it():
