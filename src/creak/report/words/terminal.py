@@ -11,6 +11,7 @@ from creak.report.words.answer import SHOWN, Answer, Place, answer, band_words, 
 from creak.report.words.text import number
 from creak.studies.run.compared import main_of
 from creak.verify.rubbing import SLIDING, STICK_SLIP
+from creak.words import percent
 
 MOST = 12
 """Places on the terminal."""
@@ -129,7 +130,7 @@ def _spots(spots: list[dict[str, Any]]) -> str:
     known = [s["impulse"] for s in spots if not s["problem"]]
     off = [abs(x["reduced"] / x["unreduced"] - 1.0) for x in known if x["reduced"] is not None and x["unreduced"]]
     lost = len(known) - len(off)
-    most = f"impulse within {100.0 * max(off):.2g} % in {len(off)}" if off else ""
+    most = f"impulse within {percent(max(off))} in {len(off)}" if off else ""
     return ", ".join(text for text in (most, f"{lost} it does not have" if lost else "") if text) or "none to compare"
 
 

@@ -24,6 +24,7 @@ from creak.verify.matching import change
 from creak.verify.rubbing import FIGURES, STICK, STICK_SLIP, Rub, Rubbing
 from creak.verify.statistics import MANY
 from creak.verify.unreduced import Structure
+from creak.words import percent
 
 FLOOR = 0.1
 """Of the time in contact, and of the mean force: what is less changes by shares of this."""
@@ -240,9 +241,9 @@ def rub_words(r: RubSettling) -> str:
         return f"{what}, which changes from run to run ({', '.join(parts)})"
     most = max((abs(x) for n in r.deciding for x in r.figures[n].changes.values() if n != "slips"), default=0.0)
     parted = ", single slips part from run to run" if r.parted else ""
-    return f"{what}, the same within {100.0 * most:.2g} %{parted}"
+    return f"{what}, the same within {percent(most)}{parted}"
 
 
 def _open_words(f: Settling) -> str:
     to = f.settled_to
-    return f"{WORDS[f.name]} by {100.0 * to:.2g} %" if np.isfinite(to) else f"{WORDS[f.name]}, which not all runs have"
+    return f"{WORDS[f.name]} by {percent(to)}" if np.isfinite(to) else f"{WORDS[f.name]}, which not all runs have"

@@ -18,6 +18,7 @@ from creak.verify.matching import FIGURES, OF_PLACE, TIMES
 from creak.verify.reliability import UNRELIABLE, reasons_against
 from creak.verify.rubbing import FIGURES as OF_RUB
 from creak.verify.statistics import MANY, EventStatistics, is_crowded, rate_interval
+from creak.words import percent
 
 SETTLED, STATISTICS, UNSETTLED = "settled", "statistics", "unsettled"
 UNCHECKED = "not checked: it was not repeated with other settings of the run"
@@ -244,7 +245,7 @@ def _exceptions(open_ones: list[EventSettling], c: Convergence) -> tuple[str, ..
     events = [e.event for e in open_ones]
     if are_faint(events, c):
         force, impulse = _shares(events, c)
-        faint = f" (none above {100.0 * force:.2g} % of the largest force, {100.0 * impulse:.2g} % of the impulse)"
+        faint = f" (none above {percent(force)} of the largest force, {percent(impulse)} of the impulse)"
     return (f"{len(open_ones)} of {len(c.judged)} events have not{faint}, the hardest of them the {said}",)
 
 
@@ -259,7 +260,7 @@ def _reasons(c: Convergence, open_ones: list[EventSettling], whole: list[Settlin
         said.append(f"up to {'1 event comes and goes' if new == 1 else f'{new} events come and go'} from run to run")
     said += [
         f"the {t.name} of the whole run {'may be off' if CHANCE in t.beside else 'changes'} by up to "
-        f"{100.0 * t.settled_to:.2g} %"
+        f"{percent(t.settled_to)}"
         if np.isfinite(t.settled_to)
         else f"the {t.name} of the whole run is not known in all runs{f': {t.problem}' if t.problem else ''}"
         for t in whole

@@ -21,6 +21,7 @@ from creak.studies.converge.settling import (
 )
 from creak.verify.matching import FIGURES
 from creak.verify.statistics import Distance
+from creak.words import percent
 
 WORDS = {
     "start": "start time",
@@ -103,7 +104,7 @@ def _family_words(c: Convergence) -> list[str]:
         median = {name: _median(c, name, family) for name in ("force", "impulse")}
         if any(m is None for m in median.values()):
             continue
-        words = " and ".join(f"{100 * m:.2g} % in {WORDS[name]}" for name, m in median.items() if m is not None)
+        words = " and ".join(f"{percent(m)} in {WORDS[name]}" for name, m in median.items() if m is not None)
         said.append(f"from {a} to {b} the events' median change is {words}{_advice(c, family, **median)}")
     return said
 
@@ -131,8 +132,8 @@ def _total_words(t: Settling) -> str:
     if np.isnan(t.settled_to):
         return f"whole run, {what}: not settled ({t.problem})"
     verdict = "settled" if t.settled else "not settled"
-    changes = ", ".join(f"{100 * x:+.2g} % by the {family}" for family, x in t.changes.items())
-    changes += f", {100 * t.beside[CHANCE]:.2g} % by chance" if CHANCE in t.beside else ""
+    changes = ", ".join(f"{'+' * (x >= 0.0)}{percent(x)} by the {family}" for family, x in t.changes.items())
+    changes += f", {percent(t.beside[CHANCE])} by chance" if CHANCE in t.beside else ""
     return f"whole run, {what}: {verdict} ({changes})"
 
 
@@ -147,9 +148,9 @@ def _heard_words(c: Convergence) -> list[str]:
     )
     if not open_ones:
         most = max(f.settled_to for _, f in known)
-        return [f"N5 of {'the place' if len(known) == 1 else 'each place'}: settled (within {100 * most:.2g} %){ends}"]
+        return [f"N5 of {'the place' if len(known) == 1 else 'each place'}: settled (within {percent(most)}){ends}"]
     said = [
-        f"place {k} ({100 * f.settled_to:.2g} %, most of it by the {f.worst})" if f.worst else f"place {k}"
+        f"place {k} ({percent(f.settled_to)}, most of it by the {f.worst})" if f.worst else f"place {k}"
         for k, f in open_ones
     ]
     return [f"N5 has not settled at {', '.join(said)}; at {len(known) - len(open_ones)} of {len(known)} it has{ends}"]

@@ -11,6 +11,7 @@ from creak.verify.events import Event
 from creak.verify.matching import TIMES, UNTIL_THE_END
 from creak.verify.rubbing import FIGURES
 from creak.verify.unreduced import RubSpot, Spot, Structure
+from creak.words import percent
 
 
 def spots_of(findings: Findings) -> dict[str, Any]:
@@ -79,7 +80,7 @@ def beside_bars(cause: dict[str, Any] | None, bars: Mapping[str, float | None]) 
         key, (now, then) = judged_by(change), (change["now"], change["predicted"])
         bar = bars.get(key)
         small = bar is not None and then[key] is not None and abs(then[key] - now[key]) <= bar * now[key]
-        words.append(f"{text}; within the uncertainty of the place, {100.0 * bar:.2g} %" if small and bar else text)
+        words.append(f"{text}; within the uncertainty of the place, {percent(bar)}" if small and bar else text)
     return cause | {"changes_words": words}
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -186,6 +187,11 @@ def test_what_no_longer_touches_in_another_run_is_unsettled():
     assert said.word == UNSETTLED
     assert "the force of the whole run is not known in all runs" in said.reasons
     assert any("which not all runs have" in reason for reason in said.reasons)
+
+
+def test_more_than_all_of_it_is_told_in_whole_per_cent():
+    said = verdict(base=Rub(squeak(share=0.2), FORCE), modes=Rub(squeak(share=0.8), FORCE))
+    assert any(re.search(r"share of slip by 1\d\d %", reason) for reason in said.reasons), said.reasons
 
 
 def test_it_is_told():
