@@ -30,8 +30,9 @@ def report(
     from creak.studies.findings.summary import unreliable_runs
 
     will_read(folder / RESULTS, folder / SUMMARY)
-    with reading(folder / SUMMARY):
-        pass  # before anything is said of the page beside it
+    if folder.is_file():
+        with reading(folder / SUMMARY):
+            pass  # refused, before anything is said of the page in it
     page = out if out is not None else folder / "report.html"
     streamed = writable_file(page, kept=True).stream
     need_report()
