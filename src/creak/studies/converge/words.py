@@ -132,7 +132,7 @@ def _total_words(t: Settling) -> str:
     if np.isnan(t.settled_to):
         return f"whole run, {what}: not settled ({t.problem})"
     verdict = "settled" if t.settled else "not settled"
-    changes = ", ".join(f"{'+' * (x >= 0.0)}{percent(x)} by the {family}" for family, x in t.changes.items())
+    changes = ", ".join(f"{'+' if x >= 0.0 else ''}{percent(x)} by the {family}" for family, x in t.changes.items())
     changes += f", {percent(t.beside[CHANCE])} by chance" if CHANCE in t.beside else ""
     return f"whole run, {what}: {verdict} ({changes})"
 
