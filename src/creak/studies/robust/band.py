@@ -26,8 +26,8 @@ def with_band_of_run(setup: Setup, progress: Progress, store: Store) -> tuple[Se
     if found is None:
         return setup, []
     setup = replace(setup, raised=found.reduction.band.raised)
-    upto = "all modes" if found.reduced.complete else f"modes up to {setup.band.f_max:,.0f} Hz"
+    upto = "all modes" if found.reduced.every_mode else f"modes up to {setup.band.f_max:,.0f} Hz"
     said = f'the draws have {upto}, where f_max = "auto" ends in the run of the study itself'
-    if not (found.reduced.complete or found.run.history.force.any()):
+    if not (found.reduced.every_mode or found.run.history.force.any()):
         return setup, [Warned(f"{said}: nothing touches in it, so set f_max where draws that touch need more modes")]
     return setup, [said]

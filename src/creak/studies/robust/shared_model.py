@@ -18,6 +18,7 @@ from creak.dynamics.history import History, Stopped
 from creak.dynamics.record.recorder import OutputRequest
 from creak.errors import InputError, NumericalError
 from creak.progress import Progress, silent
+from creak.studies.converge.repeats import not_looked_at
 from creak.studies.file.changes import with_changes
 from creak.studies.models.of_parts import reference_that_fits
 from creak.studies.models.reduced import reduce_model
@@ -44,6 +45,7 @@ from creak.studies.run.integrate import flowing
 from creak.studies.run.precheck import WITHOUT_WHOLE, with_linear_gaps
 from creak.studies.run.static_start import started
 from creak.studies.unraised import none_ignored
+from creak.studies.warned import Warned
 from creak.verify.events import counted_instants, events_in, find_events
 from creak.verify.reliability import reasons_against
 
@@ -202,7 +204,7 @@ def shared_model(
     unhindered = partial(FlowRun, system, gaps.without_force(), setup.loads, resolution=resolution, solver=base.solver)
     linear = own_linear(system, gaps, dropped.silent, setup.loads, window)
     silent = unhindered(OutputRequest(NOTHING, every))
-    notes = [*reduced.notes, *notes]
+    notes = [*reduced.notes, *map(Warned, not_looked_at(setup.reduction.table, reduced)), *notes]
     return SharedModel(
         setup=before,
         reference=reference,

@@ -40,6 +40,7 @@ from creak.studies.robust.linear import FACTORS, Linear, closes, multiple, plain
 from creak.studies.robust.shared_model import FORETOLD, lowest_of, shared_model, variant_of
 from creak.studies.run.precheck import WITHOUT_WHOLE, with_linear_gaps
 from creak.studies.run.static_start import started
+from creak.studies.warned import Warned
 from creak.verify.odds import Index, odds
 from helpers_cli import say
 from helpers_decks import STUDY, write_strips, write_study
@@ -386,6 +387,15 @@ def test_draws_have_the_modes_that_the_run_of_the_study_ends_with(tmp_path):
     assert run.found.setup.raised > 0
     assert robustness.draws.setup.raised == run.found.setup.raised
     assert any('where f_max = "auto" ends in the run of the study itself' in note for note in robustness.notes)
+
+
+def test_what_the_reduction_of_the_draws_leaves_out_is_told(tmp_path):
+    """No draw is repeated with more modes: as a single run, these say that a static reduction keeps none."""
+    static = re.sub(r"f_max = \S+", 'method = "guyan"', STOPPED[STOPPED.index("[reduction]") :], count=1)
+    study = stopped(tmp_path, STOPPED[: STOPPED.index("[reduction]")] + static)
+    notes = creak.robust(study, 4, indices=False, threads=1).notes
+    (said,) = (note for note in notes if note.startswith("a Guyan reduction keeps no modes: what it leaves out was"))
+    assert isinstance(said, Warned)
 
 
 def test_the_run_of_the_study_and_its_draws_share_the_unreduced_model(tmp_path, monkeypatch):
