@@ -17,7 +17,7 @@ def _group() -> None:
 
 @app.command("door")
 def door(
-    mesh_size: float = typer.Option(20.0, "--mesh-size", help="Element size, mm (40 to 3)."),
+    mesh_size: float = typer.Option(20.0, "--mesh-size", help="Element size, mm (2 to 40)."),
     coarsen: int = typer.Option(
         1, "--coarsen", help="Elements of the frame's flange merged into one along the contact line: 1, 2 or 3."
     ),

@@ -62,6 +62,11 @@ def hz(f: float) -> str:
     return f"{f:,.0f} Hz" if f >= 100.0 else f"{f:.3g} Hz"
 
 
+def times(ratio: float) -> str:
+    """`0.31`, `4.2`, `312`."""
+    return f"{ratio:,.0f}" if ratio >= 10.0 else f"{ratio:.2g}"
+
+
 def rounded_up(f: float) -> float:
     """To two digits."""
     unit = 10.0 ** (np.floor(np.log10(f)) - 1.0)
@@ -99,7 +104,7 @@ def _cut(cut: float, f_excitation: float | None) -> Iterable[Line]:
     if f_excitation is None or not np.isfinite(cut):
         return
     ratio = cut / f_excitation
-    said = f"first mode left out at {hz(cut)} is {ratio:.2g} x the excitation"
+    said = f"first mode left out at {hz(cut)} is {times(ratio)} x the excitation"
     if ratio < RULE:
         goals = [hz(rounded_up(k * f_excitation)) for k in (RULE, RULE_CONTACT)]
         yield True, f"{said}; the rule of thumb is {RULE:g} x, with contact {RULE_CONTACT:g} x: {' or '.join(goals)}"
@@ -358,7 +363,7 @@ def _fixed_rows(health: Health) -> list[Row]:
     rows = [("fixed-interface modes", _list(fixed.frequencies, "none"), "Hz")]
     left = hz(fixed.first_left_out) if np.isfinite(fixed.first_left_out) else "none"
     ratio = fixed.first_left_out / health.f_excitation if health.f_excitation else np.inf
-    rows.append(("first mode left out", left, f"{ratio:.2g} x the excitation" if np.isfinite(ratio) else ""))
+    rows.append(("first mode left out", left, f"{times(ratio)} x the excitation" if np.isfinite(ratio) else ""))
     shares = ", ".join(f"{a} {100.0 * s:.1f} %" for a, s in zip(AXES, fixed.effective_mass, strict=True))
     return [*rows, ("effective mass of kept modes", shares, "of what fixed-interface modes can carry")]
 
