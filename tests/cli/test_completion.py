@@ -35,7 +35,7 @@ def bash(creak, monkeypatch, words):
         ("creak r", ["run", "report", "robust", "reduce"]),
         ("creak mo", ["modes"]),
         ("creak run --conv", ["--converge"]),
-        ("creak new deck.inp --units ", ["mm-t-s", "m-kg-s"]),
+        ("creak new deck.inp --units ", ["mm-t-s", "m-kg-s", "in-lbf-s"]),
         ("creak example ", ["door", "cockpit"]),
     ],
 )

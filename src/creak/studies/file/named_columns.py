@@ -19,7 +19,7 @@ HEAD = 200
 REMARK = re.compile(r"\s*(#|//|!|%|\$|\*)\s*")
 UNIT = re.compile(r"\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*|(?:\s+|_|/)(um|µm|mm|cm|m)\s*$", re.IGNORECASE)
 OF_UNITS = re.compile(r"\b(units?|einheit(en)?)\b", re.IGNORECASE)
-OTHER_LENGTHS = ("in", "inch", "inches", "ft", "foot", "feet", "dm", "km")
+OTHER_LENGTHS = ("inch", "inches", "ft", "foot", "feet", "dm", "km")
 SIGNS = {"+/-": "plusminus", "±": "plusminus", "−": "-"}
 
 
@@ -238,9 +238,10 @@ def _units_row(row: list[str], columns: Mapping[str, int], wanted: Wanted) -> di
 
 
 def _declared(lines: Sequence[str]) -> str | None:
-    """The unit that a line above the names tells, as `units: mm`."""
+    """The unit that a line above the names tells, as `units: mm`, or `units in mm`."""
     words = [word for line in lines if OF_UNITS.search(line) for word in re.findall(r"[A-Za-zµμ]+", line)]
-    return next((word for word in words if _in_letters(word) in (*LENGTHS, *OTHER_LENGTHS)), None)
+    found = [word for word in words if _in_letters(word) in (*LENGTHS, *OTHER_LENGTHS)]
+    return next((word for word in found if word.lower() != "in"), found[0] if found else None)
 
 
 def _in_letters(unit: str) -> str:
