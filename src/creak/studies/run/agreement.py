@@ -18,11 +18,15 @@ from creak.dynamics.state import LinearTerms
 from creak.linalg.diagonal import Diagonal
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.signals.spectra import spectrum
+from creak.studies.file.config import ReductionTable
+from creak.studies.models.health import LOW
 from creak.studies.models.reduced import ReducedModel, reduced_modes
 from creak.studies.models.reference import ReferenceModel, in_modes
 from creak.studies.prepare.reduction import Reduction, Watch
+from creak.studies.warned import Warned
 from creak.verify.mac import ModePairs, pair_modes
 from creak.verify.nrmse import nrmse_by_axis
+from creak.words import first_few
 
 BAND = 3.0
 """Highest known mode of the unreduced model over the highest line: modes beyond it answer as at rest, to a ninth."""
@@ -88,6 +92,22 @@ def compare_modes(
     seen = size > STILL * size.max(initial=0.0)
     pairs = pair_modes(freq[below][seen], shapes[:, seen], other.frequencies, shapes_reduced)
     return ModeComparison(pairs, freq[below][seen], other.frequencies)
+
+
+def lost_modes(modes: ModeComparison | None, table: ReductionTable) -> list[Warned]:
+    """Modes of the unreduced model of which the reduced one has none near; rigid ones, whose frequencies are round-off,
+    aside."""
+    if modes is None:
+        return []
+    f = modes.freq_reference
+    lost = np.flatnonzero((modes.pairs.partner < 0) & (f > LOW * f.max(initial=0.0))).tolist()
+    better = "set a larger [reduction] f_max"
+    if table.interface.type != "full":
+        better = 'set [reduction] interface = { type = "full" }, or keep more of the interface'
+    elif table.method == "guyan":
+        better = 'set [reduction] method = "craig-bampton"'
+    lacks = f"the reduced model lacks modes of the unreduced one ({first_few(lost, name=lambda k: f'{f[k]:.4g} Hz')})"
+    return [Warned(f"{lacks}, so what its run finds may be far off: {better}")] if lost else []
 
 
 def compare_spectra(

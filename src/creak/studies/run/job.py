@@ -28,6 +28,7 @@ from creak.studies.run.agreement import (
     Fit,
     compare_modes,
     compare_spectra,
+    lost_modes,
     response_fit,
 )
 from creak.studies.run.checkpoint import Checkpoints
@@ -254,6 +255,7 @@ def run_study(
     modes = attempted(
         "modes of both models", lambda: compare_modes(watch, v.mac_f_max, reference, reduced, gaps), None, notes
     )
+    notes += lost_modes(modes, c.reduction)
     spectra = attempted(
         "spectra of both runs", lambda: compare_spectra(watch, v.f_max, whole, window, responses), None, notes
     )

@@ -25,8 +25,10 @@ from creak.studies.file.reader import read_study
 from creak.studies.models.interface import Line, _participating
 from creak.studies.models.reduced import reduced_modes
 from creak.studies.models.reference import build_reference, held_factor, static_shapes
+from creak.studies.models.substructures import reach_of_keep_out
 from creak.studies.prepare.setup import set_up
 from creak.studies.run.job import StudyResult, run_study
+from creak.studies.warned import warnings_of
 from helpers_core import system_of
 from helpers_decks import STUDY, two_strips, write_strips
 from helpers_findings import save_plain, summarised
@@ -160,6 +162,22 @@ def test_an_interface_in_fewer_shapes_leaves_something_out_though_all_modes_are_
     assert told["events"]
     assert told["verdict"] == "unsettled"
     assert told["reasons"][0].startswith('what interface = "characteristic" leaves out was not looked at')
+    lost = [text for text in found.summary["warnings"] if "the reduced model lacks modes of the unreduced one" in text]
+    assert bool(lost) == (level == "local")  # its third mode lies 62 % higher, beyond 15 %
+    if lost:
+        third = np.sqrt(sla.eigh(K, M, eigvals_only=True)[2]) / (2.0 * np.pi)
+        assert f"({third:.4g} Hz)" in lost[0]
+        assert 'interface = { type = "full" }' in lost[0]
+
+
+def test_elements_that_keep_out_does_not_part_are_told(tmp_path):
+    found = run(tmp_path, "[reduction]\nf_max = 6000\nkeep_out = 1e4\n", *ALONE)
+    assert [text for text in warnings_of(found.notes) if "keep_out = 10000: every element lies within it" in text]
+    reduction, nodes = found.setup.reduction, found.gaps.retained_nodes
+    for distance, some, told in ((0.01, nodes[:1], "no element"), (15.0, nodes, None)):
+        own = replace(reduction, table=reduction.table.model_copy(update={"keep_out": distance}))
+        said = reach_of_keep_out(own, SimpleNamespace(m=1, retained_nodes=some))
+        assert [told in text for text in said] == [True] * (told is not None)
 
 
 def test_characteristic_modes_of_no_interface_are_told(tmp_path):
