@@ -28,7 +28,14 @@ from creak.studies.models.health import require_no_softer
 from creak.studies.models.part_jobs import reduce_elsewhere
 from creak.studies.models.reference import ReferenceModel, damped, held_factor, modal_band, static_shapes
 from creak.studies.models.saved import NO_STORE, Store
-from creak.studies.models.substructures import UNREDUCED, Partition, own_interface, partition, shared_interface
+from creak.studies.models.substructures import (
+    UNREDUCED,
+    Partition,
+    own_interface,
+    partition,
+    reach_of_keep_out,
+    shared_interface,
+)
 from creak.studies.models.superelements import (
     KEPT,
     Reduced,
@@ -161,7 +168,7 @@ def reduce_model(
             found = _modes_of_whole(band.raised_to(k + 1), reference, progress, found)
         return _with_times(_whole(reduction, reference, gaps, found, band.kept_modes(found.omega2)), wall, cpu)
     cut, superelements, failed = partition(reduction, reference, gaps), [], []
-    notes = reduce_elsewhere(reduction, reference, gaps, store, progress)
+    notes = [*reach_of_keep_out(reduction, gaps), *reduce_elsewhere(reduction, reference, gaps, store, progress)]
     if reduction.table.interface.type == "characteristic" and not any(sub.line.size for sub in cut.substructures):
         notes.append(NO_INTERFACE)
     for sub in cut.substructures:

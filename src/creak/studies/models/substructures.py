@@ -25,6 +25,7 @@ from creak.studies.models.interface import Line, thinned
 from creak.studies.models.reference import Marks, ReferenceModel
 from creak.studies.prepare.reduction import Exterior, Reduction, reduction_set
 from creak.studies.prepare.structure import Structure
+from creak.studies.warned import Warned
 
 UNREDUCED = "{part} (unreduced)"
 
@@ -116,6 +117,18 @@ def _cut(reduction: Reduction, gaps: GapOperator) -> Pieces:
     if not any(g.any() for g in groups):
         return Pieces(model, (0,) * len(model.parts))
     return cut(model, groups, [*(n.upper() for n in table.substructures), UNREDUCED])
+
+
+def reach_of_keep_out(reduction: Reduction, gaps: GapOperator) -> list[str]:
+    """A warning where keep_out leaves none of the elements, or all of them, unreduced."""
+    model, distance = reduction.structure.model, reduction.table.keep_out
+    if not (distance > 0.0 and gaps.m):
+        return []
+    left = sum(rows.size for rows in near_elements(model, gaps.retained_nodes, distance))
+    if 0 < left < sum(b.ids.size for b in model.blocks if b.part >= 0):
+        return []
+    how = "every element lies within it, so nothing is reduced: lower it" if left else "no element lies within it"
+    return [Warned(f"[reduction] keep_out = {distance:g}: {how}{'' if left else ': raise it, or leave it out'}")]
 
 
 def near_elements(model: Model, nodes: IntArray, distance: float) -> list[IntArray]:
