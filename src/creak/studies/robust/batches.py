@@ -21,6 +21,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.robust.draws import Draw
 from creak.studies.robust.shared_model import SharedModel, march_draws, shared_model
 from creak.studies.tasks.queue import Runner
+from creak.studies.warned import Warned
 from creak.version import version
 
 SIZE = 16
@@ -34,6 +35,8 @@ class Marched:
     records: tuple[tuple[int, FloatArray], ...]
     """Number and record of each draw that ended."""
     error: str = ""
+    notes: tuple[str, ...] = ()
+    """Of the model."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,7 @@ def run_batch(batch: Batch) -> Marched:
         return Marched(tuple(records), f"out of memory on {socket.gethostname()}")
     except Exception as problem:
         return Marched(tuple(records), unforeseen(problem))
-    return Marched(tuple(records))
+    return Marched(tuple(records), notes=model.notes)
 
 
 def _model(batch: Batch) -> tuple[SharedModel, GapOperator]:
@@ -118,8 +121,8 @@ def _model(batch: Batch) -> tuple[SharedModel, GapOperator]:
     return _made[batch.id]
 
 
-def march_batches(runner: Runner, work: Sequence[Batch]) -> Iterator[tuple[int, FloatArray]]:
-    """Number and record of each draw as its batch ends.
+def march_batches(runner: Runner, work: Sequence[Batch], notes: list[str]) -> Iterator[tuple[int, FloatArray]]:
+    """Number and record of each draw as its batch ends; what the models warn of joins the notes.
 
     Raises
     ------
@@ -127,6 +130,7 @@ def march_batches(runner: Runner, work: Sequence[Batch]) -> Iterator[tuple[int, 
     """
     failed: list[str] = []
     for _, marched in runner(work):
+        notes += [n for n in marched.notes if isinstance(n, Warned) and n not in notes]
         yield from marched.records
         if marched.error:
             failed.append(marched.error)

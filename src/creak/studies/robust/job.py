@@ -140,7 +140,7 @@ def run_draws(
             anew = f"it is set up {len(models)} times for these draws, and the parts that change are reduced as often"
             notes.append(Warned(f"{who} the model: {anew}"))
             progress(f"{len(models)} models, as {who} it", 0, 1)
-            marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner, store)
+            marched = _on_models_of_their_own(models, channels, setup.raised, threads, runner, store, notes)
         elif not wanted <= found.keys():
             every, more = beyond or (drawn, None)
             made = shared_model(setup, drawn, progress, store, every)
@@ -156,7 +156,7 @@ def run_draws(
                 if runner is None:
                     return _marched(made, channels, left, threads)
                 return (
-                    march_batches(runner, batches(setup.study, setup.raised, left, made.lowest, store))
+                    march_batches(runner, batches(setup.study, setup.raised, left, made.lowest, store), notes)
                     if left
                     else iter(())
                 )
@@ -238,8 +238,9 @@ def _on_models_of_their_own(
     threads: int | None,
     runner: Runner | None,
     store: Store,
+    notes: list[str],
 ) -> Iterator[tuple[int, FloatArray]]:
-    """The same of draws whose numbers change the model; raised: how often f_max is.
+    """The same of draws whose numbers change the model; raised: how often f_max is. Warnings join the notes.
 
     Each takes the superelements of parts that its numbers do not change from those before it: the last ones stay, in
     a folder of their own where none are kept.
@@ -247,14 +248,16 @@ def _on_models_of_their_own(
     last = replace(store, keep="last") if store.keep == "all" else store
     if runner is not None:
         every = [batch for one in models for batch in batches(one.study, raised, one.left, one.draws, last)]
-        yield from march_batches(runner, every)
+        yield from march_batches(runner, every, notes)
         return
     with TemporaryDirectory() as scratch:
         if last.folder is None or not last.folder.is_dir():
             last = Store(Path(scratch), "last")
         for one in models:
             setup = replace(set_up(one.study), raised=raised)
-            yield from _marched(shared_model(setup, one.draws, silent, last), channels, one.left, threads)
+            made = shared_model(setup, one.draws, silent, last)
+            notes += [n for n in made.notes if isinstance(n, Warned) and n not in notes]
+            yield from _marched(made, channels, one.left, threads)
 
 
 def _marched(

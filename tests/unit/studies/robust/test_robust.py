@@ -307,6 +307,17 @@ def test_batches_of_models_of_their_own(tmp_path):
     assert np.array_equal(there.impulse, here.impulse)
 
 
+def test_models_of_their_own_warn_once_of_what_they_leave_out(tmp_path):
+    static = STUDY.replace("step = 5e-4\nperiods = 2", "end = 0.05").replace("f_max = 3000", 'method = "guyan"')
+    vary = '[scatter.vary]\n"damping.rayleigh.alpha" = { type = "uniform", low = 1.0, high = 1.001 }\n'
+    path = write_strips(tmp_path, study=f"{static}[damping.rayleigh]\nalpha = 1.0\n{vary}")
+    for way in ({"threads": 1}, {"runner": elsewhere}):
+        found = creak.robust(path, 4, indices=False, **way)
+        assert found.draws.reduced_again
+        (said,) = (note for note in found.notes if note.startswith("a Guyan reduction keeps no modes"))
+        assert isinstance(said, Warned)
+
+
 def test_a_batch_that_fails_is_told_after_the_others(tmp_path, monkeypatch):
     """Another deck there than here; the worker of another batch is lost."""
     monkeypatch.setattr("creak.studies.robust.batches.SIZE", 2)
