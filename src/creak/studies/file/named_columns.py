@@ -19,7 +19,7 @@ HEAD = 200
 REMARK = re.compile(r"\s*(#|//|!|%|\$|\*)\s*")
 UNIT = re.compile(r"\s*[\[(]\s*([^\[\]()]+?)\s*[\])]\s*|(?:\s+|_|/)(um|µm|mm|cm|m)\s*$", re.IGNORECASE)
 OF_UNITS = re.compile(r"\b(units?|einheit(en)?)\b", re.IGNORECASE)
-OTHER_LENGTHS = ("inch", "inches", "ft", "foot", "feet", "dm", "km")
+OTHER_LENGTHS = ("ft", "foot", "feet", "dm", "km")
 SIGNS = {"+/-": "plusminus", "±": "plusminus", "−": "-"}
 
 
@@ -143,6 +143,7 @@ def read_columns(path: Path, where: str, wanted: Wanted, named: Mapping[str, str
     cells = {name: tuple(row[k] if k < len(row) else "" for _, row in rows) for name, k in columns.items()}
     told = {name: _unit(head[k]) or below.get(name) or _declared(lines[:at]) for name, k in columns.items()}
     scale = {name: _scale(path, at, told[name], units) for name in columns if name in wanted.lengths}
+    _require_alike(path, at, {name: told[name] for name in scale})
     return ColumnTable(path, form, tuple(head), at + 1, tuple(i for i, _ in rows), cells, scale)
 
 
@@ -245,8 +246,21 @@ def _declared(lines: Sequence[str]) -> str | None:
 
 
 def _in_letters(unit: str) -> str:
-    """A unit in small letters, its micro sign as u."""
-    return unit.lower().replace("µ", "u").replace("μ", "u")
+    """A unit in small letters, its micro sign as u, inches in short."""
+    return re.sub("^inch(es)?$", "in", unit.lower().replace("µ", "u").replace("μ", "u"))
+
+
+def _require_alike(path: Path, at: int, told: Mapping[str, str | None]) -> None:
+    """Coordinates have a unit all or none, and so have distances: nobody means one of them alone."""
+    for own in ([n for n in told if n[0] in "xyz"], [n for n in told if n[0] not in "xyz"]):
+        known, unknown = [n for n in own if told[n]], [n for n in own if not told[n]]
+        if known and unknown:
+            raise InputError(
+                f"the unit {told[known[0]]} stands for {', '.join(known)} and none for {', '.join(unknown)}",
+                where=f"{path}:{at + 1}",
+                expected="a unit for each of them, or none for any",
+                fix="Complete the head.",
+            )
 
 
 def _scale(path: Path, at: int, unit: str | None, units: str) -> float:

@@ -77,6 +77,8 @@ def test_pairs_of_places_in_any_unit_and_with_decimal_commas(folder, heights):
         ["x1,y1,z1,x2,y2,z2", *places(heights)],
         ["X1 [mm];Y1 [mm];Z1 [mm];X2 [mm];Y2 [mm];Z2 [mm]", *comma],
         ["x1 [in];y1 [in];z1 [in];x2 [in];y2 [in];z2 [in]", *inches],
+        ["x1 [inch];y1 (Inches);z1 [in];x2 [inch];y2 [inch];z2 [inch]", *inches],
+        ["units: inch", "x1;y1;z1;x2;y2;z2", *inches],
         ["units in mm", "x1;y1;z1;x2;y2;z2", *places(heights, ";".join(["{:g}"] * 6))],
         ["Units;m;kg;s", "node1_x\tnode1_y\tnode1_z\tnode2_x\tnode2_y\tnode2_z", *metres],
         ["xa_m\tya_m\tza_m\txb (m)\tyb (m)\tzb (m)", *metres],
@@ -127,7 +129,7 @@ WRONG = {
     "infinite": (f"{PAIR}120,0,inf,120,0,1\n", LINE, ["lines.csv:2"]),
     "off the mesh": (f"{PAIR}0.12,0,5,0.12,0,5.0018\n", LINE, ["lines.csv:2", "no node within", "x1 [mm]"]),
     "feet": ("x1 [ft];y1;z1;x2;y2;z2\n1;2;3;4;5;6\n", LINE, ["lines.csv:1", "'ft'", "um, mm, cm, m, in"]),
-    "declared inches": (f"Units: inch\n{PAIR}1,2,3,4,5,6\n", LINE, ["lines.csv:2", "'inch'"]),
+    "declared feet": (f"Units: ft\n{PAIR}1,2,3,4,5,6\n", LINE, ["lines.csv:2", "'ft'"]),
     "no direction": ("node1,node2,dir\n1013,13,up\n", LINE, ["lines.csv:2", "'up'", "-z"]),
     "half a direction": ("node1,node2,nx,ny,nz\n1013,13,1,,0\n", LINE, ["lines.csv:2", "'1 0'"]),
     "two directions": (

@@ -205,6 +205,10 @@ WRONG = {
     "negative plus": ("point,plus,minus\nlock,-0.1,-0.3\n", ["gaps.csv:2", "plus is -0.1", "lower and upper"]),
     "signs": ("point,minus\nlock,-0.1\nhinge,0.1\n", ["gaps.csv:2", "minus is -0.1", "line 3"]),
     "units": ("point,minus [kg]\nlock,0.2\n", ["gaps.csv:1", "'kg'", "um, mm, cm, m"]),
+    "some units": (
+        "x [m],y,z [m],minus [mm]\n120,0,90,0.2\n",
+        ["gaps.csv:1", "the unit m stands for x, z and none for y", "Complete the head"],
+    ),
     "no rows": ("point,minus\n", ["gaps.csv", "no rows", "point,minus"]),
     "empty": ("", ["gaps.csv", "nothing", "point (or x,y,z)"]),
     "two columns": ("point,minus,Low Tol\nlock,1,1\n", ["gaps.csv:1", "both minus", "columns = {"]),
