@@ -65,7 +65,7 @@ def test_a_row_that_is_not_there_is_told_with_those_that_are(study, creak, count
     ("words", "told"),
     [
         (("contact.tap.clearance=1",), "contact.tap"),
-        (("connector.0.stiffness=1",), "the study has no [[connector]]"),
+        (("connector.0.stiffness=1",), "the study has no [[connector]]. It has contact, excitation, model,"),
         (("reduction.fmax=700",), "f_max"),
         (("reduction.f_max=lots",), "reduction.f_max"),
         (("time.periods=1", "time.periods=2"), "twice"),

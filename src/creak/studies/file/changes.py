@@ -141,7 +141,7 @@ def _inside(table: Any, words: Sequence[str], depth: int, word: str) -> Any:
         if depth == 1 and words[0] in NAMED and word not in table:
             raise InputError(f"the study has no [{words[0]}.{word}]", fix=suggest(word, table))
         if depth == 0 and word in LISTED and word not in table:
-            raise InputError(f"the study has no [[{word}]]")
+            raise InputError(f"the study has no [[{word}]]", fix=f"It has {', '.join(sorted(table))}.")
         inner = table.setdefault(word, {})
     if not isinstance(inner, dict | list):
         raise InputError(f"{'.'.join(words[: depth + 1])} is not a table in the study, it is {inner!r}")
