@@ -52,6 +52,10 @@ def test_dry_run_lists_the_cases_and_writes_nothing(creak, tmp_path):
     assert "4 cases, 0 of them finished" in text
     assert "f_max=3000,seed=2" in text
     assert set(tmp_path.iterdir()) == before
+    path.write_text('base = "study.toml"\n[grid]\n"time.periods" = [1000000000]', encoding="utf-8")
+    creak("sweep", path, "--dry-run").refuses("case periods=1000000000: a run of 2e+08 s")
+    path.write_text('base = "study.toml"\nseeds = [1]', encoding="utf-8")
+    assert "1 case, 0 of them finished" in creak("sweep", path, "--dry-run").done().out
 
 
 @pytest.mark.parametrize(
@@ -88,7 +92,7 @@ def test_a_finished_sweep_needs_no_workers(creak, tmp_path, monkeypatch):
     monkeypatch.setattr("creak.studies.tasks.queue.local_workers", None)
     assert "1 of 1 cases have results, 1 from before" in creak("sweep", path, "--out", out).done().out
     told = creak("sweep", path, "--out", out, "--dry-run", "--no-converge").done().out
-    assert "1 cases, 0 of them finished" in told
+    assert "1 case, 0 of them finished" in told
     assert "finished with neither --converge nor --no-converge: 1" in told
     assert rows_of(out)["seed=5"]["status"] == "done"
     assert (out / "sweep.h5").exists()

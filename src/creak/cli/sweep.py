@@ -69,6 +69,7 @@ def sweep(
     Example: creak sweep door_sweep.toml --workers 2
     """
     from creak.api.extras import need_report
+    from creak.report.words.text import plural
     from creak.studies.sweep.cases import resolve
     from creak.studies.sweep.file import read_sweep
     from creak.studies.sweep.job import finished, tasks_of
@@ -79,7 +80,7 @@ def sweep(
     for name in ("sweep.csv", "sweep.h5", "sweep.html"):
         writable_file(folder / name, stream=False)
     cases = resolve(read, folder, converge)
-    output.detail(f"{len(cases)} cases of {read.base}; results in {folder}")
+    output.detail(f"{plural(len(cases), 'case')} of {read.base}; results in {folder}")
     if dry_run:
         ways = {way: finished([replace(c, converge=way) for c in cases], folder, rename=False) for way in WAYS}
         _list(output, cases, ways.pop(converge))
@@ -150,8 +151,10 @@ WAYS = {None: "neither --converge nor --no-converge", True: "--converge", False:
 
 
 def _list(output: Output, cases: Sequence[Case], known: dict[str, Outcome]) -> None:
+    from creak.report.words.text import plural
+
     status = {case.name: "finished" if case.name in known else "to run" for case in cases}
-    output.say(f"{len(cases)} cases, {len(known)} of them finished")
+    output.say(f"{plural(len(cases), 'case')}, {len(known)} of them finished")
     for name, word in status.items():
         output.say(f"  {word:<10}{name}")
     output.result({"cases": [{"case": name, "status": word} for name, word in status.items()]})

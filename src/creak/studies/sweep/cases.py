@@ -28,6 +28,7 @@ from creak.studies.file.places import Places, overlap
 from creak.studies.file.reader import Study, check_idle, explain
 from creak.studies.file.toml_text import toml_text, toml_value
 from creak.studies.prepare.excitation import count_steps
+from creak.studies.prepare.flight_steps import with_flight_steps
 from creak.studies.prepare.pairs import contact_law, plays_of
 from creak.studies.prepare.setup import check_frequencies
 from creak.studies.sweep.file import CaseTable, SweepFile
@@ -267,14 +268,12 @@ def check_file(study: Study) -> None:
     ------
     InputError : as setting up has it.
     """
-    touching, course = study.touching, study.course
+    touching = study.touching
     check_clips(touching)
     for play, where in plays_of(touching):
         check_play(play, where)
     for name, table in touching.contacts.items():
         contact_law(table, touching.places.where("contact", name))
-    check_frequencies(study.config.reduction, course.time, study.driving)
-    if course.time.exact:
-        _ = course.end  # steps follow from it
-    else:
-        count_steps(course, course.time.substeps)
+    check_frequencies(study.config.reduction, study.config.time, study.driving)
+    study, _ = with_flight_steps(study)
+    count_steps(study.course, study.config.time.substeps)
