@@ -18,6 +18,8 @@ from pathlib import Path
 
 from creak.errors import InputError
 
+ALIKE = 0.75
+"""Likeness of two names from which one may be meant by the other: one letter off in four."""
 HEAD = 4096
 """Bytes in which the kind of a file is looked for."""
 KINDS = {
@@ -118,7 +120,7 @@ def plain_file(path: Path, where: object = "", *, is_input: bool = True) -> Path
 def file_meant(path: Path) -> str:
     """Which file of the folder was probably meant by a name that none has; empty: none is like it."""
     names = {p.stem: p.name for p in path.parent.glob(f"*{path.suffix}")}
-    close = difflib.get_close_matches(path.stem, names, n=1)
+    close = difflib.get_close_matches(path.stem, names, n=1, cutoff=ALIKE)
     return f"Did you mean {names[close[0]]!r}?" if close else ""
 
 

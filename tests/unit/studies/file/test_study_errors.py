@@ -348,6 +348,7 @@ SLIPS = {
     "a capital": ('dof = "x"\nkind', 'dof = "X"\nkind', "Did you mean 'x'?"),
     "a letter": ("f_max = 400", 'f_max = "atuo"', "Did you mean 'auto'?"),
     "a deck": ('deck = "mass.inp"', 'deck = "mas.inp"', "Did you mean 'mass.inp'?"),
+    "another deck": ('deck = "mass.inp"', 'deck = "class.inp"', "Check the path."),
     "no slip": ('deck = "mass.inp"', 'deck = "mass.inp"\nunits = "mm-kg-s"', "Correct the value."),
 }
 
