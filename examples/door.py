@@ -59,7 +59,8 @@ def draw(result: creak.Result, picture: str) -> None:
         late = run.history.time >= begin
         top.plot(run.history.time[late], run.history.force[late].sum(axis=1), style, color=color, label=name)
         marker = "o" if name == "reference" else "x"
-        t, impulse = zip(*((e.t_start, 1e3 * e.impulse) for e in run.events if e.t_start >= begin), strict=True)
+        events = [e for e in run.events if e.t_start >= begin]
+        t, impulse = [e.t_start for e in events], [1e3 * e.impulse for e in events]
         middle.plot(t, impulse, marker, color=color, markersize=8, label=name)
         size = np.sqrt(np.mean(np.abs(spectra.spectra[name]) ** 2, axis=(1, 2)))
         low.semilogy(spectra.freq, size, style, color=color, linewidth=1.2, label=name)

@@ -5,8 +5,9 @@ from __future__ import annotations
 import copy
 import importlib.util
 from pathlib import Path
-from types import ModuleType
+from types import ModuleType, SimpleNamespace
 
+import numpy as np
 import pytest
 
 import creak
@@ -126,6 +127,15 @@ def test_example_door(tmp_path, measured, monkeypatch):
     measured("door of 40 mm: impulse over unreduced", found["impulse_ratio"], 1.0, abs=0.03, source="unreduced model")
     measured("door of 40 mm: lowest MAC", found["lowest_mac"], 1.0, between=(0.999, 1.0), source="unreduced model")
     measured("door of 40 mm: NRMSE fit", found["nrmse"], 1.0, between=(0.99, 1.0), source="unreduced model")
+
+
+def test_a_window_without_events_is_drawn(tmp_path):
+    run = SimpleNamespace(history=SimpleNamespace(time=np.arange(3.0), force=np.zeros((3, 1))), events=[])
+    spectra = SimpleNamespace(freq=np.ones(2), spectra=dict.fromkeys(("reference", "reduced"), np.ones((2, 1, 3))))
+    found = SimpleNamespace(window=(0.0, 2.0), spectra=spectra)
+    picture = tmp_path / "door.png"
+    example("door").draw(SimpleNamespace(found=found, runs={"reference": run, "reduced": run}), str(picture))
+    assert picture.exists()
 
 
 def test_friction_on_soft_contact_marches_to_the_end(tmp_path):
