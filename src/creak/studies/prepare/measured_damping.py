@@ -277,7 +277,7 @@ def sensor_doubts(found: Channels) -> Iterator[Warned]:
         found = replace(found, freq_test=found.freq_test * hz)
         yield Warned(
             f"the frequencies of the test look as if they were in {unit}: times {hz:.4g}, {found.fits} of its {count} "
-            f"modes fit, as Hz {before}: write them in Hz"
+            f"modes fit, and {before or 'none'} as Hz: write them in Hz"
         )
     turned = find_turned(found)
     if turned is not None:
