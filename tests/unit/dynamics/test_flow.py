@@ -242,15 +242,15 @@ def test_bound_holds_between_samples(damping):
     assert steps.mollifier.min() < 1e-9
     w = np.sqrt(model.k)
     state, x = resting(model, loads), np.linspace(1e-12, 1.0, 151)
-    for start, loaded, level in product((0.0, 1.0), range(5), range(steps.levels + 1)):
+    for level, start, loaded in product(range(steps.levels + 1), (0.0, 1.0), range(5)):
+        if (start, loaded) == (0.0, 0):
+            P = np.stack([propagator(model.m, model.c, model.k, H / 2**level * part) for part in x], axis=-1)
         h, D, energy = H / 2**level, np.zeros((4, n)), np.zeros(steps.reach.shape[1])
         D[:loaded] = rng.standard_normal((loaded, n)) * w * H ** -np.arange(float(loaded))[:, None]
         state.x[:] = start * rng.standard_normal((2, n)) / [w, np.ones(n)]
         told_energies(model, steps.band, D, 0.0, state, energy)
-        U, V = np.empty((n, x.size)), np.empty((n, x.size))
-        for j, P in enumerate(propagator(model.m, model.c, model.k, h * part) for part in x):
-            U[:, j] = P[0] * state.x[0] + P[1] * state.x[1] + (P[5:9] * D).sum(axis=0)
-            V[:, j] = P[2] * state.x[0] + P[3] * state.x[1] + (P[4:8] * D).sum(axis=0)
+        U = np.einsum("dnx,dn->nx", P[[0, 1, 5, 6, 7, 8]], np.vstack([state.x, D]))
+        V = np.einsum("dnx,dn->nx", P[[2, 3, 4, 5, 6, 7]], np.vstack([state.x, D]))
         g, r = model.rows @ U, h * (model.rates @ V)
         cubic = np.outer(g[:, 0], (1 + 2 * x) * (1 - x) ** 2) + np.outer(r[:, 0], x * (1 - x) ** 2)
         cubic += np.outer(g[:, -1], x * x * (3 - 2 * x)) + np.outer(r[:, -1], x * x * (x - 1))
