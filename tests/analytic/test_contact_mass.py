@@ -33,7 +33,7 @@ STOP = channels([[1.0]], 0.0, 1e6)
 
 
 def on_stop(h: float, alpha: float = -0.05) -> History:
-    return free_run(one_mass(100.0, 1e4, -1.0), STOP, 0.045, h, alpha)
+    return free_run(one_mass(100.0, 1e4, -1.0), STOP, 0.036, h, alpha)
 
 
 @pytest.fixture(scope="module")
@@ -97,7 +97,7 @@ def test_energy_on_a_stop_is_kept_to_the_scheme_dissipation(fine, measured):
 def test_mass_with_gravity_on_a_spring_stop(measured):
     """m = 1, k = 1e4, g = 9.81, v0 = 1: contact .0333717 s, force 110.290."""
     h = 1e-5
-    time = time_axis(0.06, h)
+    time = time_axis(0.036, h)
     gaps = channels([[1.0]], 0.0, 1e4)
     loads = forces_on(time, [0], np.full(time.size, -9.81))
     history = simulate(one_mass(1.0, 0.0, -1.0), gaps, loads, HHT(), OutputRequest(np.array([0])))
@@ -117,7 +117,7 @@ def test_mass_bounces_back_to_its_height(measured):
     """Dropped on a stiff stop it comes back: period 2 sqrt(2 H / g) + contact."""
     m, g, H, k = 1.0, 10.0, 0.05, 1e5
     h = 1e-4
-    time = time_axis(0.5, h)
+    time = time_axis(0.34, h)
     gaps = channels([[1.0]], H, k)
     loads = forces_on(time, [0], np.full(time.size, -m * g))
     history = simulate(one_mass(m, 0.0, 0.0), gaps, loads, HHT(), OutputRequest(np.array([0])))
@@ -150,9 +150,9 @@ def test_bilinear_oscillator_period(measured):
     h = period / 1000
     gaps = channels([[1.0]], 0.0, stop)
     for v0 in (1.0, 20.0):
-        history = free_run(one_mass(m, k, v0), gaps, 4.2 * period, h)
+        history = free_run(one_mass(m, k, v0), gaps, 3.2 * period, h)
         starts = np.array([e.t_start for e in find_events(history, gaps, merge=0.0, f_max=1e6)])
-        assert starts.size == 4
+        assert starts.size == 3
         assert starts[0] == pytest.approx(PI / w1, rel=7e-5)
         # Period error Omega^2 (1/12 - alpha/4) = 6e-6 while pressed; interpolated crossings add (omega h)^2 = 6e-5.
         measured(f"bilinear oscillator from {v0:g} m/s: period", np.diff(starts), period, rel=7e-5, unit="s")
@@ -164,7 +164,7 @@ def test_play_between_two_stops_keeps_the_mass_inside(measured):
     w = np.sqrt(k / m)
     gaps = channels([[-1.0], [1.0]], d / 2, k)
     h = 1e-5
-    history = free_run(one_mass(m, 0.0, v), gaps, 0.05, h)
+    history = free_run(one_mass(m, 0.0, v), gaps, 0.04, h)
     events = find_events(history, gaps, merge=0.0, f_max=1e9)
     upper = [e.t_start for e in events if e.channel == "stop:0"]
     # (omega h)^2 = 1e-4 at each of 4 crossings.
@@ -179,7 +179,7 @@ def test_closing_damper_takes_energy_and_never_pulls(measured):
     """On a spring and dashpot the force jumps to c v at first touch and never becomes a pull."""
     m, k, c, v = 1.0, 1e4, 20.0, 1.0
     gaps = channels([[1.0]], 1e-3, k, c)
-    history = free_run(one_mass(m, 0.0, -v), gaps, 0.04, 1e-5)
+    history = free_run(one_mass(m, 0.0, -v), gaps, 0.035, 1e-5)
     assert (history.force >= 0.0).all()
     assert (history.gap[history.force == 0.0] >= -1e-9).mean() > 0.5
     first = np.flatnonzero(history.force[:, 0] > 0.0)[0]
