@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
+import shutil
 from types import SimpleNamespace
 
 import pytest
@@ -30,7 +31,7 @@ QUIET = ("--quiet", "--no-converge", "--animation-mb", 0)
 def folder(tmp_path_factory):
     """A study, its result, and one with half the friction-free gap and another load."""
     folder = tmp_path_factory.mktemp("compared")
-    study = write_strips(folder, study=STUDY + "[reference]\nrun = false\n")
+    study = write_strips(folder, study=SHORT)
     softer = ("--set", "contact.tip.clearance=0.4", "--set", "excitation.root.signal.amplitude=0.06")
     with pytest.MonkeyPatch.context() as patch:
         empty_reports(patch)
@@ -150,37 +151,49 @@ def test_mistakes_are_named(folder, creak, words, told):
     assert not (folder / "comparison.html").exists()
 
 
+COMMENTS = {"strips.inp": b"** a word\n", "gaps.csv": b"14,0.3\n"}
+
+
+@pytest.fixture(scope="module")
+def of_files(tmp_path_factory):
+    """A study with a table, its results, and those with either file changed, in a folder of the file's name in `after`."""
+    folder = tmp_path_factory.mktemp("files")
+    study = write_strips(folder, study=GAPS)
+    (folder / "gaps.csv").write_text("node,clearance\n13,0.4\n")
+    with pytest.MonkeyPatch.context() as patch:
+        empty_reports(patch)
+        assert say("run", study, *QUIET).status == 0
+        for name, comment in COMMENTS.items():
+            kept = (folder / name).read_bytes()
+            (folder / name).write_bytes(kept + comment)
+            assert say("run", study, "--out", folder / "after" / name, *QUIET).status == 0
+            (folder / name).write_bytes(kept)
+    return folder
+
+
 @pytest.mark.parametrize(("name", "what"), [("strips.inp", "deck"), ("gaps.csv", "other files")])
-def test_files_of_other_content_are_told(creak, no_page, tmp_path, name, what):
+def test_files_of_other_content_are_told(creak, of_files, tmp_path, name, what):
     """The digests are those of the files themselves; a study that is run again with a change needs them as they were."""
-    study = write_strips(tmp_path, study=GAPS)
-    (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
-    file, shown = tmp_path / name, []
-    for out in ("before", "after"):
-        assert say("run", study, "--out", tmp_path / out, *QUIET).status == 0
-        shown.append(f"SHA-256 {hashlib.sha256(file.read_bytes()).hexdigest()[:12]}")
-        comment = "** a word\n" if name.endswith("inp") else "14,0.3\n"
-        file.write_text(file.read_text() + comment)
-    words = ("compare", tmp_path / "before", tmp_path / "after", "--out", tmp_path / "c.html")
+    kept = (of_files / name).read_bytes()
+    shown = [f"SHA-256 {hashlib.sha256(text).hexdigest()[:12]}" for text in (kept, kept + COMMENTS[name])]
+    words = ("compare", of_files / "results", of_files / "after" / name, "--out", tmp_path / "c.html")
     found = json.loads(creak(*words, "--json").out)
     assert found["settings"] == [{"key": f"content of the {what}", "a": shown[0], "b": shown[1]}]
-    assert shown[0] != shown[1]
     assert f"content of the {what}" in creak(*words).words
 
 
 @pytest.mark.parametrize(("name", "what"), [("strips.inp", "the deck of"), ("gaps.csv", "the other files that")])
-def test_a_study_is_not_run_with_a_change_on_other_files(creak, no_page, tmp_path, name, what):
-    study, file = write_strips(tmp_path, study=GAPS), tmp_path / name
-    (tmp_path / "gaps.csv").write_text("node,clearance\n13,0.4\n")
-    assert say("run", study, *QUIET).status == 0
+def test_a_study_is_not_run_with_a_change_on_other_files(creak, no_page, of_files, tmp_path, name, what):
+    file, out = of_files / name, of_files / "results_periods=1"
+    words = ("compare", of_files / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html")
     kept = file.read_bytes()
     file.write_bytes(kept + b"\n")
-    words = ("compare", tmp_path / "results", "--set", "time.periods=1", "--out", tmp_path / "c.html")
     said = creak(*words)
-    said.refuses(what, "changed since")
-    assert not (tmp_path / "results_periods=1").exists()
     file.write_bytes(kept)
+    said.refuses(what, "changed since")
+    assert not out.exists()
     assert creak(*words).status == 0
+    shutil.rmtree(out)
 
 
 def test_results_in_other_units_are_not_compared(folder):

@@ -139,7 +139,7 @@ def test_modes_and_info_commands(creak, tmp_path):
 
 
 def test_converge_tells_what_has_settled(creak, tmp_path):
-    short = STUDY.replace("periods = 2", "periods = 1")
+    short = STUDY.replace("f_min = 5", "f_min = 20").replace("period = 0.2", "period = 0.05")
     study = write_strips(tmp_path, study=short + "\n[reference]\nrun = false\n")
     printed = creak("run", study, "--converge", "--verbose", "--out", tmp_path / "out").done().out
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())

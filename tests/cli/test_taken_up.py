@@ -26,7 +26,7 @@ from helpers_decks import STUDY, write_strips
 UNREDUCED = (
     STUDY.replace("f_max = 3000", 'method = "none"')
     .replace('"surface-to-surface"', '"surface-to-surface"\nfriction = 0.3\nclearance = 0.5')
-    .replace("step = 5e-4\nperiods = 2", 'accuracy = "quick"\nend = 0.1')
+    .replace("step = 5e-4\nperiods = 2", 'accuracy = "quick"\nend = 0.06')
     .replace("amplitude = 0.05", "amplitude = 0.3")
     + """
 [output]
@@ -73,8 +73,8 @@ def heard():
 
 @pytest.fixture(autouse=True)
 def soon(monkeypatch, no_page):
-    """A checkpoint every few steps, and no page."""
-    monkeypatch.setattr(checkpoint, "EVERY", 0.1)
+    """A checkpoint every now and then, and no page."""
+    monkeypatch.setattr(checkpoint, "EVERY", 0.4)
     monkeypatch.setattr(checkpoint, "DEAR", 0.0)
 
 
@@ -193,7 +193,7 @@ def test_killed_and_asked_to_end_it_is_the_same_run_in_the_end(creak, folder, wh
     assert left(folder) == []
     (stage,) = (s for s in stages if s.startswith("reference run"))
     assert stage.startswith("reference run goes on at 0.0")
-    assert stage.endswith(" s of 0.1 s")
+    assert stage.endswith(" s of 0.06 s")
     assert f"{stage}, where an earlier one was stopped" in said.words
     assert any(stage in note for note in summary(folder)["notes"])
     cost, alone = (summary(one)["runs"]["reference"]["cpu_s"] for one in (folder, whole))
