@@ -16,7 +16,7 @@ RECORDED = {"section": "decks"}
 
 pytestmark = pytest.mark.once
 
-COUNTS = {"abaqus": 200, "nastran": 200, "lsdyna": 200, "study": 80, "sweep": 40}
+COUNTS = {"abaqus": 100, "nastran": 80, "lsdyna": 80, "study": 80, "sweep": 40}
 
 
 @pytest.mark.slow

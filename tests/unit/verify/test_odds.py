@@ -40,7 +40,7 @@ def two_phases(random, p, wrong, n, times=64):
     return with_forecast(came, Forecast(told, can), Forecast(told_far, can_far), rows, came_far[rows])
 
 
-@pytest.mark.parametrize(("p", "n"), [(0.3, 64), (0.3, 256), (0.01, 256), (1e-3, 64)])
+@pytest.mark.parametrize(("p", "n"), [(0.3, 64), (0.01, 256), (1e-3, 64)])
 @pytest.mark.parametrize("wrong", [0.0, 0.05, 0.5])
 def test_bounds_with_a_forecast_cover_in_95_of_100_repeats(p, n, wrong):
     """However good the forecast is; a good one makes them narrower."""
@@ -101,7 +101,7 @@ def test_bounds_of_indices_cover_in_95_of_100_repeats(n, off):
         mixed[:, k] = B[:, k]
         return tuple(closes(x, most) for x in (A, B, mixed))
 
-    grid = (np.arange(1000) + 0.5) / 1000
+    grid = (np.arange(500) + 0.5) / 500
     every = closes(np.stack(np.meshgrid(grid, grid, indexing="ij"), axis=-1))
     alone = every.mean(axis=1).var() / every.var(), every.mean(axis=0).var() / every.var()
     hits, wide, plain = np.zeros(4), 0.0, 0.0
