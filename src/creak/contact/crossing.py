@@ -15,7 +15,7 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import FEATURE, middles
 from creak.model.constraints import tied_nodes
-from creak.model.faces import SHELL_FACETS, unit
+from creak.model.faces import SHELL_FACETS, unit, vector_areas
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import Model
 from creak.model.skin import Skin, skin_of
@@ -117,7 +117,7 @@ def _edges(f: IntArray, coords: FloatArray, solid: BoolArray) -> tuple[IntArray,
     key, which, count = np.unique(np.minimum(a, b) * n_node + np.maximum(a, b), return_inverse=True, return_counts=True)
     which = which.reshape(f.shape)
     x = coords[f]
-    normal = unit(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]))
+    normal = unit(vector_areas(x))
     total = np.zeros((key.size, 3))
     np.add.at(total, which, normal[:, None])
     # Two normals at an angle t add up to 2 cos(t / 2).
@@ -237,10 +237,8 @@ def _from_within(
 
 def _heights(x: FloatArray, triangle: FloatArray) -> tuple[FloatArray, BoolArray]:
     """Of both ends of edges (n, 2, 3) over the triangles' planes (n, 2), and whether these have any area (n,)."""
-    normal = np.cross(triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0])
-    area = np.linalg.norm(normal, axis=1)
-    height = np.einsum("nex,nx->ne", x - triangle[:, None, 0], normal) / np.maximum(area, 1e-300)[:, None]
-    return height, area > 0.0
+    normal = unit(vector_areas(triangle))
+    return np.einsum("nex,nx->ne", x - triangle[:, None, 0], normal), (normal != 0.0).any(axis=1)
 
 
 def _over(points: FloatArray, triangle: FloatArray, border: BoolArray) -> BoolArray:

@@ -23,6 +23,8 @@ from creak.model.faces import (
     facets_of_shells,
     free_faces,
     joined,
+    unit,
+    vector_areas,
     volumes,
 )
 from creak.model.materials import AnisotropicMaterial, GeneralShell, Material, ShellSection
@@ -84,8 +86,7 @@ class Facets:
     @property
     def area_normals(self) -> FloatArray:
         """(n, 3) normals whose length is the facet's area (half the cross product of the diagonals)."""
-        x = self.coords
-        return 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+        return vector_areas(self.coords)
 
     @property
     def width(self) -> FloatArray:
@@ -305,9 +306,7 @@ def middles(model: Model, block: ElementBlock, element: IntArray) -> tuple[Float
     offset = ratio * (section.offset if isinstance(section, GeneralShell) else 0.0)
     if own.arms is not None:
         corner = model.nodes.coords[block.nodes_idx[element, : N_CORNER[block.kind]]]
-        normal = np.cross(corner[:, 2] - corner[:, 0], corner[:, -1] - corner[:, 1])
-        normal /= np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
-        offset = offset + np.einsum("nx,nx->n", own.arms.mean(axis=1), normal)
+        offset = offset + np.einsum("nx,nx->n", own.arms.mean(axis=1), unit(vector_areas(corner)))
     return section.thickness * ratio, offset
 
 

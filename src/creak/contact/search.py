@@ -9,6 +9,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import Facets
+from creak.model.faces import unit, vector_areas
 from creak.model.projection import OVERHANG, meet_facets
 
 LEAF = 4
@@ -152,7 +153,7 @@ def _level(x: FloatArray, box: tuple[FloatArray, FloatArray], normal: FloatArray
     centre = 0.5 * (np.minimum.reduceat(box[0], start) + np.maximum.reduceat(box[1], start))
     away = x - centre[group, None]
     square = np.einsum("njx,njx->nj", away, away).max(axis=1)
-    axis = _unit(np.add.reduceat(normal.sum(axis=1), start))
+    axis = unit(np.add.reduceat(normal.sum(axis=1), start))
     cosine = np.minimum.reduceat(np.einsum("njx,nx->nj", normal, axis[group]).min(axis=1), start)
     sine = np.where(cosine > 0.0, np.sqrt(np.maximum(1.0 - cosine**2, 0.0)), 1.0)
     radius = MARGIN * np.sqrt(np.maximum.reduceat(square, start))
@@ -163,15 +164,10 @@ def _corner_directions(x: FloatArray) -> FloatArray:
     """(n, 4, 3) unit normals at the corners; the normals between them lie within their cone."""
     following, before = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
     normal = np.cross(following, before)
-    mean = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+    mean = vector_areas(x)
     size = np.linalg.norm(normal, axis=2)
-    flat = size <= 1e-9 * np.linalg.norm(mean, axis=1)[:, None]
-    return _unit(np.where(flat[:, :, None], mean[:, None], normal))
-
-
-def _unit(vectors: FloatArray) -> FloatArray:
-    length = np.linalg.norm(vectors, axis=-1, keepdims=True)
-    return np.asarray(vectors / np.where(length > 0.0, length, 1.0), dtype=np.float64)
+    flat = size <= 2e-9 * np.linalg.norm(mean, axis=1)[:, None]
+    return unit(np.where(flat[:, :, None], mean[:, None], normal))
 
 
 def _project(
@@ -272,11 +268,11 @@ def _may_meet(
 def _boxes(x: FloatArray) -> _Boxes:
     """Boxes round facets with corners x (n, 4, 3)."""
     centre = x.mean(axis=1)
-    normal = _unit(np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1]))
+    normal = unit(vector_areas(x))
     sides = np.stack([x[:, 1] - x[:, 0] + x[:, 2] - x[:, 3], x[:, 2] - x[:, 1] + x[:, 3] - x[:, 0]], axis=1)
     length = np.einsum("nax,nax->na", sides, sides)
-    first = _unit(sides[np.arange(len(x)), np.argmax(length, axis=1)])
-    first = _unit(first - np.einsum("nx,nx->n", first, normal)[:, None] * normal)
+    first = unit(sides[np.arange(len(x)), np.argmax(length, axis=1)])
+    first = unit(first - np.einsum("nx,nx->n", first, normal)[:, None] * normal)
     frame = np.stack([first, np.cross(normal, first), normal], axis=1)
     extent = np.abs(np.einsum("nax,njx->nja", frame, x - centre[:, None])).max(axis=1)
     cosine = np.einsum("njx,nx->nj", _corner_directions(x), normal).min(axis=1)

@@ -54,7 +54,7 @@ def normals_at_nodes(kind: str, nodes: IntArray, coords: FloatArray) -> FloatArr
     """(n, k, 3) unit normals of shells at their nodes, the mean of the facets there; zero where there is no area."""
     places = np.array(SHELL_FACETS[kind])
     x = coords[facets_of_shells(kind, nodes)]
-    normal = unit(np.cross(x[:, :, 2] - x[:, :, 0], x[:, :, 3] - x[:, :, 1]))
+    normal = unit(vector_areas(x))
     out = np.zeros((*nodes.shape, 3))
     for facet, place in enumerate(places):
         out[:, np.unique(place)] += normal[:, facet, None]
@@ -67,9 +67,16 @@ def unit(v: FloatArray) -> FloatArray:
 
 
 def facet_areas(corners: FloatArray) -> FloatArray:
-    """(...,) areas of facets with corners (..., 4, 3); a triangle repeats its third."""
-    diagonals = corners[..., 2, :] - corners[..., 0, :], corners[..., 3, :] - corners[..., 1, :]
-    return np.asarray(0.5 * np.linalg.norm(np.cross(*diagonals), axis=-1))
+    """(...,) areas of facets with corners as `vector_areas` takes them."""
+    return np.asarray(np.linalg.norm(vector_areas(corners), axis=-1))
+
+
+def vector_areas(corners: FloatArray) -> FloatArray:
+    """(..., 3) normals as long as the area of facets with corners (..., 3 or 4, 3); triangles may repeat their third.
+
+    Half the cross product of the diagonals; of a warped facet what any surface between its edges has.
+    """
+    return 0.5 * np.cross(corners[..., 2, :] - corners[..., 0, :], corners[..., -1, :] - corners[..., 1, :])
 
 
 HEX20 = ("hex20", "hex20r", "hex20s")

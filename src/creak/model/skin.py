@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from scipy.sparse.csgraph import connected_components
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces, vector_areas
 from creak.model.plain_mesh import Mesh
 
 CORNERS = np.array([[0.25, 0.25, 0.25, 0.25], [1 / 3, 1 / 3, 1 / 6, 1 / 6]])
@@ -45,8 +45,7 @@ class Skin:
     @property
     def areas(self) -> FloatArray:
         """(n, 3) area along the normal, length^2."""
-        x = self.corners
-        return 0.5 * np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
+        return vector_areas(self.corners)
 
     @property
     def shares(self) -> FloatArray:

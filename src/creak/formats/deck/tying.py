@@ -10,7 +10,18 @@ import numpy as np
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.formats.deck.parts import Group
 from creak.model.constraints import Constraint, Equation, Tie
-from creak.model.faces import FACES, FEW, SHELL_FACETS, FaceShapes, faces_of, facets_of_shells, free_faces, shapes_of
+from creak.model.faces import (
+    FACES,
+    FEW,
+    SHELL_FACETS,
+    FaceShapes,
+    faces_of,
+    facets_of_shells,
+    free_faces,
+    shapes_of,
+    unit,
+    vector_areas,
+)
 from creak.model.materials import GeneralShell, Section, ShellSection
 from creak.model.projection import SAME, Nearest, nearest_points
 
@@ -118,7 +129,7 @@ def skins_of(corners: IntArray, sheets: FloatArray, coords: FloatArray) -> Skins
     mean of their middles."""
     half, middle, count = np.zeros(len(coords)), np.zeros(coords.shape), np.zeros(len(coords))
     np.maximum.at(half, corners, np.repeat(0.5 * sheets[:, :1], 4, axis=1))
-    np.add.at(middle, corners, np.repeat((sheets[:, 1:] * _normals(coords[corners]))[:, None, :], 4, axis=1))
+    np.add.at(middle, corners, np.repeat((sheets[:, 1:] * unit(vector_areas(coords[corners])))[:, None, :], 4, axis=1))
     np.add.at(count, corners, 1.0)
     return Skins(half, middle / np.maximum(count, 1.0)[:, None])
 
@@ -166,18 +177,12 @@ def meet(
 
 def _clearance(arm: FloatArray, skins: Skins, main: MainSurface, nearest: Nearest) -> tuple[FloatArray, FloatArray]:
     """Distances (n,) of the nodes from the facet: across it between the skins of both, and beside it."""
-    normal = _normals(main.coords[nearest.facet])
+    normal = unit(vector_areas(main.coords[nearest.facet]))
     across = (arm * normal).sum(axis=1)
     along = np.linalg.norm(arm - across[:, None] * normal, axis=1)
     thickness, height = main.sheets[nearest.facet].T
     apart = np.abs(across + (skins.middle * normal).sum(axis=1) - height)
     return np.maximum(apart - skins.half - 0.5 * thickness, 0.0), along
-
-
-def _normals(X: FloatArray) -> FloatArray:
-    """(n, 3) unit normals of facets with corners at X (n, 4, 3); 0 where they have none."""
-    normal = np.cross(X[:, 2] - X[:, 0], X[:, 3] - X[:, 1])
-    return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
 
 
 def ties_of(name: str, where: str, main: MainSurface, found: Meeting, *, rotations: bool) -> list[Constraint]:

@@ -19,6 +19,7 @@ from matplotlib.patches import Patch
 from PIL import Image
 
 from creak.arrays import FloatArray, IntArray
+from creak.model.faces import unit, vector_areas
 from creak.model.plain_mesh import Mesh
 from creak.report.figures.palette import CONTACT, DRIVEN, INK, MUTED, PARTS, touched
 from creak.report.figures.view import EDGES_UP_TO, Facets, View, cut_up, facets_of, front, lines_of, three_quarter
@@ -231,9 +232,7 @@ def _patches(corners: FloatArray, shade: FloatArray) -> tuple[FloatArray, FloatA
 
 def _shaded(corners: FloatArray, part: IntArray, colours: Sequence[str]) -> FloatArray:
     """(n, 3) colour of each facet under a light, the same on both of its sides."""
-    normal = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    size = np.linalg.norm(normal, axis=1)
-    normal /= np.where(size > 0.0, size, 1.0)[:, None]
+    normal = unit(vector_areas(corners))
     normal *= np.where(normal[:, 2] < 0.0, -1.0, 1.0)[:, None]
     bright = 0.58 + 0.46 * np.clip(normal @ (LIGHT / np.linalg.norm(LIGHT)), 0.0, 1.0)
     bright = np.round(64.0 * bright) / 64.0

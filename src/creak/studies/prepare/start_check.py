@@ -21,6 +21,7 @@ from creak.dynamics.loads import Loads
 from creak.errors import InputError
 from creak.formats.endings import is_deck
 from creak.model.dofs import TRANSLATIONS, node_and_dof, node_dofs
+from creak.model.faces import vector_areas
 from creak.model.mesh import Model
 from creak.model.units import UNITS, Units
 from creak.studies.file.case import Driving, Touching
@@ -315,7 +316,7 @@ def _warped(model: Model) -> list[str]:
         if block.kind == "quad4":
             # Distance of the corners from their mean plane over the root of the area.
             corners = model.nodes.coords[block.nodes_idx]
-            normal = 0.5 * np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+            normal = vector_areas(corners)
             area = np.linalg.norm(normal, axis=1)
             off = 0.25 * np.einsum("nk,nk->n", corners[:, 0] - corners[:, 1] + corners[:, 2] - corners[:, 3], normal)
             warp = np.divide(np.abs(off), area**1.5, out=np.zeros_like(area), where=area > 0.0)

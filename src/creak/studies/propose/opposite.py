@@ -16,7 +16,7 @@ import numpy as np
 
 from creak.arrays import BoolArray, FloatArray, IntArray
 from creak.contact.facets import middles
-from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces
+from creak.model.faces import FACES, SHELL_FACETS, faces_of, facets_of_shells, free_faces, unit, vector_areas
 from creak.model.materials import GeneralShell, ShellSection
 from creak.model.mesh import ElementBlock, Model
 from creak.model.projection import nearest_points
@@ -67,9 +67,7 @@ class Skin:
 
     def normals(self, coords: FloatArray) -> FloatArray:
         """(n, 3) of unit length; zero where there is no area."""
-        x = coords[self.facets]
-        normal = np.cross(x[:, 2] - x[:, 0], x[:, 3] - x[:, 1])
-        return np.asarray(normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None])
+        return unit(vector_areas(coords[self.facets]))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from creak.errors import InputError
 from creak.formats.deck.parts import Group
 from creak.formats.nastran.text.bulk_data import Card, id_list, id_ranges
 from creak.formats.nastran.text.deck import Deck
-from creak.model.faces import SHELL_FACETS
+from creak.model.faces import SHELL_FACETS, facet_areas
 from creak.model.materials import BeamSection, GeneralShell, Section, ShellSection, TrussSection
 
 CARDS = ("NSM", "NSM1", "NSML", "NSML1")
@@ -162,9 +162,7 @@ def _owner(deck: Deck, entry: _Entry, identifier: int) -> int | None:
 
 def _area(kind: str, x: np.ndarray) -> float:
     """Of the facets of a shell, from their diagonals."""
-    corners = x[np.array(SHELL_FACETS[kind])]
-    doubled = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
-    return 0.5 * float(np.linalg.norm(doubled, axis=1).sum())
+    return float(facet_areas(x[np.array(SHELL_FACETS[kind])]).sum())
 
 
 def _length(group: Group, k: int, x: np.ndarray) -> float:

@@ -13,7 +13,7 @@ from creak.formats.nastran.mesh.solids import CARD_OF, NETWORKS, ORDER
 from creak.formats.nastran.write.equivalent import is_rod
 from creak.formats.nastran.write.fields import Field, card
 from creak.formats.nastran.write.properties import Properties
-from creak.model.faces import N_CORNER
+from creak.model.faces import N_CORNER, unit, vector_areas
 from creak.model.materials import (
     AnisotropicMaterial,
     AxialSpring,
@@ -118,8 +118,7 @@ def _shells(model: Model, b: int, properties: Properties, systems: Systems) -> I
     x = model.nodes.coords[block.nodes_idx[:, :n]]
     general = isinstance(block.section, GeneralShell)
     pid = properties.put(b, _all(block), general and block.own.thickness is not None)
-    normal = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
-    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    normal = unit(vector_areas(x))
     directions = _directions(block, x, normal, systems)
     heights = _heights(block, normal)
     base = getattr(block.section, "thickness", 0.0)

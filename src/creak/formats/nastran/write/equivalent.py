@@ -15,7 +15,7 @@ from creak.formats.deck.refusals import unwritable
 from creak.formats.nastran.sections.shells import is_directed
 from creak.formats.nastran.write.materials import SAME
 from creak.model.constraints import Constraint, DistributingCoupling, Equation, KinematicCoupling, RigidLink
-from creak.model.faces import SHELL_FACETS
+from creak.model.faces import SHELL_FACETS, vector_areas
 from creak.model.laminates import laminate
 from creak.model.materials import (
     AnisotropicMaterial,
@@ -135,7 +135,7 @@ def _shell_axis(own: Own, x: FloatArray) -> FloatArray:
     """The direction given, else global x, or z where x is normal to the element."""
     if own.axis1 is not None:
         return own.axis1
-    normal = np.cross(x[:, 2] - x[:, 0], x[:, -1] - x[:, 1])
+    normal = vector_areas(x)
     across = np.linalg.norm(normal[:, 1:], axis=1) < ALONG_X * np.linalg.norm(normal, axis=1)
     return np.where(across[:, None], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0])
 
