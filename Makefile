@@ -73,11 +73,11 @@ demo-newest demo-lowest: demo-%:
 	$(KERNELS) build/$*/bin/creak example door --mesh-size 40 --out build/$*/door
 	$(KERNELS) $(ONE_THREAD) build/$*/bin/creak run build/$*/door/door.toml --set time.periods=1 --set reduction.f_max=1500 --no-converge --out build/$*/door/results
 
-# The whole suite runs with the newest versions that the default Python takes. With others what is read, written and
-# drawn; what the lowest compile is run by their demo. Cards of decks are text, which no version reads otherwise. What
-# else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
-UNIT := $(addprefix tests/unit/,linalg report signals sound studies/file) \
-  $(wildcard tests/unit/formats/test_*.py)
+# The whole suite runs with the newest versions that the default Python takes. With others what solves, reads and writes
+# files of other packages, and draws; what the lowest compile is run by their demo, with its sound. Decks are text, which
+# no version reads otherwise. What else creak takes of a package is looked up by tests/packaging/test_names_taken.py.
+UNIT := $(addprefix tests/unit/,linalg report signals studies/file) \
+  $(wildcard $(addprefix tests/unit/formats/test_,hdf5* matri* stored* tree* wav*))
 unit-newest unit-lowest: unit-%:
 	$(KERNELS) CREAK_TESTED=$* $(ONE_THREAD) build/$*/bin/python -m pytest $(PARALLEL) -m 'not once and not slow' $(UNIT) tests/packaging
 
