@@ -1,22 +1,29 @@
-"""Writers of a case that end the worker which calls them."""
+"""A job that ends the worker which does it."""
 
 from __future__ import annotations
 
 import os
+from dataclasses import dataclass
 from pathlib import Path
 
-from creak.studies.evaluate import Evaluation
 
+@dataclass(frozen=True)
+class Deadly:
+    """It is done once it has ended so many workers, as a process does that the system kills for its memory."""
 
-def die(case: Evaluation, folder: Path) -> None:
-    """As a process does that the system kills for its memory."""
-    deaths = folder.parent / "deaths"
-    deaths.write_text(deaths.read_text() + "x" if deaths.exists() else "x")
-    os._exit(9)
+    name: str
+    deaths: Path
+    """A file with a letter for each."""
+    most: int = 0
+    id = ""
+    reference = None
 
+    def run(self) -> str:
+        known = self.deaths.read_text() if self.deaths.exists() else ""
+        if len(known) < self.most:
+            self.deaths.write_text(known + "x")
+            os._exit(9)
+        return "done"
 
-def die_twice(case: Evaluation, folder: Path) -> None:
-    """The third time it lives."""
-    deaths = folder.parent / "deaths"
-    if not deaths.exists() or len(deaths.read_text()) < 2:
-        die(case, folder)
+    def lost(self, why: str, start: float) -> str:
+        return why
