@@ -22,7 +22,7 @@ from helpers_findings import summarised
 
 RECORDED = {"section": "verdicts"}
 
-BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.2\naccuracy = "quick"\n[reference]\nrun = false\n')
+BASE = STUDY.replace("step = 5e-4\nperiods = 2", 'end = 0.12\naccuracy = "quick"\n[reference]\nrun = false\n')
 BASE = BASE.replace("f_max = 3000", "f_max = 1500").replace("0.05,", "0.08,")
 STOP = """
 [[connector]]
@@ -167,7 +167,7 @@ pull_out = 0.1
 
 def test_what_other_clips_are_takes_no_change_from_a_contact(tmp_path):
     """Foam has a table and a hook presses at rest: the contact beside them can be softer and have more gap all the same."""
-    write_strips(tmp_path, study=BASE + CLIPS)
+    write_strips(tmp_path, study=BASE.replace("end = 0.12", "end = 0.05") + CLIPS)
     result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
     found, every = result.found, heard_places(result.found.scope, result.main, result.sound)
     kinds = {}
@@ -255,7 +255,7 @@ JOINED = """*ELEMENT, TYPE=SPRING2, ELSET=JOIN
 def test_changes_hold_with_static_loads_and_a_fastener_is_moved(tmp_path):
     """Under gravity each change has an equilibrium of its own, and a fastener can be put elsewhere: against full runs."""
     weight = "\n[damping]\nmodal = 0.02\n\n[[static]]\ngravity = [0.0, 0.0, -9810.0]\n"
-    write_strips(tmp_path, two_strips() + JOINED, BASE + weight)
+    write_strips(tmp_path, two_strips() + JOINED, BASE.replace("end = 0.12", "end = 0.2") + weight)
     result = creak.run(creak.read_study(tmp_path / "study.toml"), converge=False, record=False)
     found, place = result.found, heard_places(result.found.scope, result.main, result.sound)[0]
     now, every = try_changes(found, None, place, causes_in(result, [place])[0])
