@@ -48,7 +48,7 @@ def blow(found):
 @pytest.mark.parametrize("end", [2e-4, 2e-2])
 def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
     """A blow of 2 L / c, however long the run is, and with it the frequency that the first stage begins at."""
-    found = run(bar(tmp_path, AUTO, time=f"end = {end}"))
+    found = run(bar(tmp_path, AUTO, n=50, time=f"end = {end}"))
     lasts, impulse = blow(found)
     assert lasts == pytest.approx(LASTS, rel=0.05)
     assert impulse == pytest.approx(IMPULSE, rel=0.02)
@@ -66,7 +66,7 @@ def test_a_bar_on_a_wall_settles_to_its_closed_form(tmp_path, end):
 def test_all_modes_are_taken_once_the_stages_took_as_long(tmp_path, monkeypatch):
     """A second stage, and then all modes in place of a third: of a bar they cost next to nothing."""
     monkeypatch.setattr(auto_band, "WORTH", 100.0)
-    found = run(bar(tmp_path, AUTO))
+    found = run(bar(tmp_path, AUTO, n=50))
     lasts, impulse = blow(found)
     assert (lasts, impulse) == (pytest.approx(LASTS, rel=0.05), pytest.approx(IMPULSE, rel=0.02))
     stages = found.summary["runs"]["reduced"]["stages"]
@@ -78,7 +78,7 @@ def test_all_modes_are_taken_once_the_stages_took_as_long(tmp_path, monkeypatch)
 def test_a_small_model_has_all_modes_at_once(tmp_path, monkeypatch):
     """A first run with few, and one with all: nothing is left out, and no spot check counts."""
     monkeypatch.setattr(auto_band, "SMALL", 10.0)
-    found = run(bar(tmp_path, AUTO))
+    found = run(bar(tmp_path, AUTO, n=50))
     lasts, impulse = blow(found)
     assert lasts == pytest.approx(LASTS, rel=0.05)
     assert impulse == pytest.approx(IMPULSE, rel=0.02)
@@ -109,7 +109,7 @@ def test_no_model_is_run_twice(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("method", ["craig-bampton", "gap-modes"])
 def test_the_model_that_was_chosen_comes_again_from_its_setup(tmp_path, method):
-    found = run(bar(tmp_path, f'{AUTO}\nmethod = "{method}"', time="end = 2e-3"), converge=False)
+    found = run(bar(tmp_path, f'{AUTO}\nmethod = "{method}"', n=40, time=UNCHECKED), converge=False)
     result = found.found
     assert result.setup.raised > 0
     again = reduce_model(result.setup.reduction, result.reference, result.gaps, silent)
@@ -193,7 +193,7 @@ def test_a_budget_that_does_not_satisfy_the_unreduced_model_is_told(tmp_path, mo
 def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
     monkeypatch.setattr(auto_band, "BUDGET", 0.0)
     monkeypatch.setattr(auto_band, "PATIENCE", 0.0)
-    told = run(bar(tmp_path, AUTO, n=40)).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40, time=UNCHECKED)).summary["runs"]["reduced"]
     assert told["verdict"] == "unsettled"
     assert len(told["stages"]) == 2
     assert told["stages_ended"] in told["reasons"][-1]
@@ -202,7 +202,7 @@ def test_a_budget_that_is_spent_says_what_it_would_take(tmp_path, monkeypatch):
 
 def test_memory_that_does_not_hold_more_says_so(tmp_path, monkeypatch):
     monkeypatch.setattr(auto_band, "fits", lambda _: False)
-    told = run(bar(tmp_path, AUTO, n=40)).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40, time=UNCHECKED)).summary["runs"]["reduced"]
     assert told["verdict"] == "unsettled"
     assert "unknowns" in told["reasons"][-1]
 
@@ -222,7 +222,7 @@ def test_nothing_that_presses_and_no_modes_need_no_stages(tmp_path):
 
 
 def test_a_forced_step_has_its_stages_too(tmp_path):
-    told = run(bar(tmp_path, AUTO, n=40, time="step = 2e-7\nend = 2e-4"), converge=False).summary["runs"]["reduced"]
+    told = run(bar(tmp_path, AUTO, n=40, time=f"step = 2e-7\n{UNCHECKED}"), converge=False).summary["runs"]["reduced"]
     assert len(told["stages"]) > 1
 
 
