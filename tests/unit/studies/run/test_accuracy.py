@@ -112,7 +112,7 @@ def test_looking_twice_changes_nothing(tmp_path):
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    text = FREE.replace("periods = 2", "periods = 1") + "\n[reference]\nrun = true\n"
+    text = FREE.replace("periods = 2", "end = 0.1") + "\n[reference]\nrun = true\n"
     return run(study(tmp_path_factory.mktemp("exact"), text))
 
 
@@ -187,7 +187,7 @@ def test_reduced_by_exact_flow_is_unreduced_by_collocation(found, measured):
     )
 
 
-SHORT = FREE.replace("periods = 2", "periods = 1\n\n[reference]\nrun = false")
+SHORT = FREE.replace("periods = 2", "end = 0.1\n\n[reference]\nrun = false")
 
 
 def test_quick_has_no_error_bars(tmp_path):
@@ -208,17 +208,17 @@ def test_a_result_without_repeats_says_nothing_of_settling(tmp_path):
 
 @pytest.fixture(scope="module")
 def ends_early(tmp_path_factory):
-    text = FREE.replace("[time]", "[reference]\nuntil = 0.2\n\n[time]")
+    text = FREE.replace("[time]\nperiods = 2", "[reference]\nuntil = 0.1\n\n[time]\nperiods = 1")
     return run_setup(set_up(study(tmp_path_factory.mktemp("early"), text)), converge=False, record=True)
 
 
 def test_the_unreduced_run_may_end_early(ends_early):
     result = ends_early
     reference, reduced = (result.runs[n].history for n in ("reference", "reduced"))
-    assert reference.time[-1] == pytest.approx(0.2)
-    assert reduced.time[-1] == pytest.approx(0.4)
-    assert result.summary["verification"]["window"][1] == pytest.approx(0.2)
-    assert result.summary["runs"]["reference"]["end"] == pytest.approx(0.2)
+    assert reference.time[-1] == pytest.approx(0.1)
+    assert reduced.time[-1] == pytest.approx(0.2)
+    assert result.summary["verification"]["window"][1] == pytest.approx(0.1)
+    assert result.summary["runs"]["reference"]["end"] == pytest.approx(0.1)
     assert result.summary["verification"]["nrmse"]["all"] > 0.95
 
 
@@ -232,7 +232,7 @@ def test_every_family_has_its_advice():
 
 def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
     text = FREE.replace('method = "surface', 'stiffness = "hard"\nmethod = "surface').replace(
-        "periods = 2", "periods = 1"
+        "periods = 2", "end = 0.1"
     )
     result = run_setup(set_up(study(tmp_path, text + "\n[reference]\nrun = true\n")), converge=False)
     for each in result.summary["runs"].values():
@@ -244,4 +244,4 @@ def test_hard_contact_creates_no_energy_in_either_model(tmp_path):
 def test_motion_is_kept_where_the_page_shows_events(ends_early):
     motions = ends_early.main.recording.motions
     assert motions
-    assert all(m.event.t_start <= 0.2 for m in motions)
+    assert all(m.event.t_start <= 0.1 for m in motions)
