@@ -95,7 +95,9 @@ def test_one_measured_damping_of_all_modes_is_modal_damping(tmp_path):
     """Forces and gaps of both runs are the same numbers, to round-off."""
     write(tmp_path, strips_test(tmp_path, dict.fromkeys(range(3), 0.02)))
     found = [
-        creak.run(study_of(tmp_path, line)).main.history.gap
+        creak.run(
+            creak.change_study(study_of(tmp_path, line), {"time.periods": 0.5}), converge=False, record=False
+        ).main.history.gap
         for line in ("damping.modal = 0.02", 'damping.from_test = "modes.unv"')
     ]
     assert found[1] == pytest.approx(found[0], abs=1e-9 * np.abs(found[0]).max())

@@ -132,7 +132,7 @@ def test_a_nominal_gap_that_the_model_does_not_have_is_told(folder):
 
 @pytest.fixture(scope="module")
 def ran(folder):
-    study = STUDY.replace("step = 5e-4\n", 'accuracy = "quick"\n').replace(
+    study = STUDY.replace("step = 5e-4\nperiods = 2", 'accuracy = "quick"\nend = 0.1').replace(
         "[time]", "[reference]\nrun = false\n\n[time]"
     )
     lines = '\n[limit]\ntolerance = "gaps.csv"\n' + LINE
