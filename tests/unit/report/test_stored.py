@@ -31,7 +31,6 @@ CASES = (
     "both runs",
     "unreduced only",
     "no contact, no pairs",
-    "no events",
     "contact and connector",
     "nothing moves",
     "mass on a spring",

@@ -9,11 +9,14 @@ import pytest
 import small_study as small
 
 from creak.api.study import run_setup, set_up
+from creak.progress import silent
 from creak.report.html import report_text
 from creak.report.tables.convergence import procedure
 from creak.report.words.method import paragraph
+from creak.studies.converge.repeats import converge
 from creak.studies.file.reader import read_study
 from creak.studies.findings.gather import findings_of
+from creak.studies.run.job import run_study
 from helpers_decks import write_study
 from helpers_findings import summarised, to_draw
 
@@ -32,8 +35,12 @@ def exact(text):
     return text.replace("step = 5e-4\n", "")
 
 
+def read(folder, text, deck=None):
+    return set_up(read_study(write_study(folder, text, {"plates.inp": deck or small.plates()})))
+
+
 def run(folder, text, deck=None, **more):
-    return run_setup(set_up(read_study(write_study(folder, text, {"plates.inp": deck or small.plates()}))), **more)
+    return run_setup(read(folder, text, deck), **more)
 
 
 @pytest.mark.parametrize("name", ["no contact, no pairs", "nothing moves"])
@@ -123,7 +130,7 @@ def test_what_was_compared_is_not_called_unchecked(tmp_path):
 def test_convergence_is_told_of_the_runs_that_were_made(tmp_path):
     """By exact flow no step is shortened by hand, and no stiffness is ten times another."""
     text = small.study_text(reference=False)
-    made = [run(tmp_path, study, converge=True).convergence for study in (exact(text), text)]
+    made = [converge(run_study(read(tmp_path, study), silent), silent) for study in (exact(text), text)]
     told = [procedure(c) for c in made]
     for c, words in zip(made, told, strict=True):
         for name in c.outcomes:
