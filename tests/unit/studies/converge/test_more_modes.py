@@ -52,7 +52,7 @@ def test_a_part_without_modes_between_f_max_and_half_again_gets_those_above(tmp_
 @pytest.mark.parametrize("step", ["", "step = 2e-7\n"])
 def test_a_complete_part_leaves_nothing_out(tmp_path, step):
     """Four elements have four modes, the highest far below 100 times the first: there is no run to make."""
-    found = run(bar(tmp_path, f"f_max = {100.0 * FIRST!r}", n=4, time=f"{step}end = 1e-4"), converge=True)
+    found = run(bar(tmp_path, f"f_max = {100.0 * FIRST!r}", n=4, time=f"{step}end = 1e-4{NO_SPOTS}"), converge=True)
     c = found.convergence
     assert told(found)[0] == {BASE: 4, MORE_MODES: 4}
     assert c.outcomes[MORE_MODES].steps == 0
@@ -81,7 +81,7 @@ def test_where_every_dof_stays_no_modes_are_told_to_be_missing(tmp_path):
 
 
 def test_what_a_guyan_reduction_leaves_out_has_not_settled(tmp_path):
-    word, why = verdict(run(bar(tmp_path, 'method = "guyan"', n=40), converge=True))
+    word, why = verdict(run(bar(tmp_path, 'method = "guyan"', n=40, time=f"end = 2e-4{NO_SPOTS}"), converge=True))
     assert word == "unsettled"
     assert "Guyan" in why
     assert "not looked at" in why
