@@ -19,7 +19,6 @@ import creak
 from creak.errors import InputError
 from creak.formats.deck.command_files import one_command
 from creak.formats.destination import partial_name, remove_dead
-from creak.studies.file.reader import read_study
 from creak.studies.models.saved import Store, shared_path
 from creak.studies.models.superelements import save_superelement
 from creak.studies.prepare.setup import set_up
@@ -48,7 +47,7 @@ COSTS = ("wall_s", "setup_s", "cpu_s", "offline_cpu_s", "offline_wall_s", "peak_
 
 
 def sweep_in(folder: Path, text: str = SWEEP) -> SweepFile:
-    write_strips(folder, study=STUDY.replace("periods = 2", "periods = 1"))
+    write_strips(folder, study=STUDY.replace("periods = 2", "end = 0.1"))
     (folder / "sweep.toml").write_text(text, encoding="utf-8")
     return read_sweep(folder / "sweep.toml")
 
@@ -147,6 +146,12 @@ def test_a_finished_case_is_not_run_again(ran):
 def test_another_version_is_refused(ran):
     task = replace(ran[3][ran[1][4].name], creak="0.0")
     assert "started with 0.0" in run_case(task).error
+
+
+def test_a_case_whose_workers_died_has_failed_unless_its_result_is_there(ran):
+    made, never = (ran[3][ran[1][k].name] for k in (0, 4))
+    assert made.lost("died", 0.0).record == ran[4][0].outcome.record
+    assert (never.lost("died", 0.0).status, never.lost("died", 0.0).error) == ("failed", "died")
 
 
 def test_results_follow_a_case_that_is_renamed(ran, tmp_path):
@@ -333,7 +338,7 @@ def test_leftovers_of_dead_processes_are_removed(tmp_path):
 
 def test_two_that_write_a_superelement_at_once_leave_a_whole_one(tmp_path):
     sweep_in(tmp_path)
-    setup = set_up(read_study(tmp_path / "study.toml"))
+    setup = set_up(creak.change_study(tmp_path / "study.toml", {"time.end": 0.01}))
     result = run_study(setup, lambda *_: None)
     reduced, store = result.reduced.superelements[0], tmp_path / "store"
     together = threading.Barrier(4)
@@ -383,7 +388,7 @@ def test_a_kept_reference_of_another_end_is_made_again(tmp_path):
     """Two cases that are given the same file: each has the events of its own run, made without a file."""
     study = write_strips(tmp_path, study=STUDY.replace("periods = 2", "end = 0.2"))
     file, found = tmp_path / "kept.npz", []
-    for end in (0.1, 0.2, 0.2):
+    for end in (0.07, 0.1, 0.1):
         bench = creak.make_bench(creak.change_study(study, {"time.end": end, "precheck.enabled": False}))
         run, alone = bench.run(keep=file), bench.run()
         assert run.history.time[-1] == alone.history.time[-1]
