@@ -18,7 +18,6 @@ from creak.dynamics.state import LinearTerms
 from creak.linalg.diagonal import Diagonal
 from creak.model.dofs import TRANSLATIONS, node_dofs
 from creak.signals.spectra import spectrum
-from creak.studies.file.config import ReductionTable
 from creak.studies.models.health import LOW
 from creak.studies.models.reduced import ReducedModel, reduced_modes
 from creak.studies.models.reference import ReferenceModel, in_modes
@@ -94,19 +93,17 @@ def compare_modes(
     return ModeComparison(pairs, freq[below][seen], other.frequencies)
 
 
-def lost_modes(modes: ModeComparison | None, table: ReductionTable) -> list[Warned]:
-    """Modes of the unreduced model of which the reduced one has none near; rigid ones, whose frequencies are round-off,
-    aside."""
-    if modes is None:
+def lost_modes(modes: ModeComparison | None, reduction: Reduction) -> list[Warned]:
+    """Modes up to f_max of which a reduced model with a thinned interface has none near: more modes do not bring them
+    back. Rigid ones, whose frequencies are round-off, aside."""
+    interface, f_max = reduction.table.interface.type, reduction.band.f_max
+    if modes is None or interface == "full":
         return []
     f = modes.freq_reference
-    lost = np.flatnonzero((modes.pairs.partner < 0) & (f > LOW * f.max(initial=0.0))).tolist()
-    better = "set a larger [reduction] f_max"
-    if table.interface.type != "full":
-        better = 'set [reduction] interface = { type = "full" }, or keep more of the interface'
-    elif table.method == "guyan":
-        better = 'set [reduction] method = "craig-bampton"'
-    lacks = f"the reduced model lacks modes of the unreduced one ({first_few(lost, name=lambda k: f'{f[k]:.4g} Hz')})"
+    lost = f[(modes.pairs.partner < 0) & (f > LOW * f.max(initial=0.0)) & (f <= f_max)].tolist()
+    named = first_few(lost, name=lambda hz: f"{hz:.4g} Hz")
+    lacks = f'with interface = "{interface}" the reduced model lacks modes of the unreduced one ({named})'
+    better = 'set [reduction] interface = { type = "full" }, or keep more of it'
     return [Warned(f"{lacks}, so what its run finds may be far off: {better}")] if lost else []
 
 

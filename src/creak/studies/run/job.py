@@ -255,7 +255,7 @@ def run_study(
     modes = attempted(
         "modes of both models", lambda: compare_modes(watch, v.mac_f_max, reference, reduced, gaps), None, notes
     )
-    notes += lost_modes(modes, c.reduction)
+    notes += lost_modes(modes, reduction)
     spectra = attempted(
         "spectra of both runs", lambda: compare_spectra(watch, v.f_max, whole, window, responses), None, notes
     )
