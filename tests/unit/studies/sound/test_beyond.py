@@ -34,8 +34,7 @@ from creak.studies.sound.loud import heard_of
 from creak.studies.sound.radiation import Source
 from helpers_core import assembled, channels
 from helpers_decks import STEEL, STUDY, patch, write_strips
-from helpers_plate import SIDES, ZETA, kept, own_modes, supported_plate
-from helpers_sound import pressure_rows
+from helpers_plate import SIDES, ZETA, kept, own_modes, own_rows, supported_plate
 
 RECORDED = {"section": "sound"}
 
@@ -65,8 +64,8 @@ def blow() -> np.ndarray:
 
 def converged(high: float, far: float) -> np.ndarray:
     """Pressure of its own modes up to `far`, with the band's lead before it."""
-    own, points, volumes = own_modes(far, (AT[0] * SIDES[0] / N[0], AT[1] * SIDES[1] / N[1]))
-    rows = pressure_rows(points, volumes, [EAR], float(RATE))
+    own = own_modes(far, (AT[0] * SIDES[0] / N[0], AT[1] * SIDES[1] / N[1]))
+    rows = own_rows(far, tuple(EAR), float(RATE))
     return sound_of_forces(own, blow(), RATE, [np.array([0])], rows, high, around=True)[0, 0]
 
 

@@ -30,9 +30,8 @@ from creak.studies.sound.radiation import Source
 from creak.studies.sound.sheets import pushes, sheets_of
 from creak.studies.sound.statistics import END, Statistics, _straight, _strongest, statistical, statistics_of
 from helpers_core import STEEL, assembled, block, channels, model_of, shell
-from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, supported_plate
+from helpers_plate import SIDES, THICK, ZETA, kept, own_modes, own_rows, supported_plate
 from helpers_solids import solid_mesh
-from helpers_sound import pressure_rows
 
 RECORDED = {"section": "sound"}
 
@@ -104,6 +103,12 @@ def coarse():
     return Struck(COARSE)
 
 
+@pytest.fixture(scope="module")
+def heard(fine, coarse):
+    """Of each point, by both meshes."""
+    return {at: (fine.heard(at)[0], coarse.heard(at)[0]) for at in STRUCK}
+
+
 def test_a_head_shades_what_statistics_send_as_it_shades_all_else(coarse):
     """Levels of both ears in the third octaves beyond the mesh, at the side of the plate."""
     gaps = across(coarse.model, STRUCK[0])
@@ -130,20 +135,18 @@ def test_a_head_shades_what_statistics_send_as_it_shades_all_else(coarse):
 
 def exact(at: tuple[float, float]) -> Heard:
     """By Kirchhoff's modes and Rayleigh's integral to 10 kHz, no mesh and no statistics."""
-    own, points, volumes = own_modes(2 * END, at)
-    rows = pressure_rows(points, volumes, [EAR], float(RATE))
-    pressure = sound_of_forces(own, blows(), RATE, [np.array([0])], rows, END, around=True)[0, 0]
+    rows = own_rows(2 * END, tuple(EAR), float(RATE))
+    pressure = sound_of_forces(own_modes(2 * END, at), blows(), RATE, [np.array([0])], rows, END, around=True)[0, 0]
     return heard_of(pressure, WINDOW, None, lead(RATE, END), END)
 
 
-def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, coarse, measured):
+def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, coarse, heard, measured):
     """Four points struck: what the coarse mesh computes to 490 Hz is a quarter of it, with its statistics it is right."""
     assert fine.band > 3000.0
     assert coarse.band < 500.0
     inside = 0
-    for at in STRUCK:
-        for one, rel, end, tied in ((fine, 0.08, "3.5 kHz", 6), (coarse, 0.3, "490 Hz", 4)):
-            found, _ = one.heard(at)
+    for at, (finely, coarsely) in heard.items():
+        for one, found, rel, end, tied in ((fine, finely, 0.08, "3.5 kHz", 6), (coarse, coarsely, 0.3, "490 Hz", 4)):
             true = exact(one.node(at))
             inside += found.n5_bar[0] <= true.n5 <= found.n5_bar[1]
             assert found.tie is not None
@@ -161,10 +164,10 @@ def test_meshes_that_end_early_tell_the_n5_of_all_modes_within_their_bar(fine, c
     assert inside >= 7  # of 8: bars are two standard deviations
 
 
-def test_statistical_third_octaves_against_those_of_the_fine_mesh(fine, coarse, measured):
+def test_statistical_third_octaves_against_those_of_the_fine_mesh(heard, measured):
     """Mean over four points and the eight bands from 500 Hz that both have."""
     bands = np.flatnonzero((BANDS > 550.0) & (BANDS < 2700.0))
-    apart = [coarse.heard(at)[0].third_octaves[bands] - fine.heard(at)[0].third_octaves[bands] for at in STRUCK]
+    apart = [coarsely.third_octaves[bands] - finely.third_octaves[bands] for finely, coarsely in heard.values()]
     measured(
         "struck plate: statistical less computed third octaves, 630 Hz to 2.5 kHz, mean over four points",
         float(np.mean(apart)),
