@@ -15,6 +15,7 @@ import creak
 from creak.dynamics import condensed
 from creak.dynamics.flow.march import SAMPLES, flow_states
 from creak.studies.run.integrate import flowing
+from creak.studies.spots import choose
 from creak.studies.spots.check import _few_decide, _of_event, _slips, check_spots
 from creak.studies.spots.choose import Price, Stretch, affordable
 from creak.studies.spots.handover import handed_over
@@ -217,6 +218,7 @@ def test_marches_side_by_side_are_those_one_by_one(strips, monkeypatch, kept):
     """With the response of the channels kept, and solved for at each contact: nothing of one march is in another."""
     result = strips.found
     of = replace(handed_over(result.band, result.reference)[0], budget=0.0)  # as few as there are at any cost
+    monkeypatch.setattr(choose, "STEPS", 10)
     monkeypatch.setattr(condensed, "RESPONSE_MEMORY", condensed.RESPONSE_MEMORY if kept else 0)
     monkeypatch.setattr("creak.studies.spots.march.STEP", 0)  # small models are marched one by one
     several = [check_spots(result.band, of, lambda *_: None).spots for _ in range(2 if kept else 1)]
@@ -359,6 +361,7 @@ def test_shares_that_are_alike_are_seldom_taken_for_others():
 
 def test_those_again_are_other_events_by_the_same_steps(strips, monkeypatch):
     result = strips.found
+    monkeypatch.setattr(choose, "STEPS", 10)
     of, _ = handed_over(result.band, result.reference)
     every = check_spots(result.band, of, lambda *_: None)
     asked = []
