@@ -208,8 +208,8 @@ def test_energy_balance_holds_to_the_dissipation_of_the_scheme(substeps, measure
 
 
 def test_external_work_is_force_times_way():
-    system, loads = KINDS["dashpot"](np.zeros(N)), pushed(200, 10)
-    reference = simulate(system, NO_CHANNELS, pushed(4000, 1), HHT(), OutputRequest(np.arange(N)))
+    system, loads = KINDS["dashpot"](np.zeros(N)), pushed(100, 10, 1.0)
+    reference = simulate(system, NO_CHANNELS, pushed(2000, 1, 1.0), HHT(), OutputRequest(np.arange(N)))
     history = run(system, loads, 10)
     # HHT at omega h = .02, (omega h)^2 = 4e-4 of .7.
     np.testing.assert_allclose(history.energy[:, EXTERNAL], reference.energy[::20, EXTERNAL], atol=3e-4)
@@ -218,10 +218,10 @@ def test_external_work_is_force_times_way():
 def test_flights_are_long_under_smooth_loads_and_short_under_rough_ones():
     """A multisine up to a tenth of the sampling rate; noise whose straight pieces meet at the output steps."""
     system = KINDS["rayleigh"](np.zeros(N))
-    time = time_axis(2.0, 1e-3)
-    noise = np.random.default_rng(3).standard_normal(201)
+    time = time_axis(1.0, 1e-3)
+    noise = np.random.default_rng(3).standard_normal(101)
     smooth = forces_on(time, PUSHED, np.cos(PI2 * 10.0 * time)[:, None] * FORCE)
-    rough = forces_on(time, PUSHED, np.interp(time, np.arange(201) * 0.01, noise)[:, None] * FORCE)
+    rough = forces_on(time, PUSHED, np.interp(time, np.arange(101) * 0.01, noise)[:, None] * FORCE)
     for loads, stages, stride in ((smooth, 5, 22), (rough, 3, 10)):
         rule, samples, said = choose(loads, 10)
         assert (rule.stages, samples, said) == (stages, stride, "")
