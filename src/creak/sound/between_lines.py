@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
 from creak.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -105,7 +105,9 @@ class Lines:
         return np.asarray(np.angle(self._still[0]) + np.concatenate([[0.0], np.cumsum(self.turns)]))
 
     @cached_property
-    def _cubics(self) -> PchipInterpolator:
+    def _cubics(self) -> Any:
+        from scipy.interpolate import PchipInterpolator  # see `signals.spectra.low_pass`
+
         z = self._still
         return PchipInterpolator(np.log(self.freq), np.column_stack([z.real, z.imag, np.abs(z)]))
 

@@ -17,10 +17,10 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from scipy.fft import irfft, next_fast_len, rfft
-from scipy.spatial import Delaunay, QhullError
 
 from creak.arrays import ComplexArray, FloatArray
 from creak.sound.rayleigh import AIR
@@ -163,7 +163,7 @@ class Filters:
 class Ears:
     """What was measured at both ears, in the axes of the head: where it looks, its left, its top."""
 
-    around: Delaunay
+    around: Any
     """Of the middle of the head, point 0, and all directions that were measured: as `surrounding` gives it."""
     responses: FloatArray
     """(m, 2, n) impulse responses of the left and the right ear."""
@@ -245,8 +245,10 @@ class MeasuredHead(Head):
         return np.asarray(np.einsum("nc,nck->nk", share, x[np.maximum(corner - 1, 0)]))
 
 
-def surrounding(directions: FloatArray) -> Delaunay | None:
-    """Of the middle of a head and directions (m, 3) of length 1; None: they do not go around it."""
+def surrounding(directions: FloatArray) -> Any | None:
+    """A `Delaunay` of the middle of a head and directions (m, 3) of length 1; None: they do not go around it."""
+    from scipy.spatial import Delaunay, QhullError  # see `signals.spectra.low_pass`
+
     try:
         found = Delaunay(np.vstack([np.zeros(3), directions]))
     except QhullError:
