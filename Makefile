@@ -87,9 +87,11 @@ licences: $(VENV)/dev.stamp
 	  if test -x $$python; then $$python -m tools.licences_page || exit 1; fi; \
 	done
 
-# The kernels of the default run, for both processes of the tests.
+# The kernels of the default run, those of a small one with friction, spot checks and sound last: else each process of the
+# tests would compile them.
 kernels: $(VENV)/dev.stamp
 	$(ONE_THREAD) $(BIN)/python -c $(COMPILE)
+	$(ONE_THREAD) $(BIN)/python -m pytest tests/analytic/test_rubbing.py -k static_surplus
 
 # Else each process of the tests would compile all of their files; build/tests.txt lists them.
 collect: $(VENV)/dev.stamp
