@@ -22,6 +22,11 @@ def warnings_of(notes: Iterable[str]) -> list[str]:
     return list(dict.fromkeys(str(n) for n in notes if isinstance(n, Warned)))
 
 
+def add_warnings(notes: list[str], more: Iterable[str]) -> None:
+    """Those of more that warn join the notes, each once."""
+    notes += [n for n in more if isinstance(n, Warned) and n not in notes]
+
+
 def plain_notes(notes: Iterable[str]) -> list[str]:
     """The other notes."""
     return [n for n in notes if not isinstance(n, Warned)]

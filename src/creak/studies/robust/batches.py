@@ -21,7 +21,7 @@ from creak.studies.prepare.setup import set_up
 from creak.studies.robust.draws import Draw
 from creak.studies.robust.shared_model import SharedModel, march_draws, shared_model
 from creak.studies.tasks.queue import Runner
-from creak.studies.warned import Warned
+from creak.studies.warned import add_warnings
 from creak.version import version
 
 SIZE = 16
@@ -130,7 +130,7 @@ def march_batches(runner: Runner, work: Sequence[Batch], notes: list[str]) -> It
     """
     failed: list[str] = []
     for _, marched in runner(work):
-        notes += [n for n in marched.notes if isinstance(n, Warned) and n not in notes]
+        add_warnings(notes, marched.notes)
         yield from marched.records
         if marched.error:
             failed.append(marched.error)

@@ -47,7 +47,7 @@ from creak.studies.robust.shared_model import (
 )
 from creak.studies.solved import opened
 from creak.studies.tasks.queue import Runner
-from creak.studies.warned import Warned
+from creak.studies.warned import Warned, add_warnings
 from creak.version import edition
 
 LOG = "draws"
@@ -256,7 +256,7 @@ def _on_models_of_their_own(
         for one in models:
             setup = replace(set_up(one.study), raised=raised)
             made = shared_model(setup, one.draws, silent, last)
-            notes += [n for n in made.notes if isinstance(n, Warned) and n not in notes]
+            add_warnings(notes, made.notes)
             yield from _marched(made, channels, one.left, threads)
 
 
